@@ -1,0 +1,32 @@
+// The value of a voxel grid at a point, trilinear, from either layout (src/medium/grid_layout.h).
+// p: eye-centred world [m]. Answers stored units times the grid's scale; scalar grids in .r.
+#include "shared/medium_params.h"
+
+// A dense texture carries a layer of zeros on each side, so clamping to its edge fades to 0 outside.
+vec4 sample_dense(sampler3D texels, GridParams grid, vec3 p)
+{
+    vec3 q = (grid.index_from_world * vec4(p, 1.0)).xyz;
+    return textureLod(texels, (q + 0.5) * grid.inverse_size.xyz, 0.0) * grid.inverse_size.w;
+}
+
+vec4 sample_bricks(sampler3D atlas, usampler3D pages, GridParams grid, vec3 p)
+{
+    const uint kConstant = 1u;
+    const uint kBrick = 2u;
+    const float kBrickDim = 8.0;
+    const float kAtlasBrickDim = 9.0;
+    vec3 q = (grid.index_from_world * vec4(p, 1.0)).xyz;
+    vec3 page = floor(q * (1.0 / kBrickDim));
+    if (any(lessThan(page, vec3(0.0))) || any(greaterThanEqual(page, grid.pages.xyz)))
+        return vec4(0.0);
+    uint entry = texelFetch(pages, ivec3(page), 0).r;
+    uint kind = entry >> 30u;
+    if (kind == kBrick) {
+        vec3 slot = vec3(entry & 1023u, (entry >> 10u) & 1023u, (entry >> 20u) & 1023u);
+        vec3 texel = slot * kAtlasBrickDim + (q - page * kBrickDim) + 0.5;
+        return textureLod(atlas, texel * grid.inverse_size.xyz, 0.0) * grid.inverse_size.w;
+    }
+    if (kind == kConstant)
+        return vec4(uintBitsToFloat(entry << 2u) * grid.inverse_size.w, 0.0, 0.0, 0.0);
+    return vec4(0.0);
+}

@@ -1,0 +1,14 @@
+// Phase functions [1/sr]. cos_theta = dot(-wi, wo), wi to the light, wo to the eye: 1 is straight on,
+// so g > 0 scatters forward. Henyey and Greenstein 1941; pbrt 4e, 11.3.1.
+
+const float kPi = 3.14159265358979;
+const float kInv4Pi = 0.0795774715459477;
+
+float phase_isotropic() { return kInv4Pi; }
+
+float phase_henyey_greenstein(float cos_theta, float g)
+{
+    // 1 + g^2 - 2 g cos, written so that it does not cancel near g = 1, cos = 1.
+    float d = (1.0 - g) * (1.0 - g) + 2.0 * g * (1.0 - cos_theta);
+    return kInv4Pi * (1.0 - g * g) / (d * sqrt(d));
+}

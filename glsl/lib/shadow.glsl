@@ -1,0 +1,28 @@
+// The depth that a shadow view keeps: linear in metres, so one bias means the same near and far.
+//   origin  xyz: where depth is 0; w: 1 / range
+//   axis    xyz: a sun's direction of travel, or 0 where depth is the distance from origin;
+//           w: bias [m], or metres per metre of distance
+bool is_sun_view(vec4 axis) { return dot(axis.xyz, axis.xyz) > 0.0; }
+
+float shadow_depth(vec4 origin, vec4 axis, vec3 p)
+{
+    vec3 from = p - origin.xyz;
+    return clamp((is_sun_view(axis) ? dot(from, axis.xyz) : length(from)) * origin.w, 0.0, 1.0);
+}
+
+// How far a lit surface is moved before it looks itself up: about a texel of the view. [m]
+float shadow_bias(vec4 origin, vec4 axis, vec3 p)
+{
+    return is_sun_view(axis) ? axis.w : axis.w * length(p - origin.xyz);
+}
+
+// Which of six views of a point light holds direction d: +x -x +y -y +z -z.
+int cube_face(vec3 d)
+{
+    vec3 a = abs(d);
+    if (a.x >= a.y && a.x >= a.z)
+        return d.x >= 0.0 ? 0 : 1;
+    if (a.y >= a.z)
+        return d.y >= 0.0 ? 2 : 3;
+    return d.z >= 0.0 ? 4 : 5;
+}

@@ -1,0 +1,32 @@
+// The scene's depth at the volume layer's resolution.
+//   in   the host's depth, one texel a pixel
+//   out  view_z [m] of one of the LAYER_SCALE^2 pixels that a texel stands for
+// CHECKERBOARD takes the nearest and the farthest in turns, so that both sides of an edge are there for
+// the upsample to find; else the lower left one, as 2017 did.
+#include "lib/depth.glsl"
+#include "scene/frame.glsl"
+
+layout(binding = SCENE_DEPTH_UNIT) uniform sampler2D u_scene_depth_tx;
+layout(location = 0) out float out_view_z;
+
+float scene_view_z(ivec2 pixel)
+{
+    ivec2 last = ivec2(u_frame.full_size.xy) - 1;  // an odd size ends in half a texel
+    return view_z_of(texelFetch(u_scene_depth_tx, clamp(pixel, ivec2(0), last), 0).r, u_frame.view_z_from_depth,
+                     u_frame.sky_depth.x);
+}
+
+void main()
+{
+    ivec2 texel = ivec2(gl_FragCoord.xy);
+    ivec2 corner = texel * LAYER_SCALE + ivec2(u_frame.layer_offset.zw);
+    float view_z = scene_view_z(corner);
+#ifdef CHECKERBOARD
+    bool nearest = ((texel.x + texel.y) & 1) == 0;
+    for (int i = 1; i < LAYER_SCALE * LAYER_SCALE; ++i) {
+        float other = scene_view_z(corner + ivec2(i % LAYER_SCALE, i / LAYER_SCALE));
+        view_z = nearest ? min(view_z, other) : max(view_z, other);
+    }
+#endif
+    out_view_z = view_z;
+}

@@ -1,0 +1,123 @@
+// The ray march: what the media do to each pixel of the volume layer, between the eye and the scene's
+// depth. Eevee's design of July 2017.
+//   in   the layer's depth (view_z [m]), the scene's media and lights, blue noise
+//   out  scattering     radiance scattered and emitted towards the eye [W/m^2/sr]
+//        transmittance  per channel, 0..1
+//        or, MONOCHROME, one target: scattering in rgb, mean transmittance in alpha
+//
+// Variant, besides those of scene/media.glsl and scene/lights.glsl:
+//   BLUE_NOISE       sample each step at an offset of its own per pixel, else at its middle
+//   VOLUME_SHADOWS   media dim the light on its way to a sample
+//   WORLD_LIGHT      the world's mean radiance scatters too, undimmed, isotropically
+//   ISOTROPIC        no medium has g
+//   CAMERA_RANGE     march from near to far and past the scene's depth as 2017 did, sampling the end
+//                    of each step; else only where media are, each step cut exactly at both ends
+//   COUNT_SAMPLES    write the number of media evaluations instead
+#include "lib/phase.glsl"
+#include "lib/step_lattice.glsl"
+#include "scene/frame.glsl"
+#include "scene/media.glsl"
+#include "scene/lights.glsl"
+
+layout(binding = LAYER_DEPTH_UNIT) uniform sampler2D u_layer_depth_tx;
+#ifdef BLUE_NOISE
+layout(binding = BLUE_NOISE_UNIT) uniform sampler2D u_blue_noise_tx;
+#endif
+
+layout(location = 0) out vec4 out_scattering;
+layout(location = 1) out vec4 out_transmittance;
+
+// Radiance scattered towards the eye per metre of ray at p, and emitted. wo: unit length, to the eye.
+vec3 source_at(vec3 p, vec3 wo, MediumSample medium)
+{
+    vec3 in_scattering = vec3(0.0);
+#ifdef WORLD_LIGHT
+    in_scattering += u_lights.world_radiance.rgb;  // 4 pi sr of it, times the isotropic 1 / (4 pi)
+#endif
+    for (int i = 0; i < LIGHT_COUNT; ++i) {
+        LightSample light = light_sample(i, p);
+        float visibility = surface_visibility(i, p, vec3(0.0));
+        if (visibility == 0.0)
+            continue;
+#ifdef ISOTROPIC
+        float phase = phase_isotropic();
+#else
+        float g_clamp = u_frame.resolve.z;
+        float phase = phase_henyey_greenstein(dot(-light.wi, wo), clamp(medium.g, -g_clamp, g_clamp));
+#endif
+        vec3 arriving = light.irradiance * (visibility * phase);
+#ifdef VOLUME_SHADOWS
+        arriving *= exp(-optical_depth(p, light.wi, light.range, int(u_frame.march.z)));
+#endif
+        in_scattering += arriving;
+    }
+    return medium.sigma_s * in_scattering + medium.emission;
+}
+
+void main()
+{
+    ivec2 texel = ivec2(gl_FragCoord.xy);
+    vec2 pixel = (gl_FragCoord.xy + u_frame.layer_offset.xy) * float(LAYER_SCALE);
+    vec2 ndc = pixel * u_frame.full_size.zw * 2.0 - 1.0;
+    Ray ray = camera_ray(ndc);
+    float length_per_z = length(ray.direction);
+    vec3 wo = -ray.direction / length_per_z;
+
+    int steps = int(u_frame.march.x);
+    float lambda = u_frame.march.y;
+    vec2 range = u_frame.step_range.xy;
+    float ratio = u_frame.step_range.z;
+    float scene_z = texelFetch(u_layer_depth_tx, texel, 0).r;
+#ifdef BLUE_NOISE
+    float noise = texelFetch(u_blue_noise_tx, texel & (BLUE_NOISE_SIZE - 1), 0).r;
+    float offset = fract(noise + u_frame.march.w);
+#else
+    float offset = 0.5;
+#endif
+
+#ifdef CAMERA_RANGE
+    vec2 inside = vec2(range.x, scene_z);
+    int first = 0;
+#else
+    vec2 inside = media_segment(ray.origin, ray.direction, u_frame.media_range.x,
+                                min(scene_z, u_frame.media_range.y));
+    int first = inside.x < inside.y ? step_at(inside.x, steps, range, ratio, lambda) : steps;
+#endif
+
+    vec3 scattering = vec3(0.0);
+    extinction_t transmittance = extinction_t(1.0);
+    float z = inside.x;
+    for (int i = first; i < steps && z < inside.y; ++i) {
+#ifdef CAMERA_RANGE
+        float z_next = step_split((float(i) + 0.5 + offset) / float(steps), range, ratio, lambda);
+        float z_sample = z_next;
+#else
+        float z_next = min(step_split(float(i + 1) / float(steps), range, ratio, lambda), inside.y);
+        if (i + 1 == steps)
+            z_next = inside.y;  // rounding must not leave a rest
+        float z_sample = mix(z, z_next, offset);
+#endif
+        vec3 p = ray.origin + ray.direction * z_sample;
+        float ds = (z_next - z) * length_per_z;
+        MediumSample medium = sample_media(p);
+        vec3 source = vec3(0.0);
+        if (medium.sigma_s != vec3(0.0) || medium.emission != vec3(0.0))
+            source = source_at(p, wo, medium);
+        extinction_t tau = medium.sigma_t * ds;
+        scattering += transmittance * source * (ds * slab_weight(tau));
+        transmittance *= exp(-tau);
+        z = z_next;
+    }
+
+#ifdef COUNT_SAMPLES
+    out_scattering = vec4(float(g_samples));
+#else
+    scattering = min(scattering, vec3(u_frame.resolve.y));  // an infinity would spoil its neighbours
+#ifdef MONOCHROME
+    out_scattering = vec4(scattering, dot(vec3(transmittance), vec3(1.0 / 3.0)));
+#else
+    out_scattering = vec4(scattering, 1.0);
+    out_transmittance = vec4(vec3(transmittance), 1.0);
+#endif
+#endif
+}

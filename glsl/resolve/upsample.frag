@@ -1,0 +1,73 @@
+// Brings one target of the volume layer to the scene's resolution, minding its depth, to be blended
+// over the picture: transmittance by multiplication, then scattering by addition. Once per target.
+//   in   a layer target, the layer's depth and the host's
+//   out  the target's value at this pixel
+//
+// Variant:
+//   LAYER_SCALE        pixels along a texel's edge: 1, 2 or 4
+//   UPSAMPLE_TAPS      4: a tent over 4x4 texels; 2: bilinear over 2x2; 1: copies the texel (scale 1)
+//   BOX_2017           4x4 texels with equal weights, depth compared in metres, one side half a texel off
+#include "lib/depth.glsl"
+#include "scene/frame.glsl"
+
+layout(binding = SCENE_DEPTH_UNIT) uniform sampler2D u_scene_depth_tx;
+layout(binding = LAYER_DEPTH_UNIT) uniform sampler2D u_layer_depth_tx;
+layout(binding = SCATTERING_UNIT) uniform sampler2D u_layer_tx;
+layout(location = 0) out vec4 out_color;
+
+// Depths before and behind all media see the same of them.
+float media_view_z(float view_z)
+{
+    return clamp(view_z, u_frame.media_range.x, u_frame.media_range.y);
+}
+
+void main()
+{
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+#if UPSAMPLE_TAPS == 1
+    out_color = texelFetch(u_layer_tx, pixel, 0);
+#else
+    float threshold = u_frame.resolve.x;
+    float scene_z = view_z_of(texelFetch(u_scene_depth_tx, pixel, 0).r, u_frame.view_z_from_depth,
+                              u_frame.sky_depth.x);
+    ivec2 last = ivec2(u_frame.layer_size.xy) - 1;
+    vec4 sum = vec4(0.0);
+    float weight_sum = 0.0;
+#ifdef BOX_2017
+    ivec2 first = pixel / LAYER_SCALE - 1;
+    for (int y = 0; y < 4; ++y) {
+        for (int x = 0; x < 4; ++x) {
+            ivec2 texel = clamp(first + ivec2(x, y), ivec2(0), last);
+            float layer_z = texelFetch(u_layer_depth_tx, texel, 0).r;
+            float weight = abs(layer_z - scene_z) < threshold ? 1.0 : 0.0;
+            sum += weight * texelFetch(u_layer_tx, texel, 0);
+            weight_sum += weight;
+        }
+    }
+    if (weight_sum == 0.0) {
+        sum = texelFetch(u_layer_tx, clamp(first, ivec2(0), last), 0);
+        weight_sum = 1.0;
+    }
+#else
+    scene_z = media_view_z(scene_z);
+    // In texels; the layer's samples lie at integers.
+    vec2 position = gl_FragCoord.xy / float(LAYER_SCALE) - 0.5 - u_frame.layer_offset.xy;
+    ivec2 first = ivec2(floor(position)) - (UPSAMPLE_TAPS / 2 - 1);
+    for (int y = 0; y < UPSAMPLE_TAPS; ++y) {
+        for (int x = 0; x < UPSAMPLE_TAPS; ++x) {
+            ivec2 texel = first + ivec2(x, y);
+            vec2 tent = max(1.0 - abs(vec2(texel) - position) / float(UPSAMPLE_TAPS / 2), 0.0);
+            texel = clamp(texel, ivec2(0), last);
+            float layer_z = media_view_z(texelFetch(u_layer_depth_tx, texel, 0).r);
+            // Falls with the fourth power of the relative difference: 1 well inside the threshold,
+            // and where no texel fits, the nearest in depth outweighs the rest.
+            float miss = (layer_z - scene_z) / (threshold * scene_z);
+            float weight = tent.x * tent.y / (1.0 + miss * miss * miss * miss) ;
+            sum += weight * texelFetch(u_layer_tx, texel, 0);
+            weight_sum += weight;
+        }
+    }
+#endif
+    out_color = sum / weight_sum;
+#endif
+}

@@ -1,0 +1,17 @@
+// The frame's block, and its rays.
+#include "shared/bindings.h"
+#include "shared/frame_params.h"
+
+layout(std140, binding = FRAME_BLOCK) uniform Frame { FrameParams u_frame; };
+
+struct Ray {
+    vec3 origin;     // eye-centred world [m]
+    vec3 direction;  // per metre of view depth: p = origin + direction * view_z
+};
+
+Ray camera_ray(vec2 ndc)
+{
+    return Ray(u_frame.ray_origin.xyz + ndc.x * u_frame.ray_origin_dx.xyz + ndc.y * u_frame.ray_origin_dy.xyz,
+               u_frame.ray_direction.xyz + ndc.x * u_frame.ray_direction_dx.xyz +
+                   ndc.y * u_frame.ray_direction_dy.xyz);
+}

@@ -1,0 +1,190 @@
+// The media of this scene: their bindings, and the sums over them.
+//
+// The variant lists the scene's media in one macro, so every loop over them is unrolled, each medium
+// runs the code of its own kind alone, and textures are indexed by constants:
+//   #define FOR_EACH_MEDIUM(X)  X(m, value, depth, k, tint, c) ...
+//     m      its number in media[]
+//     value  coefficient at a point: dense_scalar, bricks_scalar, dense_rgb, bricks_rgb (k: its grid),
+//            homogeneous, exp_height, noise (k: m)
+//     depth  coefficient summed along a ray: marched_depth, homogeneous_depth, exp_height_depth
+//     tint   of sigma_s: white, or dense_rgb, bricks_rgb (c: its grid)
+//   #define FOR_EACH_EMISSION(X)  X(m, value, k) ...
+// and says whether extinction has a colour (COLORED_EXTINCTION) and whether media differ in g (MIXED_G).
+#ifndef FOR_EACH_MEDIUM
+#error FOR_EACH_MEDIUM is not defined: this file needs the scene's media
+#endif
+#include "lib/grid.glsl"
+#include "lib/profile.glsl"
+#include "lib/ray_box.glsl"
+#include "lib/slab.glsl"
+#include "shared/bindings.h"
+#include "scene/frame.glsl"
+#include "shared/medium_params.h"
+
+layout(std140, binding = MEDIA_BLOCK) uniform Media { MediaParams u_media; };
+#if GRID_COUNT > 0
+layout(binding = GRID_UNIT) uniform sampler3D u_grid_tx[GRID_COUNT];
+#endif
+#if BRICK_COUNT > 0
+layout(binding = GRID_UNIT + GRID_COUNT) uniform usampler3D u_page_tx[GRID_COUNT];
+#endif
+
+// Farther than any light that has a place: the range of a sun's shadow ray. [m]
+const float kSunRange = 1e29;
+
+// Extinction and what follows from it: a colour where the scene has coloured extinction, else one number.
+#ifdef COLORED_EXTINCTION
+#define extinction_t vec3
+#define EXTINCTION rgb
+#else
+#define extinction_t float
+#define EXTINCTION a
+#endif
+
+// What a medium's density gives: one number, or a colour if a density grid is a vec3.
+#ifdef COLORED_DENSITY
+#define coefficient_t vec3
+#else
+#define coefficient_t float
+#endif
+
+#ifdef COUNT_SAMPLES
+int g_samples = 0;  // evaluations of all media at a point, for the table that `render` prints
+#define COUNT_SAMPLE ++g_samples;
+#else
+#define COUNT_SAMPLE
+#endif
+
+#define dense_scalar(k, p) sample_dense(u_grid_tx[k], u_media.grids[k], p).r
+#define dense_rgb(k, p) sample_dense(u_grid_tx[k], u_media.grids[k], p).rgb
+#define bricks_scalar(k, p) sample_bricks(u_grid_tx[k], u_page_tx[k], u_media.grids[k], p).r
+#define bricks_rgb(k, p) sample_bricks(u_grid_tx[k], u_page_tx[k], u_media.grids[k], p).rgb
+#define homogeneous(m, p) profile_homogeneous(u_media.media[m], p)
+#define exp_height(m, p) profile_exp_height(u_media.media[m], p)
+#define noise(m, p) profile_noise(m, p)
+#define white(c, p) 1.0
+
+// max(0, (fbm - threshold) / (1 - threshold)), fbm the sum of octaves brought to 0..1.
+float profile_noise(int m, vec3 p)
+{
+    MediumParams medium = u_media.media[m];
+    if (!inside_bounds(medium, p))
+        return 0.0;
+    float sum = 0.0;
+    float amplitude = 1.0;
+    int octaves = int(medium.profile.w);
+    for (int i = 0; i < octaves; ++i) {
+        NoiseOctave octave = u_media.octaves[m * MAX_OCTAVES + i];
+        vec3 q = p * octave.fraction.w + octave.fraction.xyz;
+        vec3 whole = floor(q);
+        sum += amplitude * noise_at(octave.cell_offset.xyz + ivec3(whole),
+                                    uint(octave.cell_offset.w), q - whole);
+        amplitude *= medium.profile.y;
+    }
+    float fbm = 0.5 + 0.5 * sum * medium.profile.z;
+    return max(0.0, (fbm - medium.profile.x) / (1.0 - medium.profile.x));
+}
+
+struct MediumSample {
+    vec3 sigma_s;          // [1/m]
+    extinction_t sigma_t;  // [1/m]
+    vec3 emission;         // [W/m^2/sr per m]
+    float g;
+};
+
+MediumSample sample_media(vec3 p)
+{
+    COUNT_SAMPLE
+    MediumSample s = MediumSample(vec3(0.0), extinction_t(0.0), vec3(0.0), u_media.media[0].sigma_s.a);
+#ifdef MIXED_G
+    float g_weight = 0.0;
+    float g_sum = 0.0;
+#define ADD_G(m, added) \
+    { float w = added.r + added.g + added.b; g_weight += w; g_sum += w * u_media.media[m].sigma_s.a; }
+#else
+#define ADD_G(m, added)
+#endif
+#define ADD_MEDIUM(m, value, depth, k, tint, c)                               \
+    {                                                                         \
+        coefficient_t coefficient = coefficient_t(value(k, p));               \
+        vec3 added = u_media.media[m].sigma_s.rgb * coefficient * (tint(c, p)); \
+        s.sigma_s += added;                                                   \
+        s.sigma_t += u_media.media[m].sigma_t.EXTINCTION * coefficient;       \
+        ADD_G(m, added)                                                       \
+    }
+    FOR_EACH_MEDIUM(ADD_MEDIUM)
+#ifdef MIXED_G
+    s.g = g_weight > 0.0 ? g_sum / g_weight : 0.0;
+#endif
+#ifdef FOR_EACH_EMISSION
+#define ADD_EMISSION(m, value, k) s.emission += u_media.media[m].emission.rgb * (value(k, p));
+    FOR_EACH_EMISSION(ADD_EMISSION)
+#endif
+#ifdef LEAST_EXTINCTION
+    s.sigma_t = max(s.sigma_t, u_frame.resolve.w);  // 2017 kept clear of 0 / 0 so
+#endif
+    return s;
+}
+
+// Where p + t d, t in [begin, end], is inside medium m. Empty: x >= y.
+vec2 medium_segment(int m, vec3 p, vec3 d, float begin, float end)
+{
+    MediumParams medium = u_media.media[m];
+    vec3 o = (medium.bounds_from_world * vec4(p, 1.0)).xyz;
+    vec3 od = (medium.bounds_from_world * vec4(d, 0.0)).xyz;
+    vec2 t = ray_box(o, od, medium.bounds_min.xyz, medium.bounds_max.xyz);
+    return vec2(max(t.x, begin), min(t.y, end));
+}
+
+// Where p + t d, t in [begin, end], can meet a medium at all: from the first entry to the last exit.
+vec2 media_segment(vec3 p, vec3 d, float begin, float end)
+{
+    vec2 all_media = vec2(end, begin);
+#define ADD_SEGMENT(m, value, depth, k, tint, c)                       \
+    {                                                                  \
+        vec2 t = medium_segment(m, p, d, begin, end);                  \
+        if (t.x < t.y)                                                 \
+            all_media = vec2(min(all_media.x, t.x), max(all_media.y, t.y)); \
+    }
+    FOR_EACH_MEDIUM(ADD_SEGMENT)
+    return all_media;
+}
+
+// Optical depth from p along wi over a length of `range` metres: closed forms where there are,
+// else `steps` midpoint steps within each medium's bounds.
+extinction_t optical_depth(vec3 p, vec3 wi, float range, int steps)
+{
+    extinction_t tau = extinction_t(0.0);
+#ifdef SHADOW_TO_LIGHT  // 2017: over the whole way to a light, whatever the medium fills of it
+#define SHADOW_SEGMENT(m) (range < kSunRange ? vec2(0.0, range) : medium_segment(m, p, wi, 0.0, range))
+#else
+#define SHADOW_SEGMENT(m) medium_segment(m, p, wi, 0.0, range)
+#endif
+#define homogeneous_depth(m, value, k) tau += u_media.media[m].sigma_t.EXTINCTION * (t.y - t.x);
+// The integral of exp((z0 - z) / scale_height) along the segment.
+#define exp_height_depth(m, value, k)                                                      \
+    {                                                                                      \
+        vec4 profile = u_media.media[m].profile;                                           \
+        float ds = t.y - t.x;                                                              \
+        tau += u_media.media[m].sigma_t.EXTINCTION * ds * slab_weight(wi.z * ds * profile.x) * \
+               exp((profile.y - p.z - wi.z * t.x) * profile.x);                            \
+    }
+#define marched_depth(m, value, k)                                                 \
+    {                                                                              \
+        coefficient_t sum = coefficient_t(0.0);                                    \
+        float ds = (t.y - t.x) / float(steps);                                     \
+        for (int j = 0; j < steps; ++j) {                                          \
+            COUNT_SAMPLE                                                           \
+            sum += value(k, (p + wi * (t.x + (float(j) + 0.5) * ds)));             \
+        }                                                                          \
+        tau += u_media.media[m].sigma_t.EXTINCTION * sum * ds;                     \
+    }
+#define ADD_DEPTH(m, value, depth, k, tint, c) \
+    {                                          \
+        vec2 t = SHADOW_SEGMENT(m);            \
+        if (t.x < t.y)                         \
+            depth(m, value, k)                 \
+    }
+    FOR_EACH_MEDIUM(ADD_DEPTH)
+    return tau;
+}

@@ -1,0 +1,256 @@
+#include "asset/mesh_file.h"
+
+#include <algorithm>
+#include <array>
+#include <assimp/Importer.hpp>
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <cctype>
+#include <cmath>
+#include <cstring>
+#include <fmt/format.h>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "asset/printable.h"
+#include "error.h"
+
+namespace fumarole::asset {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// Edges sharper than this stay edges where normals are made.
+constexpr float kSmoothDegrees = 60;
+
+// Vertices are addressed with 32 bits.
+constexpr std::size_t kMaxVertices = 0xffffffffU;
+
+[[noreturn]] void fail(const fs::path& file, const std::string& problem)
+{
+    throw Error(fmt::format("{}: {}", file.string(), problem));
+}
+
+// Extensions that change how coordinates are stored. Assimp does not know them and, where it does
+// not stop, takes packed bytes for floats.
+constexpr std::array<std::string_view, 4> kPackedMeshExtensions = {
+    "KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression",
+    "KHR_mesh_quantization"};
+
+std::string lower_case(std::string text)
+{
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return text;
+}
+
+std::string read_bytes(const fs::path& file)
+{
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+// The JSON of a .gltf or .glb, its container checked; nothing if it is neither.
+std::optional<std::string> gltf_json(const fs::path& file)
+{
+    const std::string extension = lower_case(file.extension().string());
+    if (extension != ".gltf" && extension != ".glb")
+        return std::nullopt;
+    std::string bytes = read_bytes(file);
+    if (!bytes.starts_with("glTF"))
+        return extension == ".gltf" ? std::optional(std::move(bytes)) : std::nullopt;
+
+    // magic, version, length of all; length of the first chunk, its kind
+    constexpr std::size_t kHeaderBytes = 20;
+    const auto word = [&](std::size_t at) {
+        std::uint32_t value = 0;
+        for (std::size_t i = 0; i < 4; ++i)
+            value |= static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[at + i]))
+                     << (8 * i);
+        return value;
+    };
+    if (bytes.size() < kHeaderBytes)
+        fail(file, "truncated: ends within the glTF header");
+    const std::size_t total = word(8);
+    const std::size_t json_bytes = word(12);
+    if (total > bytes.size())
+        fail(file, fmt::format("truncated: {} bytes of {}", bytes.size(), total));
+    if (json_bytes > bytes.size() - kHeaderBytes)
+        fail(file, "damaged: its JSON is longer than the file");
+    return bytes.substr(kHeaderBytes, json_bytes);
+}
+
+void refuse_packed_gltf(const fs::path& file)
+{
+    const std::optional<std::string> text = gltf_json(file);
+    if (!text)
+        return;
+    const nlohmann::json tree = nlohmann::json::parse(*text, nullptr, false);
+    if (!tree.is_object())
+        fail(file, "its JSON is damaged or cut short");
+    const auto required = tree.find("extensionsRequired");
+    if (required == tree.end() || !required->is_array())
+        return;
+    for (const nlohmann::json& name : *required) {
+        for (const std::string_view packed : kPackedMeshExtensions) {
+            if (name.is_string() && name.get_ref<const std::string&>() == packed)
+                fail(file, fmt::format("its coordinates are packed with {}, which is not "
+                                       "supported: export it without mesh compression",
+                                       packed));
+        }
+    }
+}
+
+// Assimp 5.2 reads a PLY header that does not end for ever.
+void refuse_endless_ply(const fs::path& file)
+{
+    constexpr std::size_t kMaxHeaderBytes = 1U << 16U;
+    std::ifstream stream(file, std::ios::binary);
+    std::string head(kMaxHeaderBytes, '\0');
+    stream.read(head.data(), kMaxHeaderBytes);
+    head.resize(static_cast<std::size_t>(stream.gcount()));
+    const std::string magic = lower_case(head.substr(0, 3));
+    if (magic == "ply" && head.find("\nend_header") == std::string::npos &&
+        head.find("\rend_header") == std::string::npos)
+        fail(file, "truncated: its PLY header has no end");
+}
+
+glm::dmat4 to_glm(const aiMatrix4x4& m)
+{
+    return {{m.a1, m.b1, m.c1, m.d1},
+            {m.a2, m.b2, m.c2, m.d2},
+            {m.a3, m.b3, m.c3, m.d3},
+            {m.a4, m.b4, m.c4, m.d4}};
+}
+
+glm::dvec3 to_glm(const aiVector3D& v)
+{
+    return {v.x, v.y, v.z};
+}
+
+bool all_finite(const glm::vec3& v)
+{
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+// The triangles of one node's mesh, placed in the file's space.
+void append_mesh(const fs::path& file, const aiMesh& part, const glm::dmat4& file_from_node,
+                 Mesh& out)
+{
+    // Each part holds one kind of primitive: Assimp was asked to sort them.
+    if ((part.mPrimitiveTypes & aiPrimitiveType_TRIANGLE) == 0 || part.mNumVertices == 0)
+        return;
+    const std::size_t first = out.positions.size();
+    if (first + part.mNumVertices > kMaxVertices)
+        fail(file, "more than 2^32 vertices");
+
+    const glm::dmat3 linear(file_from_node);
+    // The cofactor matrix carries normals as the inverse transpose does, and exists for scale 0
+    // too.
+    const glm::dmat3 normal_from_node(glm::cross(linear[1], linear[2]),
+                                      glm::cross(linear[2], linear[0]),
+                                      glm::cross(linear[0], linear[1]));
+    const bool mirrored = glm::determinant(linear) < 0;
+    const double normal_sign = mirrored ? -1 : 1;
+
+    for (unsigned i = 0; i < part.mNumVertices; ++i) {
+        const glm::vec3 position(file_from_node * glm::dvec4(to_glm(part.mVertices[i]), 1));
+        if (!all_finite(position))
+            fail(file, fmt::format("vertex {} of mesh '{}' is not finite", i,
+                                   printable(part.mName.C_Str())));
+        out.positions.push_back(position);
+        glm::vec3 normal(0);
+        if (part.HasNormals()) {
+            const glm::dvec3 n = normal_sign * (normal_from_node * to_glm(part.mNormals[i]));
+            normal = glm::vec3(n / glm::length(n));
+        }
+        out.normals.push_back(all_finite(normal) ? normal : glm::vec3(0));
+    }
+
+    for (unsigned f = 0; f < part.mNumFaces; ++f) {
+        const aiFace& face = part.mFaces[f];
+        if (face.mNumIndices != 3)
+            continue;
+        std::array<std::size_t, 3> corner{};
+        for (std::size_t i = 0; i < 3; ++i) {
+            if (face.mIndices[i] >= part.mNumVertices)
+                fail(file, fmt::format("damaged: triangle {} of mesh '{}' names vertex {} of {}", f,
+                                       printable(part.mName.C_Str()), face.mIndices[i],
+                                       part.mNumVertices));
+            corner[i] = first + face.mIndices[i];
+        }
+        if (mirrored)
+            std::swap(corner[1], corner[2]);
+        const glm::dvec3 a(out.positions[corner[0]]);
+        const glm::dvec3 b(out.positions[corner[1]]);
+        const glm::dvec3 c(out.positions[corner[2]]);
+        const glm::dvec3 across = glm::cross(b - a, c - a);
+        const double area = glm::length(across);
+        if (!(area > 0))
+            continue;  // nothing to see, and no plane to intersect
+        for (const std::size_t i : corner) {
+            out.triangles.push_back(static_cast<std::uint32_t>(i));
+            if (out.normals[i] == glm::vec3(0))
+                out.normals[i] = glm::vec3(across / area);
+        }
+    }
+}
+
+}  // namespace
+
+Mesh load_mesh(const fs::path& file)
+{
+    std::error_code error;
+    const fs::file_status status = fs::status(file, error);
+    if (!fs::exists(status))
+        fail(file, "no such mesh file");
+    if (!fs::is_regular_file(status))
+        fail(file, "is not a file");
+    if (!std::ifstream(file, std::ios::binary))
+        fail(file, fmt::format("cannot be opened: {}", std::strerror(errno)));
+    refuse_packed_gltf(file);
+    refuse_endless_ply(file);
+
+    Assimp::Importer importer;
+    importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, kSmoothDegrees);
+    // Without colours and texture coordinates more vertices are identical and join.
+    importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
+                                aiComponent_COLORS | aiComponent_TEXCOORDS |
+                                    aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_BONEWEIGHTS |
+                                    aiComponent_ANIMATIONS | aiComponent_TEXTURES |
+                                    aiComponent_LIGHTS | aiComponent_CAMERAS);
+    const aiScene* scene = importer.ReadFile(
+        file.string(), aiProcess_RemoveComponent | aiProcess_Triangulate | aiProcess_SortByPType |
+                           aiProcess_GenSmoothNormals | aiProcess_JoinIdenticalVertices);
+    if (scene == nullptr)
+        fail(file, "cannot be read as a mesh: " + printable(importer.GetErrorString(), 200));
+
+    Mesh mesh;
+    std::vector<std::pair<const aiNode*, glm::dmat4>> pending;
+    if (scene->mRootNode != nullptr)
+        pending.emplace_back(scene->mRootNode, to_glm(scene->mRootNode->mTransformation));
+    while (!pending.empty()) {
+        const auto [node, file_from_node] = pending.back();
+        pending.pop_back();
+        for (unsigned i = 0; i < node->mNumMeshes; ++i)
+            append_mesh(file, *scene->mMeshes[node->mMeshes[i]], file_from_node, mesh);
+        for (unsigned i = node->mNumChildren; i-- > 0;) {
+            const aiNode* child = node->mChildren[i];
+            pending.emplace_back(child, file_from_node * to_glm(child->mTransformation));
+        }
+    }
+    if (mesh.triangles.empty())
+        fail(file, "has no triangle");
+    for (glm::vec3& normal : mesh.normals) {
+        if (normal == glm::vec3(0))
+            normal = {0, 0, 1};  // of a vertex in no triangle: never seen, but of unit length
+    }
+    return mesh;
+}
+
+}  // namespace fumarole::asset

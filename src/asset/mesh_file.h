@@ -1,0 +1,15 @@
+#pragma once
+
+#include <filesystem>
+
+#include "scene.h"
+
+namespace fumarole::asset {
+
+/// Reads every triangle of a mesh file (what Assimp reads: glTF, OBJ, PLY, STL, ...), node
+/// transforms applied, polygons triangulated, strips and fans unrolled, points and lines left out,
+/// missing normals made. Coordinates stay as the file has them: no axis is swapped.
+/// @throws Error naming the file: not there, unreadable, unsupported compression, no triangle, NaN.
+Mesh load_mesh(const std::filesystem::path& file);
+
+}  // namespace fumarole::asset

@@ -1,0 +1,761 @@
+#include "asset/scene_file.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fmt/format.h>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <system_error>
+#include <unistd.h>
+#include <utility>
+
+#include "asset/environment_map.h"
+#include "asset/json_reader.h"
+#include "asset/mesh_file.h"
+#include "asset/vdb_file.h"
+#include "error.h"
+
+namespace fumarole::asset {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// ------------------------------------------------------------------------------- what is allowed
+
+// No scene needs more, and squares and products of these stay finite in 32-bit floats too.
+constexpr double kMaxMetres = 1e12;
+constexpr double kMaxValue = 1e12;
+
+constexpr NumberRange kCoordinate{-kMaxMetres, kMaxMetres, false, false, "metres"};
+constexpr NumberRange kLength{0, kMaxMetres, true, false, "metres"};
+constexpr NumberRange kDirection{-kMaxValue, kMaxValue};
+constexpr NumberRange kScale{0, kMaxValue, true, false};
+constexpr NumberRange kCoefficient{0, kMaxValue, false, false, "1/m"};
+constexpr NumberRange kRadiance{0, kMaxValue, false, false, "W/m^2/sr"};
+constexpr NumberRange kEmission{0, kMaxValue, false, false, "W/m^2/sr per metre"};
+constexpr NumberRange kIrradiance{0, kMaxValue, false, false, "W/m^2"};
+constexpr NumberRange kIntensity{0, kMaxValue, false, false, "W/sr"};
+constexpr NumberRange kAlbedo{0, 1};
+constexpr NumberRange kAnisotropy{-1, 1, true, true};
+constexpr NumberRange kAngle{0, 180, true, true, "degrees"};
+constexpr NumberRange kTime{-kMaxValue, kMaxValue, false, false, "seconds"};
+constexpr NumberRange kSpeed{-kMaxValue, kMaxValue, false, false, "m/s"};
+// Sixteen octaves of a larger one would leave the range in which doubles tell lattice cells apart.
+constexpr NumberRange kLacunarity{1, 16};
+
+// Sine of the angle below which `up` gives a camera no orientation.
+constexpr double kMinSine = 1e-6;
+
+// A scene is text that someone wrote; whatever is longer was named by mistake.
+constexpr std::uintmax_t kMaxFileBytes = 64U << 20U;
+
+constexpr std::size_t kLineWidth = 100;
+
+// ------------------------------------------------------------------------------- JSON to a scene
+
+fs::path resolved(const fs::path& folder, const std::string& name)
+{
+    return (folder / fs::path(name)).lexically_normal();
+}
+
+// Unit length, but the very bits of a vector that has it already: a written scene reads back equal.
+glm::dvec3 unit_direction(glm::dvec3 v, const JsonPlace& place)
+{
+    const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+    if (largest == 0)
+        place.fail("expected a direction, got [0, 0, 0]");
+    if (std::abs(glm::dot(v, v) - 1) <= 1e-15)
+        return v;
+    v /= largest;  // so that the squares of tiny numbers do not vanish
+    return glm::normalize(v);
+}
+
+void check_box(const JsonObject& object, const glm::dvec3& min, const glm::dvec3& max)
+{
+    for (int axis = 0; axis < 3; ++axis) {
+        if (!(min[axis] < max[axis]))
+            object.place().key("max").fail(
+                fmt::format("expected more than min on every axis, got {} = {} where min has {}",
+                            "xyz"[axis], max[axis], min[axis]));
+    }
+}
+
+Camera read_camera(JsonObject object)
+{
+    Camera camera;
+    object.need("position", kCoordinate, camera.position);
+    object.need("look_at", kCoordinate, camera.look_at);
+    object.read("up", kDirection, camera.up);
+    object.need("vfov_deg", kAngle, camera.vfov_deg);
+    object.read("near", kLength, camera.near);
+    object.read("far", kLength, camera.far);
+    camera.projection = object.choice("projection", {"perspective", "orthographic"}, 0) == 0
+                            ? Camera::Projection::perspective
+                            : Camera::Projection::orthographic;
+    object.read("ortho_height", {0, kMaxMetres, false, false, "metres"}, camera.ortho_height);
+    object.finish();
+
+    if (!(camera.near < camera.far))
+        object.place().key("far").fail(fmt::format(
+            "expected more than near, got {} where near is {}", camera.far, camera.near));
+    const glm::dvec3 view = camera.look_at - camera.position;
+    if (view == glm::dvec3(0))
+        object.place().key("look_at").fail("expected another point than position");
+    const glm::dvec3 forward = unit_direction(view, object.place().key("look_at"));
+    const glm::dvec3 up = unit_direction(camera.up, object.place().key("up"));
+    if (glm::length(glm::cross(forward, up)) < kMinSine)
+        object.place().key("up").fail(
+            "expected a direction across the view, got one parallel to look_at - position");
+    return camera;
+}
+
+World read_world(const Json& value, const JsonPlace& place, const fs::path& folder)
+{
+    World world;
+    if (!value.is_object()) {
+        world.radiance = json_value<glm::vec3>(value, place, kRadiance);
+        return world;
+    }
+    JsonObject object(value, place);
+    object.need_file("environment", world.environment_file);
+    object.read("scale", {0, kMaxValue}, world.environment_scale);
+    object.finish();
+    world.environment_file = resolved(folder, world.environment_file).string();
+    return world;
+}
+
+Light read_light(JsonObject object)
+{
+    object.ignore("radius");
+    switch (object.need_choice("type", {"sun", "point", "spot"})) {
+    case 0: {
+        SunLight sun;
+        object.need("direction_to_light", kDirection, sun.direction_to_light);
+        object.need("irradiance_W_per_m2", kIrradiance, sun.irradiance);
+        object.finish();
+        sun.direction_to_light =
+            unit_direction(sun.direction_to_light, object.place().key("direction_to_light"));
+        return sun;
+    }
+    case 1: {
+        PointLight point;
+        object.need("position", kCoordinate, point.position);
+        object.need("radiant_intensity_W_per_sr", kIntensity, point.radiant_intensity);
+        object.finish();
+        return point;
+    }
+    default: {
+        SpotLight spot;
+        object.need("position", kCoordinate, spot.position);
+        object.need("direction", kDirection, spot.direction);
+        object.read("cone_deg", kAngle, spot.cone_deg);
+        object.read("blend", {0, 1}, spot.blend);
+        object.need("radiant_intensity_W_per_sr", kIntensity, spot.radiant_intensity);
+        object.finish();
+        spot.direction = unit_direction(spot.direction, object.place().key("direction"));
+        return spot;
+    }
+    }
+}
+
+GridMedium read_grid_medium(JsonObject& object, const fs::path& folder)
+{
+    GridMedium medium;
+    object.need_file("file", medium.file);
+    object.read("grid", medium.grid);
+    object.read("translate", kCoordinate, medium.translate);
+    object.read("scale", kScale, medium.scale);
+    object.need("sigma_s_per_density", kCoefficient, medium.sigma_s_per_density);
+    object.read("sigma_a_per_density", kCoefficient, medium.sigma_a_per_density);
+    object.read("g", kAnisotropy, medium.g);
+    object.read("emission_grid", medium.emission_grid);
+    const bool has_emission = object.read("emission_per_unit", kEmission, medium.emission_per_unit);
+    object.read("color_grid", medium.color_grid);
+    object.finish();
+    if (has_emission != !medium.emission_grid.empty())
+        object.place().fail(
+            has_emission ? "'emission_per_unit' needs 'emission_grid', the grid it multiplies"
+                         : "'emission_grid' needs 'emission_per_unit' (expected three "
+                           "numbers, W/m^2/sr per metre)");
+    medium.file = resolved(folder, medium.file).string();
+    return medium;
+}
+
+NoiseProfile read_noise(JsonObject object)
+{
+    NoiseProfile noise;
+    object.read("feature_size", kLength, noise.feature_size);
+    object.read("octaves", {1, 16}, noise.octaves);
+    object.read("gain", {0, 1, true, false}, noise.gain);
+    object.read("lacunarity", kLacunarity, noise.lacunarity);
+    object.read("threshold", {0, 1, false, true}, noise.threshold);
+    object.read("seed", {0, std::numeric_limits<std::uint32_t>::max()}, noise.seed);
+    object.read("drift_m_per_s", kSpeed, noise.drift);
+    object.finish();
+    return noise;
+}
+
+BoxMedium read_box_medium(JsonObject& object)
+{
+    BoxMedium medium;
+    object.need("min", kCoordinate, medium.min);
+    object.need("max", kCoordinate, medium.max);
+    const std::size_t profile = object.choice("profile", {"homogeneous", "exp_height", "noise"}, 0);
+    if (profile == 1) {
+        ExpHeightProfile falloff;
+        object.need("scale_height", kLength, falloff.scale_height);
+        object.read("z0", kCoordinate, falloff.z0);
+        medium.profile = falloff;
+    } else if (profile == 2) {
+        const JsonPlace place = object.place().key("noise");
+        const Json* noise = object.find("noise");
+        medium.profile = noise == nullptr ? NoiseProfile{} : read_noise(JsonObject(*noise, place));
+    }
+    object.need("sigma_s", kCoefficient, medium.sigma_s);
+    object.read("sigma_a", kCoefficient, medium.sigma_a);
+    object.read("g", kAnisotropy, medium.g);
+    object.read("emission", kEmission, medium.emission);
+    object.finish();
+    check_box(object, medium.min, medium.max);
+    return medium;
+}
+
+Medium read_medium(JsonObject object, const fs::path& folder)
+{
+    if (object.need_choice("type", {"vdb", "box"}) == 0)
+        return read_grid_medium(object, folder);
+    return read_box_medium(object);
+}
+
+Surface read_surface(JsonObject object, const fs::path& folder)
+{
+    switch (object.need_choice("type", {"sphere", "box", "mesh"})) {
+    case 0: {
+        SphereSurface sphere;
+        object.need("center", kCoordinate, sphere.center);
+        object.need("radius", kLength, sphere.radius);
+        object.read("albedo", kAlbedo, sphere.albedo);
+        object.finish();
+        return sphere;
+    }
+    case 1: {
+        BoxSurface box;
+        object.need("min", kCoordinate, box.min);
+        object.need("max", kCoordinate, box.max);
+        object.read("albedo", kAlbedo, box.albedo);
+        object.finish();
+        check_box(object, box.min, box.max);
+        return box;
+    }
+    default: {
+        MeshSurface mesh;
+        object.need_file("file", mesh.file);
+        object.read("translate", kCoordinate, mesh.translate);
+        object.read("scale", kScale, mesh.scale);
+        object.read("albedo", kAlbedo, mesh.albedo);
+        object.finish();
+        mesh.file = resolved(folder, mesh.file).string();
+        return mesh;
+    }
+    }
+}
+
+Scene scene_from_json(std::string_view text, const std::string& file, const fs::path& folder)
+{
+    const Json tree = parse_json(text, file);
+    JsonObject object(tree, {file, ""});
+    Scene scene;
+    object.read("resolution", {1, 16384, false, false, "pixels"}, scene.resolution);
+    const Json* camera = object.find("camera");
+    if (const Json* world = object.find("world_radiance"))
+        scene.world = read_world(*world, object.place().key("world_radiance"), folder);
+    object.read_list("lights", [&](JsonObject item) { scene.lights.push_back(read_light(item)); });
+    object.read_list("media",
+                     [&](JsonObject item) { scene.media.push_back(read_medium(item, folder)); });
+    object.read_list(
+        "surfaces", [&](JsonObject item) { scene.surfaces.push_back(read_surface(item, folder)); });
+    object.read("time", kTime, scene.time);
+    object.finish();
+    if (camera == nullptr)
+        object.place().fail("missing key 'camera' (expected an object with position, look_at and "
+                            "vfov_deg)");
+    scene.camera = read_camera(JsonObject(*camera, object.place().key("camera")));
+    return scene;
+}
+
+std::string read_text(const fs::path& file)
+{
+    std::error_code ignored;
+    if (fs::is_directory(file, ignored))
+        throw Error(fmt::format("{}: is a folder, expected a scene file", file.string()));
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream)
+        throw Error(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
+    std::string text;
+    std::vector<char> buffer(1U << 16U);
+    while (stream.read(buffer.data(), static_cast<std::streamsize>(buffer.size())),
+           stream.gcount() > 0) {
+        text.append(buffer.data(), static_cast<std::size_t>(stream.gcount()));
+        if (text.size() > kMaxFileBytes)
+            throw Error(fmt::format("{}: larger than {} MiB, expected a scene file", file.string(),
+                                    kMaxFileBytes >> 20U));
+    }
+    if (stream.bad())
+        throw Error(fmt::format("{}: cannot be read", file.string()));
+    return text;
+}
+
+// ------------------------------------------------------------------------------- a scene to JSON
+
+template <typename T> std::string number_text(T value)
+{
+    if (value == 0 && std::signbit(value))
+        return "-0.0";  // "-0" reads as an integer, which has no sign
+    std::string text = fmt::format("{}", value);
+    // The shortest text of a float, read as a double and rounded, may miss it by one bit.
+    if (static_cast<T>(std::strtod(text.c_str(), nullptr)) != value)
+        text = fmt::format("{:.17g}", value);
+    return text;
+}
+
+// The members of an object as text, laid out on one line if they fit.
+class Members {
+public:
+    explicit Members(std::string place) : place_(std::move(place)) {}
+
+    void raw(std::string_view key, std::string text)
+    {
+        members_.push_back(fmt::format("\"{}\": {}", key, std::move(text)));
+    }
+
+    void text(std::string_view key, const std::string& value)
+    {
+        try {
+            raw(key, Json(value).dump());
+        } catch (const Json::exception&) {
+            fail(key, "is not UTF-8");
+        }
+    }
+
+    template <typename T> void number(std::string_view key, T value)
+    {
+        if constexpr (std::is_floating_point_v<T>) {
+            if (!std::isfinite(value))
+                fail(key, "is not finite");
+            raw(key, number_text(value));
+        } else {
+            raw(key, fmt::format("{}", value));
+        }
+    }
+
+    template <typename T> void triple(std::string_view key, const T& value)
+    {
+        if (!std::isfinite(value.x) || !std::isfinite(value.y) || !std::isfinite(value.z))
+            fail(key, "is not finite");
+        raw(key, fmt::format("[{}, {}, {}]", number_text(value.x), number_text(value.y),
+                             number_text(value.z)));
+    }
+
+    [[nodiscard]] std::string in_lines(std::size_t indent) const
+    {
+        std::string out = "{";
+        std::size_t column = indent + 1;
+        for (std::size_t i = 0; i < members_.size(); ++i) {
+            if (i > 0) {
+                const bool full = column + members_[i].size() + 3 > kLineWidth;
+                out += full ? ",\n" + std::string(indent + 1, ' ') : ", ";
+                column = full ? indent + 1 : column + 2;
+            }
+            out += members_[i];
+            column += members_[i].size();
+        }
+        return out + "}";
+    }
+
+    [[nodiscard]] const std::vector<std::string>& list() const { return members_; }
+
+private:
+    [[noreturn]] void fail(std::string_view key, const char* problem) const
+    {
+        throw Error(fmt::format("the scene cannot be written: {}{}{} {}", place_,
+                                place_.empty() ? "" : ".", key, problem));
+    }
+
+    std::string place_;
+    std::vector<std::string> members_;
+};
+
+constexpr std::size_t kItemIndent = 4;
+
+std::string list_text(const std::vector<std::string>& items)
+{
+    if (items.empty())
+        return "[]";
+    return fmt::format("[\n    {}\n  ]", fmt::join(items, ",\n    "));
+}
+
+// Names below the folder, or below the one it stands in, stay valid when both are moved together.
+std::string relative_name(const std::string& file, const fs::path& folder)
+{
+    if (file.empty())
+        return file;
+    const fs::path absolute = fs::absolute(file).lexically_normal();
+    const fs::path relative =
+        absolute.lexically_relative((fs::current_path() / folder).lexically_normal());
+    const auto climbs = std::count(relative.begin(), relative.end(), fs::path(".."));
+    return relative.empty() || climbs > 1 ? absolute.string() : relative.string();
+}
+
+std::string light_text(const Light& light, const std::string& place)
+{
+    Members out(place);
+    if (const auto* sun = std::get_if<SunLight>(&light)) {
+        out.text("type", "sun");
+        out.triple("direction_to_light", sun->direction_to_light);
+        out.triple("irradiance_W_per_m2", sun->irradiance);
+    } else if (const auto* point = std::get_if<PointLight>(&light)) {
+        out.text("type", "point");
+        out.triple("position", point->position);
+        out.triple("radiant_intensity_W_per_sr", point->radiant_intensity);
+    } else {
+        const auto& spot = std::get<SpotLight>(light);
+        out.text("type", "spot");
+        out.triple("position", spot.position);
+        out.triple("direction", spot.direction);
+        out.number("cone_deg", spot.cone_deg);
+        out.number("blend", spot.blend);
+        out.triple("radiant_intensity_W_per_sr", spot.radiant_intensity);
+    }
+    return out.in_lines(kItemIndent);
+}
+
+std::string grid_medium_text(const GridMedium& medium, const std::string& place,
+                             const fs::path& folder)
+{
+    Members out(place);
+    out.text("type", "vdb");
+    out.text("file", relative_name(medium.file, folder));
+    if (!medium.grid.empty())
+        out.text("grid", medium.grid);
+    out.triple("translate", medium.translate);
+    out.number("scale", medium.scale);
+    out.triple("sigma_s_per_density", medium.sigma_s_per_density);
+    out.triple("sigma_a_per_density", medium.sigma_a_per_density);
+    out.number("g", medium.g);
+    if (!medium.emission_grid.empty() || medium.emission_per_unit != glm::vec3(0)) {
+        out.text("emission_grid", medium.emission_grid);
+        out.triple("emission_per_unit", medium.emission_per_unit);
+    }
+    if (!medium.color_grid.empty())
+        out.text("color_grid", medium.color_grid);
+    return out.in_lines(kItemIndent);
+}
+
+std::string box_medium_text(const BoxMedium& medium, const std::string& place)
+{
+    Members out(place);
+    out.text("type", "box");
+    out.triple("min", medium.min);
+    out.triple("max", medium.max);
+    if (const auto* falloff = std::get_if<ExpHeightProfile>(&medium.profile)) {
+        out.text("profile", "exp_height");
+        out.number("scale_height", falloff->scale_height);
+        out.number("z0", falloff->z0);
+    } else if (const auto* noise = std::get_if<NoiseProfile>(&medium.profile)) {
+        Members inner(place + ".noise");
+        inner.number("feature_size", noise->feature_size);
+        inner.number("octaves", noise->octaves);
+        inner.number("gain", noise->gain);
+        inner.number("lacunarity", noise->lacunarity);
+        inner.number("threshold", noise->threshold);
+        inner.number("seed", noise->seed);
+        inner.triple("drift_m_per_s", noise->drift);
+        out.text("profile", "noise");
+        out.raw("noise", inner.in_lines(kItemIndent + std::string_view(R"({"noise": )").size()));
+    } else {
+        out.text("profile", "homogeneous");
+    }
+    out.triple("sigma_s", medium.sigma_s);
+    out.triple("sigma_a", medium.sigma_a);
+    out.number("g", medium.g);
+    if (medium.emission != glm::vec3(0))
+        out.triple("emission", medium.emission);
+    return out.in_lines(kItemIndent);
+}
+
+std::string surface_text(const Surface& surface, const std::string& place, const fs::path& folder)
+{
+    Members out(place);
+    if (const auto* sphere = std::get_if<SphereSurface>(&surface)) {
+        out.text("type", "sphere");
+        out.triple("center", sphere->center);
+        out.number("radius", sphere->radius);
+        out.triple("albedo", sphere->albedo);
+    } else if (const auto* box = std::get_if<BoxSurface>(&surface)) {
+        out.text("type", "box");
+        out.triple("min", box->min);
+        out.triple("max", box->max);
+        out.triple("albedo", box->albedo);
+    } else {
+        const auto& mesh = std::get<MeshSurface>(surface);
+        out.text("type", "mesh");
+        out.text("file", relative_name(mesh.file, folder));
+        out.triple("translate", mesh.translate);
+        out.number("scale", mesh.scale);
+        out.triple("albedo", mesh.albedo);
+    }
+    return out.in_lines(kItemIndent);
+}
+
+std::string camera_text(const Camera& camera)
+{
+    Members out("camera");
+    out.triple("position", camera.position);
+    out.triple("look_at", camera.look_at);
+    out.triple("up", camera.up);
+    out.number("vfov_deg", camera.vfov_deg);
+    out.number("near", camera.near);
+    out.number("far", camera.far);
+    out.text("projection",
+             camera.projection == Camera::Projection::perspective ? "perspective" : "orthographic");
+    if (camera.ortho_height != 0)
+        out.number("ortho_height", camera.ortho_height);
+    return out.in_lines(std::string_view(R"(  "camera": )").size());
+}
+
+// ------------------------------------------------------------------------------- writing a file
+
+[[noreturn]] void fail_write(const fs::path& file, int error)
+{
+    throw Error(fmt::format("{}: cannot be written: {}", file.string(), std::strerror(error)));
+}
+
+// Returns 0 or the errno of what went wrong. `mode` as of fopen.
+int write_text(const fs::path& file, const std::string& text, const char* mode)
+{
+    errno = 0;
+    std::FILE* stream = std::fopen(file.c_str(), mode);
+    if (stream == nullptr)
+        return errno != 0 ? errno : EIO;
+    int error = 0;
+    if (std::fwrite(text.data(), 1, text.size(), stream) != text.size() || std::fflush(stream) != 0)
+        error = errno != 0 ? errno : EIO;
+    if (std::fclose(stream) != 0 && error == 0)
+        error = errno != 0 ? errno : EIO;
+    return error;
+}
+
+void replace_file(const fs::path& file, const std::string& text)
+{
+    std::error_code error;
+    const fs::file_status status = fs::status(file, error);
+    if (fs::is_directory(status))
+        fail_write(file, EISDIR);
+    if (fs::exists(status) && !fs::is_regular_file(status)) {
+        // A device or a pipe must not be renamed over.
+        if (const int failed = write_text(file, text, "wb"))
+            fail_write(file, failed);
+        return;
+    }
+    // Written through a link, not over it.
+    fs::path target = fs::canonical(file, error);
+    if (error)
+        target = file;
+    static std::atomic<unsigned> counter{0};
+    fs::path temporary = target;
+    temporary += fmt::format(".{}-{}.tmp", getpid(), counter++);
+    int failed = write_text(temporary, text, "wbx");
+    if (failed == 0) {
+        if (fs::exists(status))
+            fs::permissions(temporary, status.permissions(), error);  // keep them if we may
+        fs::rename(temporary, target, error);
+        failed = error ? error.value() : 0;
+    }
+    if (failed != 0) {
+        if (failed != EEXIST)  // then it is not ours
+            fs::remove(temporary, error);
+        fail_write(file, failed);
+    }
+}
+
+// ------------------------------------------------------------------------------- named files
+
+std::string file_key(const std::string& file)
+{
+    std::error_code error;
+    const fs::path canonical = fs::weakly_canonical(file, error);
+    return error ? file : canonical.string();
+}
+
+// Reads each grid, mesh and map once, whoever asks for it.
+class SceneFiles {
+public:
+    explicit SceneFiles(std::vector<std::string>& notes) : notes_(notes) {}
+
+    void know(const std::string& file, const std::string& grid,
+              const std::shared_ptr<const VoxelGrid>& loaded)
+    {
+        if (loaded && !file.empty())
+            grids_.emplace(std::pair{file_key(file), grid}, loaded);
+    }
+
+    void know(const std::string& file, const std::shared_ptr<const Mesh>& loaded)
+    {
+        if (loaded && !file.empty())
+            meshes_.emplace(file_key(file), loaded);
+    }
+
+    std::shared_ptr<const VoxelGrid> grid(const std::string& file, const std::string& name)
+    {
+        const std::string key = file_key(file);
+        std::shared_ptr<const VoxelGrid>& slot = grids_[{key, name}];
+        if (!slot) {
+            LoadedGrid loaded = load_grid(file, name);
+            for (std::string& note : loaded.notes)
+                add_note(file, std::move(note));
+            auto read = std::make_shared<const VoxelGrid>(std::move(loaded.grid));
+            // "" and the name of the grid that it stands for share one copy.
+            slot = read;
+            slot = grids_.emplace(std::pair{key, read->name}, read).first->second;
+        }
+        return slot;
+    }
+
+    std::shared_ptr<const Mesh> mesh(const std::string& file)
+    {
+        std::shared_ptr<const Mesh>& slot = meshes_[file_key(file)];
+        if (!slot)
+            slot = std::make_shared<const Mesh>(load_mesh(file));
+        return slot;
+    }
+
+private:
+    void add_note(const std::string& file, std::string note)
+    {
+        const std::string name = fs::path(file).filename().string();
+        if (!note.starts_with(file) && !note.starts_with(name))
+            note = fmt::format("{}: {}", file, note);
+        if (std::find(notes_.begin(), notes_.end(), note) == notes_.end())
+            notes_.push_back(std::move(note));
+    }
+
+    std::vector<std::string>& notes_;
+    std::map<std::pair<std::string, std::string>, std::shared_ptr<const VoxelGrid>> grids_;
+    std::map<std::string, std::shared_ptr<const Mesh>> meshes_;
+};
+
+// A medium that a host filled in by hand names no file, and needs none.
+void load_medium_files(GridMedium& medium, SceneFiles& files)
+{
+    if (medium.file.empty())
+        return;
+    if (!medium.density)
+        medium.density = files.grid(medium.file, medium.grid);
+    if (!medium.emission && !medium.emission_grid.empty())
+        medium.emission = files.grid(medium.file, medium.emission_grid);
+    if (!medium.color && !medium.color_grid.empty()) {
+        medium.color = files.grid(medium.file, medium.color_grid);
+        if (medium.color->channels != 3)
+            throw Error(fmt::format("{}: grid '{}' has one number a voxel, and a color_grid needs "
+                                    "three (a vec3 grid, or name.x, name.y and name.z)",
+                                    medium.file, medium.color_grid));
+    }
+}
+
+}  // namespace
+
+Scene parse_scene(const fs::path& file)
+{
+    return scene_from_json(read_text(file), file.string(), file.parent_path());
+}
+
+void load_scene_files(LoadedScene& loaded)
+{
+    SceneFiles files(loaded.notes);
+    Scene& scene = loaded.scene;
+    for (const Medium& medium : scene.media) {
+        if (const auto* grid = std::get_if<GridMedium>(&medium)) {
+            files.know(grid->file, grid->grid, grid->density);
+            files.know(grid->file, grid->emission_grid, grid->emission);
+            files.know(grid->file, grid->color_grid, grid->color);
+        }
+    }
+    for (const Surface& surface : scene.surfaces) {
+        if (const auto* mesh = std::get_if<MeshSurface>(&surface))
+            files.know(mesh->file, mesh->mesh);
+    }
+
+    for (Medium& medium : scene.media) {
+        if (auto* grid = std::get_if<GridMedium>(&medium))
+            load_medium_files(*grid, files);
+    }
+    for (Surface& surface : scene.surfaces) {
+        auto* mesh = std::get_if<MeshSurface>(&surface);
+        if (mesh != nullptr && !mesh->mesh && !mesh->file.empty())
+            mesh->mesh = files.mesh(mesh->file);
+    }
+    if (!scene.world.environment && !scene.world.environment_file.empty())
+        scene.world.environment =
+            std::make_shared<const Environment>(load_environment(scene.world.environment_file));
+}
+
+LoadedScene load_scene(const fs::path& file)
+{
+    LoadedScene loaded;
+    loaded.scene = parse_scene(file);
+    load_scene_files(loaded);
+    return loaded;
+}
+
+std::string scene_to_json(const Scene& scene, const fs::path& folder)
+{
+    Members top("");
+    top.raw("resolution", fmt::format("[{}, {}]", scene.resolution.x, scene.resolution.y));
+    top.raw("camera", camera_text(scene.camera));
+    if (scene.world.environment_file.empty()) {
+        top.triple("world_radiance", scene.world.radiance);
+    } else {
+        Members world("world_radiance");
+        world.text("environment", relative_name(scene.world.environment_file, folder));
+        world.number("scale", scene.world.environment_scale);
+        top.raw("world_radiance", world.in_lines(2));
+    }
+    if (scene.time != 0)
+        top.number("time", scene.time);
+
+    std::vector<std::string> items;
+    for (std::size_t i = 0; i < scene.lights.size(); ++i)
+        items.push_back(light_text(scene.lights[i], fmt::format("lights[{}]", i)));
+    top.raw("lights", list_text(items));
+    items.clear();
+    for (std::size_t i = 0; i < scene.media.size(); ++i) {
+        const std::string place = fmt::format("media[{}]", i);
+        const auto* grid = std::get_if<GridMedium>(&scene.media[i]);
+        items.push_back(grid != nullptr
+                            ? grid_medium_text(*grid, place, folder)
+                            : box_medium_text(std::get<BoxMedium>(scene.media[i]), place));
+    }
+    top.raw("media", list_text(items));
+    items.clear();
+    for (std::size_t i = 0; i < scene.surfaces.size(); ++i)
+        items.push_back(surface_text(scene.surfaces[i], fmt::format("surfaces[{}]", i), folder));
+    top.raw("surfaces", list_text(items));
+
+    std::string text = fmt::format("{{\n  {}\n}}\n", fmt::join(top.list(), ",\n  "));
+    // A host may have filled in what no file may say; better told now than when it is read.
+    scene_from_json(text, "the scene cannot be written", folder);
+    return text;
+}
+
+void save_scene(const Scene& scene, const fs::path& file)
+{
+    replace_file(file, scene_to_json(scene, file.parent_path()));
+}
+
+}  // namespace fumarole::asset

@@ -1,0 +1,57 @@
+#include "gl/device.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <fmt/format.h>
+#include <string_view>
+
+#include "error.h"
+
+namespace fumarole::gl {
+
+namespace {
+
+bool is_software(std::string_view renderer)
+{
+    constexpr std::array<std::string_view, 4> kRasterisers{"llvmpipe", "softpipe", "swrast",
+                                                           "software"};
+    std::string lower(renderer);
+    std::transform(lower.begin(), lower.end(), lower.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return std::any_of(kRasterisers.begin(), kRasterisers.end(), [&](std::string_view name) {
+        return lower.find(name) != std::string::npos;
+    });
+}
+
+}  // namespace
+
+Device::Device(GetProc get_proc)
+{
+    const int version = gladLoadGLContext(&gl_, get_proc);
+    if (version == 0)
+        throw Error("OpenGL: no context is current, or its functions can't be found; make a "
+                    "context current before the renderer is made");
+    const auto text = [&](GLenum name) {
+        const GLubyte* value = gl_.GetString(name);
+        return std::string(value != nullptr ? reinterpret_cast<const char*>(value) : "unknown");
+    };
+    if (version < GLAD_MAKE_VERSION(4, 5))
+        throw Error(fmt::format("OpenGL {} on {}: version 4.5 or newer is needed; update the "
+                                "driver, or use --backend osmesa",
+                                text(GL_VERSION), text(GL_RENDERER)));
+    const auto limit = [&](GLenum name) {
+        GLint value = 0;
+        gl_.GetIntegerv(name, &value);
+        return value;
+    };
+    capabilities_ = {.renderer = text(GL_RENDERER),
+                     .version = text(GL_VERSION),
+                     .software = is_software(text(GL_RENDERER)),
+                     .max_texture_2d = limit(GL_MAX_TEXTURE_SIZE),
+                     .max_texture_3d = limit(GL_MAX_3D_TEXTURE_SIZE),
+                     .max_texture_units = limit(GL_MAX_TEXTURE_IMAGE_UNITS),
+                     .max_array_layers = limit(GL_MAX_ARRAY_TEXTURE_LAYERS)};
+}
+
+}  // namespace fumarole::gl

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <glad/gl.h>
+
+#include <cstdint>
+#include <string>
+#include <utility>
+
+namespace fumarole::gl {
+
+/// Finds GL functions by name: OSMesaGetProcAddress, eglGetProcAddress, glfwGetProcAddress, ...
+using GetProc = GLADapiproc (*)(const char* name);
+
+/// What a context can do, asked once.
+struct Capabilities {
+    std::string renderer;
+    std::string version;
+    bool software = false;  ///< a CPU rasteriser: its timer queries can't be believed
+    int max_texture_2d = 0;
+    int max_texture_3d = 0;
+    int max_texture_units = 0;  ///< samplers that one fragment shader may use
+    int max_array_layers = 0;
+};
+
+/// The functions and limits of the host's current context. Owns no GL object and no context. One
+/// for each context: nothing here is global.
+class Device {
+public:
+    /// @throws Error if the current context is older than OpenGL 4.5 or there is none.
+    explicit Device(GetProc get_proc);
+    Device(const Device&) = delete;
+    Device& operator=(const Device&) = delete;
+
+    const GladGLContext* operator->() const { return &gl_; }
+    [[nodiscard]] const Capabilities& capabilities() const { return capabilities_; }
+
+    /// Bytes in textures and buffers that objects of this device hold now.
+    [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
+
+    /// How objects keep the account; not for others.
+    void account(std::int64_t bytes) const { bytes_ += static_cast<std::uint64_t>(bytes); }
+
+private:
+    GladGLContext gl_{};
+    Capabilities capabilities_;
+    mutable std::uint64_t bytes_ = 0;
+};
+
+/// A move-only GL name with the device that it came from. `Destroy` frees one name.
+template <void (*Destroy)(const Device&, GLuint)> class Handle {
+public:
+    Handle() = default;
+    Handle(const Device& device, GLuint id) : device_{&device}, id_{id} {}
+    Handle(Handle&& other) noexcept { swap(other); }
+    Handle& operator=(Handle&& other) noexcept
+    {
+        Handle moved{std::move(other)};
+        swap(moved);
+        return *this;
+    }
+    Handle(const Handle&) = delete;
+    Handle& operator=(const Handle&) = delete;
+    ~Handle()
+    {
+        if (id_ != 0)
+            Destroy(*device_, id_);
+    }
+
+    [[nodiscard]] GLuint id() const { return id_; }
+    [[nodiscard]] const Device& device() const { return *device_; }
+    explicit operator bool() const { return id_ != 0; }
+
+private:
+    void swap(Handle& other) noexcept
+    {
+        std::swap(device_, other.device_);
+        std::swap(id_, other.id_);
+    }
+    const Device* device_ = nullptr;
+    GLuint id_ = 0;
+};
+
+}  // namespace fumarole::gl

@@ -1,0 +1,65 @@
+#include "gl/framebuffer.h"
+
+#include <array>
+#include <fmt/format.h>
+
+#include "error.h"
+#include "gl/label.h"
+
+namespace fumarole::gl {
+
+Framebuffer::Framebuffer(const Device& gl, std::string_view label)
+{
+    GLuint id = 0;
+    gl->CreateFramebuffers(1, &id);
+    handle_ = {gl, id};
+    set_label(gl, GL_FRAMEBUFFER, id, label);
+    gl->NamedFramebufferDrawBuffer(id, GL_NONE);
+    gl->NamedFramebufferReadBuffer(id, GL_NONE);
+}
+
+void Framebuffer::attach_color(std::initializer_list<TextureView> colors)
+{
+    const Device& gl = handle_.device();
+    std::array<GLenum, 4> buffers{};
+    GLsizei count = 0;
+    for (const TextureView& color : colors) {
+        const GLenum slot = GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(count);
+        gl->NamedFramebufferTexture(id(), slot, color.id, 0);
+        buffers.at(static_cast<std::size_t>(count++)) = slot;
+    }
+    gl->NamedFramebufferDrawBuffers(id(), count, buffers.data());
+    const GLenum status = gl->CheckNamedFramebufferStatus(id(), GL_DRAW_FRAMEBUFFER);
+    if (status != GL_FRAMEBUFFER_COMPLETE)
+        throw Error(fmt::format("OpenGL: can't draw to the colour texture given (framebuffer "
+                                "status {:#06x}); give one of a colour-renderable format, e.g. "
+                                "GL_RGBA16F",
+                                status));
+}
+
+void Framebuffer::attach_depth(TextureView depth)
+{
+    handle_.device()->NamedFramebufferTexture(id(), GL_DEPTH_ATTACHMENT, depth.id, 0);
+}
+
+void Framebuffer::attach_depth_layer(TextureView depth, int layer)
+{
+    handle_.device()->NamedFramebufferTextureLayer(id(), GL_DEPTH_ATTACHMENT, depth.id, 0, layer);
+}
+
+void Framebuffer::bind(glm::ivec2 size) const
+{
+    const Device& gl = handle_.device();
+    gl->BindFramebuffer(GL_DRAW_FRAMEBUFFER, id());
+    gl->Viewport(0, 0, size.x, size.y);
+}
+
+VertexArray::VertexArray(const Device& gl, std::string_view label)
+{
+    GLuint id = 0;
+    gl->CreateVertexArrays(1, &id);
+    handle_ = {gl, id};
+    set_label(gl, GL_VERTEX_ARRAY, id, label);
+}
+
+}  // namespace fumarole::gl

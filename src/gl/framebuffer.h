@@ -1,0 +1,45 @@
+#pragma once
+
+#include <initializer_list>
+#include <string_view>
+
+#include "gl/device.h"
+#include "gl/texture.h"
+
+namespace fumarole::gl {
+
+/// Where a pass draws. Holds attachments, not textures.
+class Framebuffer {
+public:
+    Framebuffer() = default;
+    Framebuffer(const Device& device, std::string_view label);
+
+    /// Sets the colour attachments, in order. @throws Error if the GL can't draw to them.
+    void attach_color(std::initializer_list<TextureView> colors);
+    void attach_depth(TextureView depth);
+    void attach_depth_layer(TextureView depth, int layer);
+
+    /// Binds for drawing, with a viewport that covers `size`.
+    void bind(glm::ivec2 size) const;
+    [[nodiscard]] GLuint id() const { return handle_.id(); }
+    explicit operator bool() const { return static_cast<bool>(handle_); }
+
+private:
+    static void destroy(const Device& gl, GLuint id) { gl->DeleteFramebuffers(1, &id); }
+    Handle<&Framebuffer::destroy> handle_;
+};
+
+/// An empty or an indexed vertex array.
+class VertexArray {
+public:
+    VertexArray() = default;
+    VertexArray(const Device& device, std::string_view label);
+    [[nodiscard]] GLuint id() const { return handle_.id(); }
+    explicit operator bool() const { return static_cast<bool>(handle_); }
+
+private:
+    static void destroy(const Device& gl, GLuint id) { gl->DeleteVertexArrays(1, &id); }
+    Handle<&VertexArray::destroy> handle_;
+};
+
+}  // namespace fumarole::gl

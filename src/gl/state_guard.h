@@ -1,0 +1,57 @@
+#pragma once
+
+#include <array>
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "gl/device.h"
+
+namespace fumarole::gl {
+
+/// A guest's manners: notes the state that our passes change, sets what they rely on, and puts
+/// everything back when it dies. Buffers, textures and programs of the host are left alone.
+///
+/// Our passes rely on: no test, no mask, no blending, both faces drawn, clip space of OpenGL's
+/// default ([-1,1] depth, lower left), no sampler object on our texture units.
+class StateGuard {
+public:
+    /// Texture units 0..units-1 and uniform blocks 0..blocks-1 are ours while it lives.
+    StateGuard(const Device& device, int units, int blocks);
+    ~StateGuard();
+    StateGuard(const StateGuard&) = delete;
+    StateGuard& operator=(const StateGuard&) = delete;
+
+private:
+    struct Unit {
+        GLint texture_2d = 0, texture_3d = 0, texture_2d_array = 0, sampler = 0;
+    };
+    struct Block {
+        GLint buffer = 0;
+        GLint64 offset = 0, size = 0;
+    };
+    struct Blend {
+        GLint src_rgb = 0, dst_rgb = 0, src_alpha = 0, dst_alpha = 0, equation_rgb = 0,
+              equation_alpha = 0;
+        GLboolean enabled = GL_FALSE;
+        std::array<GLboolean, 4> color_mask{};
+    };
+    /// The attachments that we draw to: never more than two, and depth.
+    static constexpr int kDrawBuffers = 2;
+
+    const Device& gl_;
+    std::vector<GLboolean> enabled_;
+    std::vector<Unit> units_;
+    std::vector<Block> blocks_;
+    std::array<Blend, kDrawBuffers> blend_{};
+    GLint draw_framebuffer_ = 0, program_ = 0, vertex_array_ = 0, active_texture_ = 0;
+    GLint uniform_buffer_ = 0;
+    GLint cull_mode_ = 0, front_face_ = 0, depth_func_ = 0, clip_origin_ = 0, clip_depth_ = 0;
+    std::array<GLint, 2> polygon_mode_{};
+    std::array<GLfloat, 4> viewport_{};
+    std::array<GLfloat, 4> blend_color_{};
+    std::array<GLdouble, 2> depth_range_{};
+    GLfloat offset_factor_ = 0, offset_units_ = 0;
+    GLboolean depth_mask_ = GL_FALSE;
+};
+
+}  // namespace fumarole::gl

@@ -1,0 +1,146 @@
+#include "gl/texture.h"
+
+#include <cassert>
+#include <fmt/format.h>
+
+#include "error.h"
+#include "gl/label.h"
+
+namespace fumarole::gl {
+
+namespace {
+
+std::int64_t texel_bytes(GLenum format)
+{
+    switch (format) {
+    case GL_R8:
+        return 1;
+    case GL_R16F:
+    case GL_R16UI:
+    case GL_R16:
+        return 2;
+    case GL_R32F:
+    case GL_R32UI:
+    case GL_R11F_G11F_B10F:
+    case GL_RGBA8:
+    case GL_DEPTH_COMPONENT32F:
+        return 4;
+    case GL_RGBA16F:
+        return 8;
+    case GL_RGBA32F:
+        return 16;
+    default:
+        assert(!"a format whose bytes are not known");
+        return 0;
+    }
+}
+
+/// Bytes of a texture, asked of the GL so that destroying needs no state of ours.
+std::int64_t texture_bytes(const Device& gl, GLuint id)
+{
+    GLint width = 0, height = 0, depth = 0, format = 0;
+    gl->GetTextureLevelParameteriv(id, 0, GL_TEXTURE_WIDTH, &width);
+    gl->GetTextureLevelParameteriv(id, 0, GL_TEXTURE_HEIGHT, &height);
+    gl->GetTextureLevelParameteriv(id, 0, GL_TEXTURE_DEPTH, &depth);
+    gl->GetTextureLevelParameteriv(id, 0, GL_TEXTURE_INTERNAL_FORMAT, &format);
+    return std::int64_t{width} * height * depth * texel_bytes(static_cast<GLenum>(format));
+}
+
+}  // namespace
+
+void Texture::destroy(const Device& gl, GLuint id)
+{
+    gl.account(-texture_bytes(gl, id));
+    gl->DeleteTextures(1, &id);
+}
+
+Texture Texture::make(const Device& gl, std::string_view label, GLenum target, glm::ivec3 size,
+                      GLenum format, Filter filter)
+{
+    assert(size.x > 0 && size.y > 0 && size.z > 0);
+    GLuint id = 0;
+    gl->CreateTextures(target, 1, &id);
+    Texture texture;
+    texture.handle_ = {gl, id};
+    texture.target_ = target;
+    texture.size_ = size;
+    set_label(gl, GL_TEXTURE, id, label);
+    if (target == GL_TEXTURE_2D)
+        gl->TextureStorage2D(id, 1, format, size.x, size.y);
+    else
+        gl->TextureStorage3D(id, 1, format, size.x, size.y, size.z);
+    gl.account(texture_bytes(gl, id));
+
+    const bool smooth = filter != Filter::nearest;
+    gl->TextureParameteri(id, GL_TEXTURE_MIN_FILTER, smooth ? GL_LINEAR : GL_NEAREST);
+    gl->TextureParameteri(id, GL_TEXTURE_MAG_FILTER, smooth ? GL_LINEAR : GL_NEAREST);
+    for (GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R})
+        gl->TextureParameteri(id, wrap, GL_CLAMP_TO_EDGE);
+    if (filter == Filter::depth_compare) {
+        gl->TextureParameteri(id, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
+        gl->TextureParameteri(id, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
+    }
+    return texture;
+}
+
+Texture Texture::make_2d(const Device& gl, std::string_view label, glm::ivec2 size, GLenum format,
+                         Filter filter)
+{
+    return make(gl, label, GL_TEXTURE_2D, glm::ivec3(size, 1), format, filter);
+}
+
+Texture Texture::make_2d_array(const Device& gl, std::string_view label, glm::ivec3 size,
+                               GLenum format, Filter filter)
+{
+    return make(gl, label, GL_TEXTURE_2D_ARRAY, size, format, filter);
+}
+
+Texture Texture::make_3d(const Device& gl, std::string_view label, glm::ivec3 size, GLenum format,
+                         Filter filter)
+{
+    return make(gl, label, GL_TEXTURE_3D, size, format, filter);
+}
+
+void Texture::upload(GLenum format, GLenum type, const void* data)
+{
+    const Device& gl = handle_.device();
+    // The host may have left any unpacking behind; ours are tight rows.
+    GLint alignment = 4, row = 0, image = 0;
+    gl->GetIntegerv(GL_UNPACK_ALIGNMENT, &alignment);
+    gl->GetIntegerv(GL_UNPACK_ROW_LENGTH, &row);
+    gl->GetIntegerv(GL_UNPACK_IMAGE_HEIGHT, &image);
+    gl->PixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    gl->PixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+    gl->PixelStorei(GL_UNPACK_IMAGE_HEIGHT, 0);
+    if (target_ == GL_TEXTURE_2D)
+        gl->TextureSubImage2D(id(), 0, 0, 0, size_.x, size_.y, format, type, data);
+    else
+        gl->TextureSubImage3D(id(), 0, 0, 0, 0, size_.x, size_.y, size_.z, format, type, data);
+    gl->PixelStorei(GL_UNPACK_ALIGNMENT, alignment);
+    gl->PixelStorei(GL_UNPACK_ROW_LENGTH, row);
+    gl->PixelStorei(GL_UNPACK_IMAGE_HEIGHT, image);
+}
+
+std::vector<float> Texture::read(int channels) const
+{
+    return read_texture(handle_.device(), view(), channels);
+}
+
+std::vector<float> read_texture(const Device& gl, TextureView texture, int channels, bool depth)
+{
+    const GLenum format = depth           ? GL_DEPTH_COMPONENT
+                          : channels == 1 ? GL_RED
+                          : channels == 3 ? GL_RGB
+                                          : GL_RGBA;
+    std::vector<float> texels(static_cast<std::size_t>(texture.size.x) * texture.size.y *
+                              texture.size.z * channels);
+    GLint alignment = 4;
+    gl->GetIntegerv(GL_PACK_ALIGNMENT, &alignment);
+    gl->PixelStorei(GL_PACK_ALIGNMENT, 1);
+    gl->GetTextureImage(texture.id, 0, format, GL_FLOAT,
+                        static_cast<GLsizei>(texels.size() * sizeof(float)), texels.data());
+    gl->PixelStorei(GL_PACK_ALIGNMENT, alignment);
+    return texels;
+}
+
+}  // namespace fumarole::gl

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <glm/glm.hpp>
+#include <string_view>
+#include <vector>
+
+#include "gl/device.h"
+
+namespace fumarole::gl {
+
+/// A texture that somebody else owns.
+struct TextureView {
+    GLuint id = 0;
+    glm::ivec3 size{0};  ///< texels; z is depth, or layers of an array
+
+    explicit operator bool() const { return id != 0; }
+};
+
+enum class Filter { nearest, linear, depth_compare };
+
+/// Immutable storage, one level, clamped to its edge, made and filled without being bound.
+class Texture {
+public:
+    Texture() = default;
+    static Texture make_2d(const Device& device, std::string_view label, glm::ivec2 size,
+                           GLenum format, Filter filter);
+    static Texture make_2d_array(const Device& device, std::string_view label, glm::ivec3 size,
+                                 GLenum format, Filter filter);
+    /// @throws Error if the GL has no memory for it.
+    static Texture make_3d(const Device& device, std::string_view label, glm::ivec3 size,
+                           GLenum format, Filter filter);
+
+    /// All texels, x fastest, tightly packed; `format` and `type` describe `data`.
+    void upload(GLenum format, GLenum type, const void* data);
+
+    /// All texels as floats, `channels` of each (1, 3 or 4), first row first.
+    [[nodiscard]] std::vector<float> read(int channels) const;
+
+    [[nodiscard]] TextureView view() const { return {handle_.id(), size_}; }
+    [[nodiscard]] GLuint id() const { return handle_.id(); }
+    [[nodiscard]] glm::ivec3 size() const { return size_; }
+    explicit operator bool() const { return static_cast<bool>(handle_); }
+
+private:
+    static void destroy(const Device& device, GLuint id);
+    static Texture make(const Device& device, std::string_view label, GLenum target,
+                        glm::ivec3 size, GLenum format, Filter filter);
+
+    Handle<&Texture::destroy> handle_;
+    GLenum target_ = 0;
+    glm::ivec3 size_{0};
+};
+
+/// floats of a colour or depth texture that we may not own, as Texture::read.
+std::vector<float> read_texture(const Device& device, TextureView texture, int channels,
+                                bool depth = false);
+
+}  // namespace fumarole::gl

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <vector>
+
+#include "bounds.h"
+#include "gl/buffer.h"
+#include "gl/framebuffer.h"
+#include "gl/program.h"
+#include "gl/texture.h"
+#include "scene.h"
+#include "shared/draw_params.h"
+#include "shared/light_params.h"
+#include "surface/surface_set.h"
+
+// The lights of a scene on the GPU, the shadow map of its surfaces, and the world's light.
+
+namespace fumarole::light {
+
+class LightSet {
+public:
+    LightSet(const gl::Device& device, gl::ProgramCache& programs)
+        : device_{device}, programs_{programs}
+    {
+    }
+
+    /// Sorts the lights, and draws the surfaces' shadow map if there are any. Changes GL state:
+    /// call it under a StateGuard.
+    /// @param media what the media fill, so that their shadows get the map's detail
+    /// @param map_size texels along an edge of each view
+    /// @throws Error if the scene has more lights or views than the blocks hold.
+    void set(const Scene& scene, const surface::SurfaceSet& surfaces, const Bounds& media,
+             int map_size);
+
+    /// The lines that glsl/scene/lights.glsl needs, and ENVIRONMENT if the world is a map.
+    [[nodiscard]] gl::Defines defines() const;
+
+    /// Binds block and shadow map for an eye at `eye` (metres, world).
+    void bind(glm::dvec3 eye);
+    void bind_irradiance() const { device_->BindTextureUnit(IRRADIANCE_UNIT, irradiance_.id()); }
+    void bind_environment() const { device_->BindTextureUnit(IRRADIANCE_UNIT, environment_.id()); }
+
+    [[nodiscard]] bool has_environment() const { return environment_source_ != nullptr; }
+    [[nodiscard]] int suns() const { return suns_; }
+    [[nodiscard]] int points() const { return points_; }
+    [[nodiscard]] int spots() const { return spots_; }
+    [[nodiscard]] int count() const { return suns_ + points_ + spots_; }
+    [[nodiscard]] int shadow_views() const { return static_cast<int>(views_.size()); }
+    [[nodiscard]] glm::vec3 world_radiance() const { return world_radiance_; }
+
+private:
+    struct View {
+        glm::dmat4 clip_from_world{1.0};
+        glm::dvec3 origin{0};  ///< metres, world; depth 0
+        glm::dvec3 axis{0};    ///< a sun's direction of travel, else 0
+        double range = 1;      ///< metres
+        double bias = 0;       ///< metres, or metres per metre of distance
+    };
+    void add_sun_views(const SunLight& sun, const surface::SurfaceSet& surfaces,
+                       const Bounds& media, int map_size);
+    void add_point_views(glm::dvec3 position, double range, int map_size);
+    void add_spot_view(const SpotLight& spot, double range, int map_size);
+    void draw_shadow_map(const surface::SurfaceSet& surfaces, int map_size);
+    void set_world(const World& world);
+
+    const gl::Device& device_;
+    gl::ProgramCache& programs_;
+    int suns_ = 0, points_ = 0, spots_ = 0;
+    std::vector<Light> lights_;    ///< suns, points, spots
+    std::vector<int> first_view_;  ///< of each light
+    std::vector<View> views_;
+    gl::Texture shadow_map_, irradiance_, environment_;
+    gl::Framebuffer framebuffer_;
+    gl::UniformBuffer<shared::LightsParams> block_;
+    gl::UniformBuffer<shared::DrawParams> draw_block_;
+    std::shared_ptr<const Environment> environment_source_;
+    float environment_scale_ = 0;
+    glm::vec3 world_radiance_{0};
+};
+
+}  // namespace fumarole::light

@@ -1,0 +1,647 @@
+#include "medium/grid_layout.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <fmt/format.h>
+#include <glm/gtc/type_precision.hpp>
+#include <limits>
+#include <string>
+
+#include "error.h"
+
+namespace fumarole::medium {
+
+namespace {
+
+constexpr int kBrickDim = VoxelGrid::kBrickDim;
+constexpr int kCellVoxels = kAtlasBrickDim * kAtlasBrickDim * kAtlasBrickDim;
+constexpr int kMaxSlotsPerAxis = 1023;  // 10 bits of a page each
+constexpr float kHalfMax = 65504.0f;
+constexpr float kHalfMinNormal = 0x1p-14f;
+
+// Filtering and scaling on the GPU round to float once or twice each, so a sample may stand a few
+// 2^-24 above the largest value it was made of; a bound has to stand above that.
+constexpr float kMaximaMargin = 1.0f + 0x1p-20f;
+
+std::int64_t floor_div(std::int64_t a, std::int64_t b)
+{
+    return a / b - (a % b < 0 ? 1 : 0);
+}
+
+/// Where a grid lies, in 64 bits: nothing here overflows whatever the indices are.
+struct Frame {
+    glm::i64vec3 field_min, field_max;
+    glm::i64vec3 dense_size;              ///< texels, the rim of zeros included
+    glm::i64vec3 first_page, page_count;  ///< of all cells that can hold a value
+
+    explicit Frame(const VoxelGrid& grid)
+    {
+        const glm::i64vec3 lo = grid.index_min, hi = grid.index_max;
+        field_min = lo - std::int64_t{1};
+        field_max = hi + std::int64_t{1};
+        dense_size = field_max - field_min + std::int64_t{1};
+        for (int axis = 0; axis < 3; ++axis) {
+            // Voxel 8b is the first of page b and the apron of page b - 1.
+            first_page[axis] = floor_div(lo[axis] - 1, kBrickDim);
+            page_count[axis] = floor_div(hi[axis], kBrickDim) - first_page[axis] + 1;
+        }
+    }
+};
+
+/// Exact up to 2^53, which is past every limit, and no overflow beyond.
+double volume(const glm::i64vec3& size)
+{
+    return static_cast<double>(size.x) * static_cast<double>(size.y) * static_cast<double>(size.z);
+}
+
+std::size_t volume(const glm::ivec3& size)
+{
+    return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) *
+           static_cast<std::size_t>(size.z);
+}
+
+std::size_t linear(const glm::ivec3& at, const glm::ivec3& size)
+{
+    return (static_cast<std::size_t>(at.z) * static_cast<std::size_t>(size.y) +
+            static_cast<std::size_t>(at.y)) *
+               static_cast<std::size_t>(size.x) +
+           static_cast<std::size_t>(at.x);
+}
+
+glm::ivec3 unlinear(std::size_t i, const glm::ivec3& size)
+{
+    const auto x = static_cast<std::size_t>(size.x), y = static_cast<std::size_t>(size.y);
+    return {static_cast<int>(i % x), static_cast<int>(i / x % y), static_cast<int>(i / (x * y))};
+}
+
+std::size_t bytes_per_value(Storage storage)
+{
+    return storage == Storage::r32f ? 4 : storage == Storage::r16f ? 2 : 1;
+}
+
+/// To the nearest half, ties to even. For 0 <= value <= kHalfMax.
+std::uint16_t half_from_float(float value)
+{
+    const std::uint32_t bits = std::bit_cast<std::uint32_t>(value) & 0x7fffffffu;  // no -0
+    if (bits < (113u << 23)) {  // below 2^-14: half has no exponent left
+        // An ulp of 0.5f is 2^-24, half's smallest step, so the sum rounds where half does.
+        return static_cast<std::uint16_t>(std::bit_cast<std::uint32_t>(value + 0.5f) -
+                                          std::bit_cast<std::uint32_t>(0.5f));
+    }
+    const std::uint32_t odd = (bits >> 13) & 1u;
+    return static_cast<std::uint16_t>((bits - (112u << 23) + 0xfffu + odd) >> 13);
+}
+
+float float_from_half(std::uint16_t half)
+{
+    const int exponent = half >> 10;
+    const auto mantissa = static_cast<float>(half & 0x3ff);
+    return exponent == 0 ? std::ldexp(mantissa, -24) : std::ldexp(mantissa + 1024, exponent - 25);
+}
+
+/// From the grid's values to texels.
+class Encoder {
+public:
+    Encoder(Storage storage, int channels, float value_scale)
+        : storage_(storage), channels_(channels), value_scale_(value_scale)
+    {
+    }
+
+    [[nodiscard]] std::size_t texel_bytes() const
+    {
+        return bytes_per_value(storage_) * (channels_ == 3 ? 4 : 1);
+    }
+
+    /// What a fetch of this value gives, times value_scale. Grows with `value`.
+    [[nodiscard]] float decoded(float value) const { return stored(value) * value_scale_; }
+
+    /// What a fetch of this value gives.
+    [[nodiscard]] float stored(float value) const
+    {
+        switch (storage_) {
+        case Storage::r16f:
+            return float_from_half(to_half(value));
+        case Storage::r8:
+            return static_cast<float>(to_unorm(value)) / 255.0f;
+        default:
+            return to_float(value);
+        }
+    }
+
+    void encode(const float* values, int voxels, std::uint8_t* texels) const
+    {
+        switch (storage_) {
+        case Storage::r16f:
+            return encode_each(values, voxels, texels, [this](float v) { return to_half(v); });
+        case Storage::r8:
+            return encode_each(values, voxels, texels, [this](float v) { return to_unorm(v); });
+        default:
+            return encode_each(values, voxels, texels, [this](float v) { return to_float(v); });
+        }
+    }
+
+private:
+    [[nodiscard]] float to_float(float value) const { return value / value_scale_; }
+    [[nodiscard]] std::uint16_t to_half(float value) const
+    {
+        return half_from_float(std::min(value / value_scale_, kHalfMax));
+    }
+    [[nodiscard]] std::uint8_t to_unorm(float value) const
+    {
+        return static_cast<std::uint8_t>(std::min(value / value_scale_, 1.0f) * 255.0f + 0.5f);
+    }
+
+    template <class Convert>
+    void encode_each(const float* values, int voxels, std::uint8_t* texels, Convert convert) const
+    {
+        using Texel = decltype(convert(0.0f));
+        const auto put = [&](Texel texel) {
+            std::memcpy(texels, &texel, sizeof texel);
+            texels += sizeof texel;
+        };
+        if (channels_ == 1) {
+            for (int i = 0; i < voxels; ++i)
+                put(convert(values[i]));
+            return;
+        }
+        for (int i = 0; i < voxels; ++i, values += 3) {
+            for (int c = 0; c < 3; ++c)
+                put(convert(values[c]));
+            put(0);
+        }
+    }
+
+    Storage storage_;
+    int channels_;  // of the grid
+    float value_scale_;
+};
+
+/// The 9^3 values of a page: the voxels of its brick and the first layer of the next ones.
+struct Cell {
+    std::array<float, std::size_t{3} * kCellVoxels> values;  // x fastest, channels together
+    bool uniform;                                            ///< then values[0..2] alone are set
+    float max;                                               ///< over all channels
+};
+
+/// What stands in each brick, addressed without a search, and the cells read through it.
+class CellReader {
+public:
+    CellReader(const VoxelGrid& grid, const Frame& frame)
+        : grid_(grid), first_(frame.first_page), count_(frame.page_count), source_(volume(count_))
+    {
+        const glm::ivec3 last = first_ + count_ - 1;
+        for (std::size_t i = 0; i < grid.bricks.size(); ++i) {
+            const glm::ivec3 at = grid.bricks[i];
+            // A brick of zeros may lie outside the bounds of what is not 0.
+            if (glm::all(glm::greaterThanEqual(at, first_)) &&
+                glm::all(glm::lessThanEqual(at, last)))
+                source_[linear(at - first_, count_)] = static_cast<int>(i) + 1;
+        }
+        for (std::size_t i = 0; i < grid.tiles.size(); ++i) {
+            const glm::ivec3 lo = glm::max(grid.tiles[i].brick_min, first_);
+            const glm::ivec3 hi = glm::min(grid.tiles[i].brick_max, last);
+            for (int z = lo.z; z <= hi.z; ++z)
+                for (int y = lo.y; y <= hi.y; ++y)
+                    for (int x = lo.x; x <= hi.x; ++x)
+                        source_[linear(glm::ivec3{x, y, z} - first_, count_)] =
+                            -static_cast<int>(i) - 1;
+        }
+    }
+
+    void read(const glm::ivec3& page, Cell& cell) const
+    {
+        std::array<int, 8> sources;
+        for (int corner = 0; corner < 8; ++corner)
+            sources[static_cast<std::size_t>(corner)] = source(page + offset(corner));
+        const bool one_constant =
+            sources[0] <= 0 &&
+            std::all_of(sources.begin(), sources.end(), [&](int s) { return s == sources[0]; });
+        if (one_constant) {
+            const glm::vec3 value = constant(sources[0]);
+            std::memcpy(cell.values.data(), &value, sizeof value);
+            cell.uniform = true;
+            cell.max = grid_.channels == 1 ? value.x : std::max({value.x, value.y, value.z});
+            return;
+        }
+        for (int corner = 0; corner < 8; ++corner)
+            copy(sources[static_cast<std::size_t>(corner)], offset(corner), cell);
+
+        const auto channels = static_cast<std::size_t>(grid_.channels);
+        const std::size_t count = kCellVoxels * channels;
+        cell.uniform = true;
+        for (std::size_t i = channels; i < count && cell.uniform; ++i)
+            cell.uniform = cell.values[i] == cell.values[i - channels];
+        // Four running maxima: one alone would wait on itself at each value.
+        std::array<float, 4> most{};
+        for (std::size_t i = 0; i < count; ++i)
+            most[i % 4] = std::max(most[i % 4], cell.values[i]);
+        cell.max = std::max({most[0], most[1], most[2], most[3]});
+    }
+
+private:
+    static glm::ivec3 offset(int corner) { return {corner & 1, corner >> 1 & 1, corner >> 2}; }
+
+    /// 0 for nothing, brick + 1, or -(tile + 1).
+    [[nodiscard]] int source(const glm::ivec3& page) const
+    {
+        return glm::any(glm::greaterThanEqual(page, count_)) ? 0 : source_[linear(page, count_)];
+    }
+
+    [[nodiscard]] glm::vec3 constant(int source) const
+    {
+        return source == 0 ? glm::vec3{0}
+                           : grid_.tiles[static_cast<std::size_t>(-source - 1)].value;
+    }
+
+    /// Copies the part of a cell that one of its 8 bricks covers.
+    void copy(int source, const glm::ivec3& offset, Cell& cell) const
+    {
+        const int channels = grid_.channels;
+        const glm::ivec3 lo = offset * kBrickDim;
+        const glm::ivec3 size = glm::ivec3{kBrickDim} - offset * (kBrickDim - 1);
+        for (int z = 0; z < size.z; ++z) {
+            for (int y = 0; y < size.y; ++y) {
+                float* to =
+                    cell.values.data() +
+                    channels * (((lo.z + z) * kAtlasBrickDim + lo.y + y) * kAtlasBrickDim + lo.x);
+                if (source > 0) {
+                    const float* from = grid_.values.data() +
+                                        static_cast<std::size_t>(source - 1) *
+                                            VoxelGrid::kBrickVoxels *
+                                            static_cast<std::size_t>(channels) +
+                                        channels * (z * kBrickDim + y) * kBrickDim;
+                    std::copy_n(from, size.x * channels, to);
+                } else {
+                    const glm::vec3 value = constant(source);
+                    for (int x = 0; x < size.x; ++x)
+                        for (int c = 0; c < channels; ++c)
+                            *to++ = value[c];
+                }
+            }
+        }
+    }
+
+    const VoxelGrid& grid_;
+    glm::ivec3 first_, count_;
+    std::vector<int> source_;
+};
+
+/// Calls f(page index, position) for all pages, on all cores.
+template <class F> void for_each_page(const glm::ivec3& count, F f)
+{
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, volume(count), 64),
+                      [&](const auto& range) {
+                          Cell cell;
+                          for (std::size_t i = range.begin(); i != range.end(); ++i)
+                              f(i, unlinear(i, count), cell);
+                      });
+}
+
+/// The power of two that brings the largest value to 2^15..65504, the top of half's range: what is
+/// below it then keeps its 11 bits down to 2^-29 of it, and halves from a file stay themselves.
+float half_value_scale(float max_value)
+{
+    if (max_value <= 0)
+        return 1;
+    int exponent = std::ilogb(max_value) - 15;
+    if (std::ldexp(max_value, -exponent) > kHalfMax)
+        ++exponent;
+    // A smaller one would not be a normal float, and GPUs take those for 0.
+    return std::ldexp(1.0f, std::max(exponent, std::numeric_limits<float>::min_exponent - 1));
+}
+
+/// r16f, unless most of what the grid holds lies under the range in which half has its 11 bits: a
+/// few voxels 10^9 times the rest (a spike in an emission grid, say) would cost the rest its shape.
+/// A faint tail under a normal grid is no such case: it is 2^-29 of the largest value and unseen.
+Storage automatic_storage(const VoxelGrid& grid)
+{
+    if (grid.stored_as_half)
+        return Storage::r16f;
+    struct Count {
+        double present = 0, faint = 0;
+    };
+    const float least = kHalfMinNormal * half_value_scale(grid.max_value);
+    const auto add = [least](Count& count, float value, double voxels) {
+        count.present += value > 0 ? voxels : 0;
+        count.faint += value > 0 && value < least ? voxels : 0;
+    };
+    Count all = tbb::parallel_reduce(
+        tbb::blocked_range<std::size_t>(0, grid.values.size(), 1 << 16), Count{},
+        [&](const auto& range, Count count) {
+            for (std::size_t i = range.begin(); i != range.end(); ++i)
+                add(count, grid.values[i], 1);
+            return count;
+        },
+        [](const Count& a, const Count& b) {
+            return Count{a.present + b.present, a.faint + b.faint};
+        });
+    for (const VoxelTile& tile : grid.tiles) {
+        const double bricks =
+            volume(glm::i64vec3(tile.brick_max) - glm::i64vec3(tile.brick_min) + std::int64_t{1});
+        for (int c = 0; c < grid.channels; ++c)
+            add(all, tile.value[c], bricks * VoxelGrid::kBrickVoxels);
+    }
+    return all.faint > 0.5 * all.present ? Storage::r32f : Storage::r16f;
+}
+
+float value_scale(Storage storage, float max_value)
+{
+    switch (storage) {
+    case Storage::r16f:
+        return half_value_scale(max_value);
+    case Storage::r8:
+        return max_value > 0 ? max_value : 1;
+    default:
+        return 1;
+    }
+}
+
+int max_slots_per_axis(const Limits& limits)
+{
+    return std::min(kMaxSlotsPerAxis, limits.max_texture_3d / kAtlasBrickDim);
+}
+
+/// Bricks along x, y and z of an atlas with room for `slots`: the least unused room, then the most
+/// nearly a cube, with no edge under half or over four times the cube's.
+glm::ivec3 atlas_bricks(std::uint64_t slots, int max_per_axis)
+{
+    const auto count = static_cast<std::int64_t>(slots);
+    std::int64_t cube = 0;
+    while (cube * cube * cube < count)
+        ++cube;
+    assert(cube <= max_per_axis);
+
+    glm::i64vec3 best{cube};
+    for (std::int64_t z = std::max<std::int64_t>(1, cube / 2); z <= cube; ++z) {
+        for (std::int64_t y = z; y == z || (y - 1) * (y - 1) * z < count; ++y) {
+            const std::int64_t x = (count + y * z - 1) / (y * z);
+            if (x > max_per_axis || y > max_per_axis)
+                continue;
+            const std::int64_t room = x * y * z, best_room = best.x * best.y * best.z;
+            if (room < best_room || (room == best_room && x + y + z < best.x + best.y + best.z))
+                best = {x, y, z};
+        }
+    }
+    return best;
+}
+
+/// 30 bits of a float, rounded to the nearest.
+std::uint32_t constant_page(float stored)
+{
+    const auto bits = std::bit_cast<std::uint32_t>(stored);
+    const std::uint32_t rounded = bits + 2 < 0x7f800000u ? bits + 2 : bits;  // never to infinity
+    return static_cast<std::uint32_t>(kPageConstant) << 30 | rounded >> 2;
+}
+
+std::uint32_t brick_page(const glm::ivec3& slot)
+{
+    return static_cast<std::uint32_t>(kPageBrick) << 30 | static_cast<std::uint32_t>(slot.x) |
+           static_cast<std::uint32_t>(slot.y) << 10 | static_cast<std::uint32_t>(slot.z) << 20;
+}
+
+glm::ivec3 slot_of(std::uint32_t page)
+{
+    return {page & 1023u, page >> 10 & 1023u, page >> 20 & 1023u};
+}
+
+bool is_brick(std::uint32_t page)
+{
+    return page >> 30 == kPageBrick;
+}
+
+std::string bytes_text(double bytes)
+{
+    constexpr std::array<const char*, 7> kUnits{"bytes", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB"};
+    std::size_t unit = 0;
+    for (; bytes >= 1024 && unit + 1 < kUnits.size(); ++unit)
+        bytes /= 1024;
+    return fmt::format("{:.{}f} {}", bytes, unit == 0 ? 0 : 1, kUnits[unit]);
+}
+
+/// The two layouts of a grid weighed against the limits.
+struct Choice {
+    double dense_bytes = 0, brick_bytes = 0;
+    bool dense_fits = false, bricks_fit = false;
+    bool bricks_counted = false;  ///< else brick_bytes is the page table and maxima alone
+};
+
+[[noreturn]] void refuse(const VoxelGrid& grid, Layout asked, const Choice& choice,
+                         const Limits& limits)
+{
+    const glm::i64vec3 size =
+        glm::i64vec3(grid.index_max) - glm::i64vec3(grid.index_min) + std::int64_t{1};
+    const std::string dense = bytes_text(choice.dense_bytes) + " dense";
+    const std::string bricks =
+        (choice.bricks_counted ? "" : "more than ") + bytes_text(choice.brick_bytes) + " as bricks";
+    std::string remedy;
+    if (asked == Layout::dense && choice.bricks_fit)
+        remedy = "lay it out as bricks, ";
+    if (asked == Layout::bricks && choice.dense_fits)
+        remedy = "lay it out dense, ";
+    throw Error(fmt::format(
+        "{}: {} x {} x {} voxels take {}, over the limit of {} and {} texels along an edge; {}"
+        "resample the grid coarser, cut it into several media, or store it in fewer bits",
+        grid.name.empty() ? "grid" : grid.name, size.x, size.y, size.z,
+        asked == Layout::dense    ? dense
+        : asked == Layout::bricks ? bricks
+                                  : dense + " and " + bricks,
+        bytes_text(static_cast<double>(limits.max_bytes)), limits.max_texture_3d, remedy));
+}
+
+/// All of a layout but its texels.
+struct Draft {
+    GridLayout layout;
+    Encoder encoder;
+    CellReader cells;
+};
+
+Draft draft(const VoxelGrid& grid, Layout asked, Storage storage, const Limits& limits)
+{
+    const Frame frame(grid);
+    if (storage == Storage::automatic)
+        storage = automatic_storage(grid);
+    const float scale = value_scale(storage, grid.max_value);
+    const Encoder encoder(storage, grid.channels, scale);
+    const auto texel_bytes = static_cast<double>(encoder.texel_bytes());
+    const auto max_bytes = static_cast<double>(limits.max_bytes);
+    const auto edges_fit = [&](const glm::i64vec3& size) {
+        return glm::all(glm::lessThanEqual(size, glm::i64vec3(limits.max_texture_3d)));
+    };
+
+    Choice choice;
+    const double maxima_bytes = sizeof(float) * volume(frame.page_count);
+    choice.dense_bytes = texel_bytes * volume(frame.dense_size) + maxima_bytes;
+    choice.dense_fits = edges_fit(frame.dense_size) && choice.dense_bytes <= max_bytes;
+    choice.brick_bytes = sizeof(std::uint32_t) * volume(frame.page_count) + maxima_bytes;
+    choice.bricks_fit = edges_fit(frame.page_count) && choice.brick_bytes <= max_bytes;
+
+    // Before anything is allocated: what is read from here on is smaller than what fits.
+    if (asked == Layout::dense
+            ? !choice.dense_fits
+            : !choice.bricks_fit && !(asked == Layout::automatic && choice.dense_fits))
+        refuse(grid, asked, choice, limits);
+
+    Draft made{{}, encoder, CellReader(grid, frame)};
+    GridLayout& layout = made.layout;
+    layout.storage = storage;
+    layout.channels = grid.channels == 3 ? 4 : 1;
+    layout.value_scale = scale;
+    layout.field_min = frame.field_min;
+    layout.field_max = frame.field_max;
+    layout.maxima_origin = frame.first_page * std::int64_t{kBrickDim};
+    layout.maxima_count = frame.page_count;
+    layout.page_count = frame.page_count;
+    layout.maxima.resize(volume(layout.maxima_count));
+    layout.pages.resize(volume(layout.page_count));
+
+    for_each_page(layout.page_count, [&](std::size_t i, const glm::ivec3& page, Cell& cell) {
+        made.cells.read(page, cell);
+        if (cell.max <= 0)
+            return;  // empty already
+        layout.maxima[i] =
+            std::min(encoder.decoded(cell.max) * kMaximaMargin, std::numeric_limits<float>::max());
+        layout.pages[i] = cell.uniform && grid.channels == 1
+                              ? constant_page(encoder.stored(cell.values[0]))
+                              : brick_page({0, 0, 0});
+    });
+
+    const auto slots = static_cast<std::uint64_t>(
+        std::count_if(layout.pages.begin(), layout.pages.end(), is_brick));
+    const int max_per_axis = max_slots_per_axis(limits);
+    glm::ivec3 atlas{0};
+    choice.bricks_counted = true;
+    if (const double most = max_per_axis; static_cast<double>(slots) <= most * most * most)
+        atlas = atlas_bricks(slots, max_per_axis);
+    else
+        choice.bricks_fit = false;
+    const double room = std::max(volume(glm::i64vec3(atlas)), static_cast<double>(slots));
+    choice.brick_bytes += texel_bytes * kCellVoxels * room;
+    choice.bricks_fit = choice.bricks_fit && choice.brick_bytes <= max_bytes;
+
+    layout.layout = asked;
+    if (asked == Layout::automatic)
+        layout.layout =
+            choice.dense_fits && (choice.dense_bytes <= choice.brick_bytes || !choice.bricks_fit)
+                ? Layout::dense
+                : Layout::bricks;
+    if (layout.layout == Layout::bricks && !choice.bricks_fit)
+        refuse(grid, asked, choice, limits);
+
+    if (layout.layout == Layout::dense) {
+        layout.origin = frame.field_min;
+        layout.texture_size = frame.dense_size;
+        layout.page_count = glm::ivec3{0};
+        layout.pages.clear();
+    } else {
+        layout.origin = layout.maxima_origin;
+        layout.texture_size = atlas * kAtlasBrickDim;
+        std::size_t slot = 0;
+        for (std::uint32_t& page : layout.pages)
+            if (is_brick(page))
+                page = brick_page(unlinear(slot++, atlas));
+    }
+    return made;
+}
+
+void fill_dense(const VoxelGrid& grid, const Encoder& encoder, GridLayout& layout)
+{
+    // Rows of one brick's width, cut to the texture: zeros may lie outside the field's bounds.
+    const auto write_brick = [&](const glm::ivec3& brick, const float* values, bool constant) {
+        const glm::ivec3 at = brick * kBrickDim - layout.origin;
+        const glm::ivec3 lo = glm::max(-at, glm::ivec3{0});
+        const glm::ivec3 hi = glm::min(layout.texture_size - at, glm::ivec3{kBrickDim});
+        for (int z = lo.z; z < hi.z && lo.x < hi.x; ++z) {
+            for (int y = lo.y; y < hi.y; ++y) {
+                const int voxel = constant ? 0 : (z * kBrickDim + y) * kBrickDim + lo.x;
+                encoder.encode(values + voxel * grid.channels, hi.x - lo.x,
+                               layout.texels.data() +
+                                   encoder.texel_bytes() *
+                                       linear(at + glm::ivec3{lo.x, y, z}, layout.texture_size));
+            }
+        }
+    };
+    const auto values_per_brick =
+        static_cast<std::size_t>(VoxelGrid::kBrickVoxels) * static_cast<std::size_t>(grid.channels);
+    tbb::parallel_for(std::size_t{0}, grid.bricks.size(), [&](std::size_t i) {
+        write_brick(grid.bricks[i], grid.values.data() + i * values_per_brick, false);
+    });
+
+    const glm::ivec3 first = layout.maxima_origin / kBrickDim;
+    const glm::ivec3 last = first + layout.maxima_count - 1;
+    for (const VoxelTile& tile : grid.tiles) {
+        std::array<float, std::size_t{3} * kBrickDim> row;
+        for (std::size_t i = 0; i < row.size(); ++i)
+            row[i] = tile.value[grid.channels == 1 ? 0 : static_cast<int>(i % 3)];
+        const glm::ivec3 lo = glm::max(tile.brick_min, first), hi = glm::min(tile.brick_max, last);
+        tbb::parallel_for(lo.z, hi.z + 1, [&](int z) {
+            for (int y = lo.y; y <= hi.y; ++y)
+                for (int x = lo.x; x <= hi.x; ++x)
+                    write_brick({x, y, z}, row.data(), true);
+        });
+    }
+}
+
+void fill_atlas(const CellReader& cells, const Encoder& encoder, GridLayout& layout)
+{
+    const std::size_t texel_bytes = encoder.texel_bytes();
+    const std::size_t row_bytes = texel_bytes * kAtlasBrickDim;
+    for_each_page(layout.page_count, [&](std::size_t i, const glm::ivec3& page, Cell& cell) {
+        if (!is_brick(layout.pages[i]))
+            return;
+        cells.read(page, cell);
+        if (cell.uniform)  // a vec3 constant: only its first values were set
+            for (std::size_t v = 3; v < cell.values.size(); ++v)
+                cell.values[v] = cell.values[v - 3];
+        std::array<std::uint8_t, std::size_t{4} * sizeof(float) * kCellVoxels> texels;
+        encoder.encode(cell.values.data(), kCellVoxels, texels.data());
+        const glm::ivec3 at = slot_of(layout.pages[i]) * kAtlasBrickDim;
+        const std::uint8_t* from = texels.data();
+        for (int z = 0; z < kAtlasBrickDim; ++z)
+            for (int y = 0; y < kAtlasBrickDim; ++y, from += row_bytes)
+                std::memcpy(layout.texels.data() +
+                                texel_bytes * linear(at + glm::ivec3{0, y, z}, layout.texture_size),
+                            from, row_bytes);
+    });
+}
+
+}  // namespace
+
+std::uint64_t GridLayout::gpu_bytes() const
+{
+    const std::size_t texel_bytes = bytes_per_value(storage) * static_cast<std::size_t>(channels);
+    return texel_bytes * volume(texture_size) + sizeof(std::uint32_t) * volume(page_count);
+}
+
+GridLayout plan_layout(const VoxelGrid& grid, Layout layout, Storage storage, const Limits& limits)
+{
+    if (grid.empty())
+        return {};
+    GridLayout plan = draft(grid, layout, storage, limits).layout;
+    plan.pages = {};
+    plan.maxima = {};
+    return plan;
+}
+
+GridLayout make_layout(const VoxelGrid& grid, Layout layout, Storage storage, const Limits& limits)
+{
+    if (grid.empty())
+        return {};
+    Draft made = draft(grid, layout, storage, limits);
+    GridLayout& result = made.layout;
+    result.texels.resize(made.encoder.texel_bytes() * volume(result.texture_size));
+    if (result.layout == Layout::dense)
+        fill_dense(grid, made.encoder, result);
+    else
+        fill_atlas(made.cells, made.encoder, result);
+    return std::move(result);
+}
+
+}  // namespace fumarole::medium

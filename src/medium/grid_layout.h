@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "voxel_grid.h"
+
+// A VoxelGrid laid out for the GPU, still on the CPU: either one dense 3-D texture, or an atlas of
+// bricks and a page table. No GL here.
+
+namespace fumarole::medium {
+
+enum class Storage { automatic, r32f, r16f, r8 };
+enum class Layout { automatic, dense, bricks };
+
+/// What the GL allows; asked of the context by the caller.
+struct Limits {
+    int max_texture_3d = 2048;                         ///< texels along an edge
+    std::uint64_t max_bytes = std::uint64_t{4} << 30;  ///< bytes for one grid
+};
+
+/// An atlas brick holds its 8^3 voxels and one more layer on the +x, +y and +z sides, so hardware
+/// trilinear filtering never leaves it: 9^3 texels.
+inline constexpr int kAtlasBrickDim = 9;
+
+/// A page is 32 bits: kind in the top two, the rest an atlas slot (10 bits each of x, y, z in
+/// bricks, x lowest) or the upper 30 bits of a constant's float: what a fetch would give, before
+/// value_scale, is uintBitsToFloat(page << 2). The 2 mantissa bits dropped are rounded: 2^-22
+/// relative. Constants are of scalar grids alone; a vec3 page is empty or a brick.
+enum PageKind : std::uint32_t { kPageEmpty = 0, kPageConstant = 1, kPageBrick = 2 };
+
+/// How to sample it at q = p_index - origin, exactly, with linear filtering: dense at texel
+/// coordinate q + 0.5; bricks in page floor(q / 8) at slot * 9 + (q - 8 * page) + 0.5, and 0 where
+/// the page is empty or past the table. An empty grid's layout has no texels, pages or maxima.
+struct GridLayout {
+    Layout layout = Layout::dense;    ///< never automatic
+    Storage storage = Storage::r16f;  ///< never automatic
+    int channels = 1;                 ///< 1, or 4 for a vec3 grid (RGBA, alpha 0)
+
+    /// Stored value * value_scale = the grid's value. A power of two for floats, so nothing is lost
+    /// and half floats can't overflow; the largest value for r8.
+    float value_scale = 1;
+
+    /// Index of the voxel at texel (0,0,0): one layer of zeros is part of a dense texture on each
+    /// side; for bricks a multiple of 8, the first voxel of page (0,0,0).
+    glm::ivec3 origin{0};
+
+    /// The box of index space outside which the field is 0: index_min - 1 .. index_max + 1.
+    glm::ivec3 field_min{0}, field_max{0};
+
+    glm::ivec3 texture_size{0};        ///< texels of the dense texture or of the atlas
+    std::vector<std::uint8_t> texels;  ///< x fastest, tightly packed, in `storage`
+
+    glm::ivec3 page_count{0};          ///< pages along x, y, z (bricks alone)
+    std::vector<std::uint32_t> pages;  ///< x fastest
+
+    /// Upper bound of the stored field inside each page's cell [8b, 8b+8] (closed: its 9^3 corner
+    /// values), all channels, times value_scale already, i.e. in the grid's units; x fastest. Made
+    /// for both layouts; page (0,0,0) begins at maxima_origin, a multiple of 8.
+    glm::ivec3 maxima_origin{0};
+    glm::ivec3 maxima_count{0};
+    std::vector<float> maxima;
+
+    /// Texels and pages (the maxima stay on the CPU); found from the sizes, so the same for a plan
+    /// and what it makes.
+    [[nodiscard]] std::uint64_t gpu_bytes() const;
+};
+
+/// The bytes and sizes a layout would take, found without making it (an `automatic` choice is
+/// resolved): GridLayout with empty vectors.
+/// Dense is chosen where it is not larger than the bricks; r16f unless most of the grid lies under
+/// 2^-29 of its largest value.
+/// @throws Error with the size and the remedy if neither fits `limits`, or the asked one does not.
+GridLayout plan_layout(const VoxelGrid& grid, Layout layout, Storage storage, const Limits& limits);
+
+/// plan_layout, filled.
+GridLayout make_layout(const VoxelGrid& grid, Layout layout, Storage storage, const Limits& limits);
+
+}  // namespace fumarole::medium

@@ -1,0 +1,367 @@
+#include "medium/media_set.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "error.h"
+
+namespace fumarole::medium {
+
+namespace {
+
+bool is_zero(glm::vec3 v)
+{
+    return v == glm::vec3(0.0f);
+}
+bool is_grey(glm::vec3 v)
+{
+    return v.r == v.g && v.g == v.b;
+}
+float mean(glm::vec3 v)
+{
+    return (v.r + v.g + v.b) / 3.0f;
+}
+
+struct TexelFormat {
+    GLenum internal, format, type;
+};
+
+TexelFormat texel_format(const GridLayout& layout)
+{
+    const bool color = layout.channels == 4;
+    const GLenum format = color ? GL_RGBA : GL_RED;
+    switch (layout.storage) {
+    case Storage::r8:
+        return {static_cast<GLenum>(color ? GL_RGBA8 : GL_R8), format, GL_UNSIGNED_BYTE};
+    case Storage::r16f:
+        return {static_cast<GLenum>(color ? GL_RGBA16F : GL_R16F), format, GL_HALF_FLOAT};
+    default:
+        return {static_cast<GLenum>(color ? GL_RGBA32F : GL_R32F), format, GL_FLOAT};
+    }
+}
+
+shared::MediumParams coefficients(glm::vec3 sigma_s, glm::vec3 sigma_a, glm::vec3 emission, float g)
+{
+    const glm::vec3 sigma_t = sigma_s + sigma_a;
+    shared::MediumParams params{};
+    params.sigma_s = glm::vec4(sigma_s, g);
+    params.sigma_t = glm::vec4(sigma_t, is_grey(sigma_t) ? sigma_t.r : mean(sigma_t));
+    params.emission = glm::vec4(emission, 0.0f);
+    return params;
+}
+
+}  // namespace
+
+int MediaSet::upload(const std::shared_ptr<const VoxelGrid>& grid, Layout layout, Storage storage)
+{
+    const auto same = [&](const Grid& g) {
+        return g.source == grid && g.asked_layout == layout && g.asked_storage == storage;
+    };
+    if (const auto found = std::find_if(grids_.begin(), grids_.end(), same); found != grids_.end())
+        return static_cast<int>(found - grids_.begin());
+    const auto old = std::find_if(old_grids_.begin(), old_grids_.end(), same);
+    if (old != old_grids_.end()) {
+        grids_.push_back(std::move(*old));
+        old_grids_.erase(old);
+        return static_cast<int>(grids_.size()) - 1;
+    }
+
+    const Limits limits{.max_texture_3d = device_.capabilities().max_texture_3d};
+    Grid added;
+    added.source = grid;
+    added.asked_layout = layout;
+    added.asked_storage = storage;
+    added.plan = make_layout(*grid, layout, storage, limits);
+    const TexelFormat format = texel_format(added.plan);
+    added.texels = gl::Texture::make_3d(device_, grid->name + " texels", added.plan.texture_size,
+                                        format.internal, gl::Filter::linear);
+    added.texels.upload(format.format, format.type, added.plan.texels.data());
+    if (added.plan.layout == Layout::bricks) {
+        added.pages = gl::Texture::make_3d(device_, grid->name + " pages", added.plan.page_count,
+                                           GL_R32UI, gl::Filter::nearest);
+        added.pages.upload(GL_RED_INTEGER, GL_UNSIGNED_INT, added.plan.pages.data());
+    }
+    added.plan.texels = {};
+    added.plan.pages = {};
+    grids_.push_back(std::move(added));
+    return static_cast<int>(grids_.size()) - 1;
+}
+
+int MediaSet::place(const std::shared_ptr<const VoxelGrid>& grid, const glm::dmat4& world_from_grid,
+                    Layout layout, Storage storage)
+{
+    if (grid == nullptr || grid->empty())
+        return -1;
+    PlacedGrid placed;
+    placed.texture = upload(grid, layout, storage);
+    const glm::dvec3 origin(grids_[static_cast<std::size_t>(placed.texture)].plan.origin);
+    placed.index_from_world = glm::translate(glm::dmat4(1.0), -origin) *
+                              glm::inverse(world_from_grid * grid->world_from_index);
+    const auto found = std::find(placed_.begin(), placed_.end(), placed);
+    if (found != placed_.end())
+        return static_cast<int>(found - placed_.begin());
+    const int most =
+        std::min<int>(MAX_GRIDS, (device_.capabilities().max_texture_units - GRID_UNIT) / 2);
+    if (static_cast<int>(placed_.size()) == most)
+        throw Error(fmt::format("the scene needs more than {} grids, and this GL ({}) has texture "
+                                "units for no more; use fewer media, or merge grids",
+                                most, device_.capabilities().renderer));
+    placed_.push_back(placed);
+    return static_cast<int>(placed_.size()) - 1;
+}
+
+void MediaSet::add(const GridMedium& medium, Layout layout, Storage storage)
+{
+    const glm::vec3 sigma_t = medium.sigma_s_per_density + medium.sigma_a_per_density;
+    const bool dims = !is_zero(sigma_t) && medium.density != nullptr && !medium.density->empty();
+    const bool glows = !is_zero(medium.emission_per_unit) && medium.emission != nullptr &&
+                       !medium.emission->empty();
+    if (!dims && !glows)
+        return;
+    const glm::dmat4 world_from_grid =
+        glm::scale(glm::translate(glm::dmat4(1.0), medium.translate), glm::dvec3(medium.scale));
+
+    Entry entry;
+    entry.params = coefficients(medium.sigma_s_per_density, medium.sigma_a_per_density,
+                                medium.emission_per_unit, medium.g);
+    // A medium that only glows is given its flame for a density, with coefficients of 0.
+    if (!dims)
+        entry.params = coefficients(glm::vec3(0), glm::vec3(0), medium.emission_per_unit, 0);
+    const auto& main = dims ? medium.density : medium.emission;
+    entry.density = place(main, world_from_grid, layout, storage);
+    if (glows)
+        entry.emission = place(medium.emission, world_from_grid, layout, storage);
+    if (dims && !is_zero(medium.sigma_s_per_density))
+        entry.tint = place(medium.color, world_from_grid, layout, storage);
+    entry.depth = "marched_depth";
+
+    const auto field_bounds = [&](int placed) {
+        const PlacedGrid& grid = placed_[static_cast<std::size_t>(placed)];
+        const GridLayout& plan = grids_[static_cast<std::size_t>(grid.texture)].plan;
+        Bounds field;
+        field.add(glm::dvec3(plan.field_min - plan.origin));
+        field.add(glm::dvec3(plan.field_max - plan.origin));
+        return field;
+    };
+    entry.bounds_from_world = placed_[static_cast<std::size_t>(entry.density)].index_from_world;
+    entry.bounds = field_bounds(entry.density);
+    if (entry.emission >= 0)  // a flame may reach out of its smoke
+        entry.bounds.add(
+            field_bounds(entry.emission)
+                .transformed(
+                    entry.bounds_from_world *
+                    glm::inverse(
+                        placed_[static_cast<std::size_t>(entry.emission)].index_from_world)));
+    media_.push_back(entry);
+
+    ++traits_.heterogeneous;
+    traits_.colored_density |= dims && main->channels == 3;
+}
+
+void MediaSet::add(const BoxMedium& medium)
+{
+    if (is_zero(medium.sigma_s + medium.sigma_a) && is_zero(medium.emission))
+        return;
+    Entry entry;
+    entry.params = coefficients(medium.sigma_s, medium.sigma_a, medium.emission, medium.g);
+    entry.bounds.add(medium.min);
+    entry.bounds.add(medium.max);
+    entry.value = "homogeneous";
+    entry.depth = "homogeneous_depth";
+    if (const auto* height = std::get_if<ExpHeightProfile>(&medium.profile)) {
+        entry.value = "exp_height";
+        entry.depth = "exp_height_depth";
+        entry.height = height->z0;
+        entry.params.profile.x = static_cast<float>(1.0 / height->scale_height);
+        ++traits_.heterogeneous;
+    } else if (const auto* noise = std::get_if<NoiseProfile>(&medium.profile)) {
+        entry.value = "noise";
+        entry.depth = "marched_depth";
+        entry.is_noise = true;
+        entry.noise = *noise;
+        double amplitudes = 0;
+        for (int i = 0; i < noise->octaves; ++i)
+            amplitudes += std::pow(noise->gain, i);
+        entry.params.profile = {noise->threshold, noise->gain, 1.0 / amplitudes, noise->octaves};
+        ++traits_.heterogeneous;
+    }
+    media_.push_back(entry);
+}
+
+void MediaSet::set(const Scene& scene, Layout layout, Storage storage)
+{
+    old_grids_ = std::move(grids_);
+    grids_.clear();
+    placed_.clear();
+    media_.clear();
+    traits_ = {};
+    time_ = scene.time;
+    for (const Medium& medium : scene.media) {
+        if (const auto* grid = std::get_if<GridMedium>(&medium))
+            add(*grid, layout, storage);
+        else
+            add(std::get<BoxMedium>(medium));
+    }
+    old_grids_.clear();
+    if (media_.size() > MAX_MEDIA)
+        throw Error(fmt::format("the scene has {} media, and {} is the most at once; merge some",
+                                media_.size(), MAX_MEDIA));
+
+    traits_.media = static_cast<int>(media_.size());
+    float g = 0;
+    bool scatters = false;
+    for (Entry& entry : media_) {
+        if (entry.density >= 0)
+            entry.value = value_name(entry.density);
+        entry.world_bounds = entry.bounds.transformed(glm::inverse(entry.bounds_from_world));
+        traits_.colored_extinction |= !is_grey(glm::vec3(entry.params.sigma_t));
+        traits_.emission |= !is_zero(glm::vec3(entry.params.emission));
+        if (is_zero(glm::vec3(entry.params.sigma_s)))
+            continue;
+        traits_.isotropic &= entry.params.sigma_s.a == 0.0f;
+        traits_.mixed_g |= scatters && entry.params.sigma_s.a != g;
+        scatters = true;
+        g = entry.params.sigma_s.a;
+    }
+    // A shader that knows one g alone reads it from the first medium.
+    if (!traits_.mixed_g && !media_.empty())
+        media_.front().params.sigma_s.a = g;
+    traits_.colored_extinction |= traits_.colored_density;
+    traits_.bricked_grids = static_cast<int>(std::count_if(
+        grids_.begin(), grids_.end(), [](const Grid& g_) { return static_cast<bool>(g_.pages); }));
+    if (!media_.empty() && block_.id() == 0)
+        block_ = {device_, "media"};
+}
+
+const char* MediaSet::value_name(int placed) const
+{
+    const PlacedGrid& grid = placed_[static_cast<std::size_t>(placed)];
+    const GridLayout& plan = grids_[static_cast<std::size_t>(grid.texture)].plan;
+    if (plan.layout == Layout::bricks)
+        return plan.channels == 4 ? "bricks_rgb" : "bricks_scalar";
+    return plan.channels == 4 ? "dense_rgb" : "dense_scalar";
+}
+
+Bounds MediaSet::bounds() const
+{
+    Bounds all;
+    for (const Entry& entry : media_)
+        all.add(entry.world_bounds);
+    return all;
+}
+
+std::vector<Bounds> MediaSet::each_bounds() const
+{
+    std::vector<Bounds> all;
+    for (const Entry& entry : media_)
+        all.push_back(entry.world_bounds);
+    return all;
+}
+
+gl::Defines MediaSet::defines() const
+{
+    std::string media, emission;
+    for (std::size_t m = 0; m < media_.size(); ++m) {
+        const Entry& entry = media_[m];
+        const int k = entry.density >= 0 ? entry.density : static_cast<int>(m);
+        media += fmt::format("X({}, {}, {}, {}, {}, {}) ", m, entry.value, entry.depth, k,
+                             entry.tint >= 0 ? value_name(entry.tint) : "white",
+                             std::max(entry.tint, 0));
+        if (is_zero(glm::vec3(entry.params.emission)))
+            continue;
+        const bool from_grid = entry.emission >= 0;
+        emission +=
+            fmt::format("X({}, {}, {}) ", m, from_grid ? value_name(entry.emission) : entry.value,
+                        from_grid ? entry.emission : static_cast<int>(m));
+    }
+    gl::Defines defines{{"FOR_EACH_MEDIUM(X)", media},
+                        {"GRID_COUNT", fmt::format("{}", placed_.size())},
+                        {"BRICK_COUNT", fmt::format("{}", traits_.bricked_grids)}};
+    if (traits_.emission)
+        defines.emplace_back("FOR_EACH_EMISSION(X)", emission);
+    if (traits_.colored_extinction)
+        defines.emplace_back("COLORED_EXTINCTION", "");
+    if (traits_.colored_density)
+        defines.emplace_back("COLORED_DENSITY", "");
+    if (traits_.mixed_g)
+        defines.emplace_back("MIXED_G", "");
+    if (traits_.isotropic)
+        defines.emplace_back("ISOTROPIC", "");
+    return defines;
+}
+
+void MediaSet::bind(glm::dvec3 eye)
+{
+    const glm::dmat4 world_from_eye = glm::translate(glm::dmat4(1.0), eye);
+    shared::MediaParams params{};
+    for (std::size_t k = 0; k < placed_.size(); ++k) {
+        const Grid& grid = grids_[static_cast<std::size_t>(placed_[k].texture)];
+        shared::GridParams& out = params.grids[k];
+        out.index_from_world = glm::mat4(placed_[k].index_from_world * world_from_eye);
+        out.inverse_size =
+            glm::vec4(1.0f / glm::vec3(grid.plan.texture_size), grid.plan.value_scale);
+        out.pages = glm::vec4(glm::vec3(grid.plan.page_count), 0.0f);
+        const auto unit = static_cast<GLuint>(GRID_UNIT + k);
+        device_->BindTextureUnit(unit, grid.texels.id());
+        if (grid.pages)
+            device_->BindTextureUnit(unit + static_cast<GLuint>(placed_.size()), grid.pages.id());
+    }
+    for (std::size_t m = 0; m < media_.size(); ++m) {
+        const Entry& entry = media_[m];
+        shared::MediumParams& out = params.media[m];
+        out = entry.params;
+        out.bounds_from_world = glm::mat4(entry.bounds_from_world * world_from_eye);
+        glm::dvec3 low = entry.bounds.min, high = entry.bounds.max;
+        if (entry.density < 0) {
+            // A box has no scale of its own: subtract the eye in double, not through the matrix.
+            out.bounds_from_world = glm::mat4(1.0f);
+            low -= eye;
+            high -= eye;
+        }
+        out.bounds_min = glm::vec4(glm::vec3(low), 0.0f);
+        out.bounds_max = glm::vec4(glm::vec3(high), 0.0f);
+        if (entry.is_noise) {
+            double frequency = 1.0 / entry.noise.feature_size;
+            for (int i = 0; i < entry.noise.octaves; ++i) {
+                const glm::dvec3 q = (eye - time_ * entry.noise.drift) * frequency;
+                const glm::dvec3 whole = glm::floor(q);
+                shared::NoiseOctave& octave = params.octaves[m * MAX_OCTAVES + i];
+                // Each octave has its own seed, so octaves of an even lacunarity don't line up.
+                octave.cell_offset = {static_cast<int>(std::fmod(whole.x, 2147483648.0)),
+                                      static_cast<int>(std::fmod(whole.y, 2147483648.0)),
+                                      static_cast<int>(std::fmod(whole.z, 2147483648.0)),
+                                      static_cast<int>(entry.noise.seed + 0x9e3779b9u * i)};
+                octave.fraction = glm::vec4(glm::vec3(q - whole), static_cast<float>(frequency));
+                frequency *= entry.noise.lacunarity;
+            }
+        } else if (std::string_view(entry.value) == "exp_height") {
+            out.profile.y = static_cast<float>(entry.height - eye.z);
+        }
+    }
+    block_.write(params);
+    device_->BindBufferBase(GL_UNIFORM_BUFFER, MEDIA_BLOCK, block_.id());
+}
+
+std::vector<std::string> MediaSet::describe() const
+{
+    std::vector<std::string> lines;
+    for (const Grid& grid : grids_) {
+        constexpr std::array kStorage{"", "R32F", "R16F", "R8"};
+        const GridLayout& plan = grid.plan;
+        const auto bytes = plan.gpu_bytes();
+        lines.push_back(fmt::format(
+            "grid '{}': {} of {} x {} x {} texels in {}{}, {:.2f} MB, {:.2f} bytes an active voxel",
+            grid.source->name,
+            plan.layout == Layout::dense ? "one dense texture" : "bricks in an atlas",
+            plan.texture_size.x, plan.texture_size.y, plan.texture_size.z,
+            plan.channels == 4 ? "4 x " : "", kStorage.at(static_cast<std::size_t>(plan.storage)),
+            static_cast<double>(bytes) * 1e-6,
+            static_cast<double>(bytes) /
+                static_cast<double>(std::max<std::uint64_t>(grid.source->active_voxels, 1))));
+    }
+    return lines;
+}
+
+}  // namespace fumarole::medium

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bounds.h"
+#include "gl/buffer.h"
+#include "gl/program.h"
+#include "gl/texture.h"
+#include "medium/grid_layout.h"
+#include "scene.h"
+#include "shared/medium_params.h"
+
+// The media of a scene on the GPU, and the variant of the shaders that their kinds ask for.
+
+namespace fumarole::medium {
+
+/// What the media of a scene have, and so what a shader must do for them.
+struct MediaTraits {
+    int media = 0;  ///< that scatter, absorb or emit at all
+    int heterogeneous = 0;
+    int bricked_grids = 0;
+    bool colored_extinction = false;
+    bool colored_density = false;
+    bool emission = false;
+    bool mixed_g = false;
+    bool isotropic = true;
+};
+
+class MediaSet {
+public:
+    explicit MediaSet(const gl::Device& device) : device_{device} {}
+
+    /// Uploads the grids that are not there yet (known by pointer, layout and storage) and frees
+    /// those that the scene no longer has.
+    /// @throws Error if a grid or their number is too large for this GL.
+    void set(const Scene& scene, Layout layout, Storage storage);
+
+    [[nodiscard]] const MediaTraits& traits() const { return traits_; }
+    [[nodiscard]] bool empty() const { return media_.empty(); }
+    /// What is not 0 of all media, world space.
+    [[nodiscard]] Bounds bounds() const;
+    /// The same for each medium.
+    [[nodiscard]] std::vector<Bounds> each_bounds() const;
+
+    /// The lines that glsl/scene/media.glsl needs.
+    [[nodiscard]] gl::Defines defines() const;
+
+    /// Binds textures and block for an eye at `eye` (metres, world).
+    void bind(glm::dvec3 eye);
+
+    /// One line a grid: its layout, storage and bytes.
+    [[nodiscard]] std::vector<std::string> describe() const;
+    [[nodiscard]] int texture_units() const { return static_cast<int>(placed_.size()) * 2; }
+
+private:
+    struct Grid {
+        std::shared_ptr<const VoxelGrid> source;
+        Layout asked_layout = Layout::automatic;
+        Storage asked_storage = Storage::automatic;
+        GridLayout plan;  ///< its vectors emptied after the upload
+        gl::Texture texels, pages;
+    };
+    /// A grid as one medium places it.
+    struct PlacedGrid {
+        int texture = 0;                   ///< into grids_
+        glm::dmat4 index_from_world{1.0};  ///< voxels from the texture's first, from metres
+        auto operator==(const PlacedGrid& other) const
+        {
+            return texture == other.texture && index_from_world == other.index_from_world;
+        }
+    };
+    struct Entry {
+        const char* value = "";  ///< names of glsl/scene/media.glsl
+        const char* depth = "";
+        int density = -1, emission = -1, tint = -1;  ///< into placed_
+        glm::dmat4 bounds_from_world{1.0};
+        Bounds bounds;        ///< in the space of bounds_from_world
+        Bounds world_bounds;  ///< metres
+        shared::MediumParams params{};
+        bool is_noise = false;
+        NoiseProfile noise;
+        double height = 0;  ///< z0 of an exponential height profile [m]
+    };
+
+    int place(const std::shared_ptr<const VoxelGrid>& grid, const glm::dmat4& world_from_grid,
+              Layout layout, Storage storage);
+    int upload(const std::shared_ptr<const VoxelGrid>& grid, Layout layout, Storage storage);
+    void add(const GridMedium& medium, Layout layout, Storage storage);
+    void add(const BoxMedium& medium);
+    [[nodiscard]] const char* value_name(int placed) const;
+
+    const gl::Device& device_;
+    std::vector<Grid> grids_;
+    std::vector<Grid> old_grids_;  ///< of the scene before, while set() runs
+    std::vector<PlacedGrid> placed_;
+    std::vector<Entry> media_;
+    MediaTraits traits_;
+    double time_ = 0;
+    gl::UniformBuffer<shared::MediaParams> block_;
+};
+
+}  // namespace fumarole::medium

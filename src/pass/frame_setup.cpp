@@ -1,0 +1,142 @@
+#include "pass/frame_setup.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "error.h"
+
+namespace fumarole::pass {
+
+namespace {
+
+/// NDC depth from the depth that the buffer holds: n = x * depth + y.
+glm::dvec2 ndc_from_depth(const DepthConvention& convention)
+{
+    return convention.zero_to_one ? glm::dvec2(1, 0) : glm::dvec2(2, -1);
+}
+
+/// view_z = (x * depth + y) / (z * depth + w). From clip z and w of a point at view depth -z:
+/// n = (P22 z + P32) / (P23 z + P33), solved for -z.
+glm::dvec4 view_z_from_depth(const Frame& frame)
+{
+    const glm::dmat4& p = frame.clip_from_view;
+    const glm::dvec2 n = ndc_from_depth(frame.depth_convention);
+    const glm::dvec2 top(p[3][3], -p[3][2]);  // of n: slope, constant
+    const glm::dvec2 bottom(p[2][3], -p[2][2]);
+    return {top.x * n.x, top.x * n.y + top.y, bottom.x * n.x, bottom.x * n.y + bottom.y};
+}
+
+double view_z_of(double depth, const glm::dvec4& map)
+{
+    const double bottom = map.z * depth + map.w;
+    const double view_z = (map.x * depth + map.y) / bottom;
+    // An infinite far plane has bottom = 0 at its depth.
+    return std::isfinite(view_z) ? view_z : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
+Eye make_eye(const Frame& frame)
+{
+    const glm::dmat4& p = frame.clip_from_view;
+    Eye eye;
+    eye.world_from_view = glm::transpose(glm::dmat3(frame.view_from_world));
+    eye.position = -(eye.world_from_view * glm::dvec3(frame.view_from_world[3]));
+    eye.forward = -eye.world_from_view[2];
+    eye.perspective = p[2][3] != 0;
+    const double determinant = glm::determinant(p);
+    if (!std::isfinite(determinant) || determinant == 0 || (p[2][3] == 0 && p[3][3] == 0))
+        throw Error("the frame's clip_from_view is no projection: it can't be inverted; give a "
+                    "perspective or an orthographic matrix");
+    const glm::dvec4 map = view_z_from_depth(frame);
+    const bool reversed = frame.depth_convention.reversed;
+    eye.near = view_z_of(reversed ? 1 : 0, map);
+    eye.far = view_z_of(reversed ? 0 : 1, map);
+    if (!(eye.near < eye.far))
+        throw Error("the frame's near plane is not nearer than its far plane: clip_from_view does "
+                    "not match depth_convention (reversed, zero_to_one)");
+    return eye;
+}
+
+glm::dvec2 view_z_range(const Eye& eye, const Bounds& bounds)
+{
+    glm::dvec2 range(std::numeric_limits<double>::infinity(),
+                     -std::numeric_limits<double>::infinity());
+    for (int i = 0; i < 8; ++i) {
+        const double z = glm::dot(bounds.corner(i) - eye.position, eye.forward);
+        range = {std::min(range.x, z), std::max(range.y, z)};
+    }
+    return range;
+}
+
+float format_limit(Settings::Format format)
+{
+    switch (format) {
+    case Settings::Format::r11g11b10f:
+        return 64512.0f;  // of its 10-bit blue, the smaller
+    case Settings::Format::rgba16f:
+        return 65504.0f;
+    default:
+        return 1e37f;
+    }
+}
+
+shared::FrameParams make_frame_params(const Frame& frame, const Eye& eye, const Bounds& media,
+                                      const Settings& settings)
+{
+    shared::FrameParams params{};
+    // Two points on a pixel's ray in view space; any two depths do, these are always finite.
+    const glm::dmat4 view_from_clip = glm::inverse(frame.clip_from_view);
+    const glm::dmat4& p = frame.clip_from_view;
+    const double z0 = eye.near;
+    const double z1 = eye.near + std::max(std::abs(eye.near), 1.0);
+    const auto point = [&](double x, double y, double view_z) {
+        const double n = (p[2][2] * -view_z + p[3][2]) / (p[2][3] * -view_z + p[3][3]);
+        const glm::dvec4 h = view_from_clip * glm::dvec4(x, y, n, 1.0);
+        return glm::dvec3(h) / h.w;
+    };
+    const auto ray = [&](double x, double y) {
+        const glm::dvec3 a = point(x, y, z0);
+        const glm::dvec3 direction = (point(x, y, z1) - a) / (z1 - z0);
+        return std::pair{eye.world_from_view * (a - direction * z0),
+                         eye.world_from_view * direction};
+    };
+    const auto [origin, direction] = ray(0, 0);
+    const auto [origin_x, direction_x] = ray(1, 0);
+    const auto [origin_y, direction_y] = ray(0, 1);
+    const auto vec = [](glm::dvec3 v) { return glm::vec4(glm::vec3(v), 0.0f); };
+    params.ray_origin = vec(eye.perspective ? glm::dvec3(0) : origin);
+    params.ray_origin_dx = vec(eye.perspective ? glm::dvec3(0) : origin_x - origin);
+    params.ray_origin_dy = vec(eye.perspective ? glm::dvec3(0) : origin_y - origin);
+    params.ray_direction = vec(direction);
+    params.ray_direction_dx = vec(eye.perspective ? direction_x - direction : glm::dvec3(0));
+    params.ray_direction_dy = vec(eye.perspective ? direction_y - direction : glm::dvec3(0));
+
+    params.view_z_from_depth = glm::vec4(view_z_from_depth(frame));
+    params.sky_depth.x = frame.depth_convention.reversed ? 0.0f : 1.0f;
+    const glm::ivec2 full(frame.color.size);
+    const glm::ivec2 layer = layer_size(full, settings.resolution);
+    params.full_size = glm::vec4(full, 1.0f / glm::vec2(full));
+    params.layer_size = glm::vec4(layer, 1.0f / glm::vec2(layer));
+    params.layer_offset = glm::vec4(glm::vec2(frame.layer_offset),
+                                    glm::round(frame.layer_offset * double(settings.resolution)));
+
+    glm::dvec2 media_range(eye.near, eye.far);
+    if (!media.empty()) {
+        const glm::dvec2 z = view_z_range(eye, media);
+        media_range = {std::max(eye.near, z.x), std::max(eye.near, z.y)};
+    }
+    glm::dvec2 steps = media_range;
+    if (settings.range == Settings::Range::camera)
+        steps = {eye.near, std::isfinite(eye.far) ? eye.far : media_range.y};
+    params.step_range = glm::vec4(steps, steps.y / steps.x, 0.0f);
+    params.media_range = glm::vec4(media_range, 0.0f, 0.0f);
+    const float lambda = eye.perspective ? settings.distribution : 0.0f;
+    params.march = {settings.steps, lambda, settings.shadow_steps,
+                    static_cast<float>(frame.jitter_offset)};
+    params.resolve = {settings.depth_threshold, format_limit(settings.format), settings.g_clamp,
+                      settings.least_extinction};
+    return params;
+}
+
+}  // namespace fumarole::pass

@@ -1,0 +1,40 @@
+#pragma once
+
+#include "bounds.h"
+#include "renderer.h"
+#include "shared/frame_params.h"
+
+// From a host's matrices and depth convention to what the passes need.
+
+namespace fumarole::pass {
+
+/// A frame's camera, taken apart in double.
+struct Eye {
+    glm::dvec3 position{0};           ///< metres, world
+    glm::dvec3 forward{0, 0, -1};     ///< unit length, world
+    glm::dmat3 world_from_view{1.0};  ///< rotation
+    double near = 0;                  ///< view_z of the near plane [m]
+    double far = 0;                   ///< view_z of the far plane [m], may be infinite
+    bool perspective = true;
+};
+
+/// @throws Error if the projection is neither perspective nor orthographic or can't be inverted.
+Eye make_eye(const Frame& frame);
+
+/// Nearest and farthest view_z of a box [m].
+glm::dvec2 view_z_range(const Eye& eye, const Bounds& bounds);
+
+/// Largest value that a layer format holds.
+float format_limit(Settings::Format format);
+
+/// The frame's block. media: world bounds of all media, not empty.
+shared::FrameParams make_frame_params(const Frame& frame, const Eye& eye, const Bounds& media,
+                                      const Settings& settings);
+
+/// Texels of the volume layer: half a texel at an odd edge counts whole.
+inline glm::ivec2 layer_size(glm::ivec2 full, int resolution)
+{
+    return (full + resolution - 1) / resolution;
+}
+
+}  // namespace fumarole::pass

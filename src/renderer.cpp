@@ -1,0 +1,419 @@
+#include "renderer.h"
+
+#include <cmath>
+#include <fmt/format.h>
+#include <glm/gtc/matrix_transform.hpp>
+#include <numeric>
+
+#include "error.h"
+#include "gl/framebuffer.h"
+#include "gl/state_guard.h"
+#include "gl/timer.h"
+#include "light/light_set.h"
+#include "medium/media_set.h"
+#include "pass/blue_noise.h"
+#include "pass/frame_setup.h"
+#include "pass/volume_pass.h"
+#include "shared/bindings.h"
+#include "surface/surface_set.h"
+
+namespace fumarole {
+
+namespace {
+
+/// A surface pixel shows one shadow ray where a ray's samples average many: it gets this many times
+/// the steps. (Bands of 16 steps show in a smoke's shadow on the ground, bands of 64 do not.)
+constexpr int kSurfaceShadowFactor = 4;
+
+void check(const Frame& frame)
+{
+    const glm::ivec2 color(frame.color.size), depth(frame.depth.size);
+    if (!frame.color || !frame.depth || color != depth)
+        throw Error(fmt::format("the frame's colour ({} x {}) and depth ({} x {}) must be textures "
+                                "of one size",
+                                color.x, color.y, depth.x, depth.y));
+}
+
+}  // namespace
+
+struct Renderer::Parts {
+    explicit Parts(gl::GetProc get_proc)
+        : device{get_proc}, programs{device}, timers{device}, surfaces{device}, media{device},
+          lights{device, programs}, targets{device}, fullscreen{device, "fullscreen"},
+          host{device, "host"}, frame_block{device, "frame"}, draw_block{device, "surface draw"}
+    {
+        blue_noise = gl::Texture::make_2d(device, "blue noise", glm::ivec2(pass::kBlueNoiseSize),
+                                          GL_R32F, gl::Filter::nearest);
+        std::vector<float> offsets;
+        for (std::uint16_t rank : pass::kBlueNoise)
+            offsets.push_back((static_cast<float>(rank) + 0.5f) /
+                              static_cast<float>(pass::kBlueNoise.size()));
+        blue_noise.upload(GL_RED, GL_FLOAT, offsets.data());
+    }
+
+    [[nodiscard]] bool monochrome(const Settings& s) const
+    {
+        return s.targets == Settings::Targets::mono ||
+               (s.targets == Settings::Targets::automatic && !media.traits().colored_extinction);
+    }
+    /// A monochrome target keeps transmittance in an alpha that the small format has not.
+    [[nodiscard]] Settings::Format format(const Settings& s) const
+    {
+        const bool small = s.format == Settings::Format::r11g11b10f;
+        return monochrome(s) && small ? Settings::Format::rgba16f : s.format;
+    }
+    [[nodiscard]] gl::Defines march_defines(const Settings& s) const;
+    [[nodiscard]] gl::Defines upsample_defines(const Settings& s) const;
+    [[nodiscard]] int texture_units() const { return GRID_UNIT + media.texture_units(); }
+    /// False if no medium can be seen: nothing is drawn then.
+    bool begin(const Frame& frame, const Settings& s);
+    void draw_fullscreen(const gl::Program& program) const;
+    void draw_layer(const Frame& frame, const Settings& s);
+    void upsample(const Settings& s, gl::TextureView target);
+
+    gl::Device device;
+    gl::ProgramCache programs;
+    gl::PassTimers timers;
+    surface::SurfaceSet surfaces;
+    medium::MediaSet media;
+    light::LightSet lights;
+    pass::LayerTargets targets;
+    gl::VertexArray fullscreen;
+    gl::Framebuffer host;
+    gl::UniformBuffer<shared::FrameParams> frame_block;
+    gl::UniformBuffer<shared::DrawParams> draw_block;
+    gl::Texture blue_noise;
+};
+
+gl::Defines Renderer::Parts::march_defines(const Settings& s) const
+{
+    gl::Defines defines = media.defines();
+    const gl::Defines of_lights = lights.defines();
+    defines.insert(defines.end(), of_lights.begin(), of_lights.end());
+    const auto add = [&](bool condition, const char* name) {
+        if (condition)
+            defines.emplace_back(name, "");
+    };
+    add(s.jitter == Settings::Jitter::blue, "BLUE_NOISE");
+    add(s.volume_shadows && lights.count() > 0, "VOLUME_SHADOWS");
+    add(s.world_light && lights.world_radiance() != glm::vec3(0.0f), "WORLD_LIGHT");
+    add(s.range == Settings::Range::camera, "CAMERA_RANGE");
+    add(s.shadow_range == Settings::ShadowRange::light, "SHADOW_TO_LIGHT");
+    add(s.least_extinction > 0, "LEAST_EXTINCTION");
+    add(monochrome(s), "MONOCHROME");
+    defines.emplace_back("LAYER_SCALE", fmt::format("{}", s.resolution));
+    return defines;
+}
+
+gl::Defines Renderer::Parts::upsample_defines(const Settings& s) const
+{
+    const bool small = s.upsample == Settings::Upsample::bilinear2x2;
+    gl::Defines defines{{"LAYER_SCALE", fmt::format("{}", s.resolution)},
+                        {"UPSAMPLE_TAPS", s.resolution == 1 ? "1" : (small ? "2" : "4")}};
+    if (s.upsample == Settings::Upsample::box4x4)
+        defines.emplace_back("BOX_2017", "");
+    return defines;
+}
+
+void Renderer::Parts::draw_fullscreen(const gl::Program& program) const
+{
+    device->UseProgram(program.id());
+    device->BindVertexArray(fullscreen.id());
+    device->DrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+bool Renderer::Parts::begin(const Frame& frame, const Settings& s)
+{
+    const pass::Eye eye = pass::make_eye(frame);
+    const Bounds bounds = media.bounds();
+    // 2017 marched whatever the view: its floor under the extinction is everywhere.
+    const bool everywhere = s.range == Settings::Range::camera;
+    if (!everywhere && pass::view_z_range(eye, bounds).y <= eye.near)
+        return false;
+    frame_block.write(pass::make_frame_params(frame, eye, bounds, s));
+    device->BindBufferBase(GL_UNIFORM_BUFFER, FRAME_BLOCK, frame_block.id());
+    media.bind(eye.position);
+    lights.bind(eye.position);
+    targets.resize(pass::layer_size(glm::ivec2(frame.color.size), s.resolution), format(s),
+                   monochrome(s));
+    const pass::VolumeLayer layer = targets.layer();
+    device->BindTextureUnit(SCENE_DEPTH_UNIT, frame.depth.id);
+    device->BindTextureUnit(LAYER_DEPTH_UNIT, layer.depth.id);
+    device->BindTextureUnit(BLUE_NOISE_UNIT, blue_noise.id());
+    return true;
+}
+
+void Renderer::Parts::draw_layer(const Frame&, const Settings& s)
+{
+    {
+        const auto time = timers.scope("layer depth");
+        gl::Defines defines{{"LAYER_SCALE", fmt::format("{}", s.resolution)}};
+        if (s.layer_depth == Settings::LayerDepth::checkerboard)
+            defines.emplace_back("CHECKERBOARD", "");
+        targets.depth_framebuffer().bind(targets.size());
+        draw_fullscreen(programs.get({"pass/fullscreen.vert", "pass/layer_depth.frag"}, defines));
+    }
+    const auto time = timers.scope("ray march");
+    targets.framebuffer().bind(targets.size());
+    draw_fullscreen(
+        programs.get({"pass/fullscreen.vert", "pass/ray_march.frag"}, march_defines(s)));
+}
+
+void Renderer::Parts::upsample(const Settings& s, gl::TextureView target)
+{
+    device->BindTextureUnit(SCATTERING_UNIT, target.id);
+    draw_fullscreen(
+        programs.get({"pass/fullscreen.vert", "resolve/upsample.frag"}, upsample_defines(s)));
+}
+
+Renderer::Renderer(gl::GetProc get_proc) : parts_{std::make_unique<Parts>(get_proc)} {}
+Renderer::~Renderer() = default;
+Renderer::Renderer(Renderer&&) noexcept = default;
+Renderer& Renderer::operator=(Renderer&&) noexcept = default;
+
+void Renderer::set_scene(const Scene& scene, const Settings& settings)
+{
+    const gl::StateGuard guard(parts_->device, GRID_UNIT, BLOCK_COUNT);
+    parts_->media.set(scene, settings.layout, settings.storage);
+    parts_->surfaces.set(scene.surfaces);
+    const auto time = parts_->timers.scope("shadow map");
+    parts_->lights.set(scene, parts_->surfaces, parts_->media.bounds(), settings.shadow_map);
+}
+
+void Renderer::composite(const Frame& frame, const Settings& settings)
+{
+    check(frame);
+    Parts& parts = *parts_;
+    if (parts.media.empty())
+        return;
+    const gl::Device& gl = parts.device;
+    const gl::StateGuard guard(gl, parts.texture_units(), BLOCK_COUNT);
+    if (!parts.begin(frame, settings))
+        return;
+    parts.host.attach_color({frame.color});
+    parts.draw_layer(frame, settings);
+
+    const pass::VolumeLayer layer = parts.targets.layer();
+    parts.host.bind(glm::ivec2(frame.color.size));
+    gl->Enable(GL_BLEND);
+    gl->BlendEquation(GL_FUNC_ADD);
+    gl->ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_FALSE);
+    if (parts.monochrome(settings)) {
+        const auto time = parts.timers.scope("upsample both");
+        gl->BlendFunc(GL_ONE, GL_SRC_ALPHA);
+        parts.upsample(settings, layer.scattering);
+    } else {
+        {
+            const auto time = parts.timers.scope("upsample transmittance");
+            gl->BlendFunc(GL_ZERO, GL_SRC_COLOR);
+            parts.upsample(settings, layer.transmittance);
+        }
+        const auto time = parts.timers.scope("upsample scattering");
+        gl->BlendFunc(GL_ONE, GL_ONE);
+        parts.upsample(settings, layer.scattering);
+    }
+    gl->NamedFramebufferTexture(parts.host.id(), GL_COLOR_ATTACHMENT0, 0, 0);
+}
+
+LayerImages Renderer::read_layers(const Frame& frame, const Settings& settings)
+{
+    check(frame);
+    Parts& parts = *parts_;
+    const glm::ivec2 size(frame.color.size);
+    const std::size_t pixels = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+    LayerImages images{std::vector<float>(pixels * 3, 0.0f), std::vector<float>(pixels * 3, 1.0f)};
+    if (parts.media.empty())
+        return images;
+    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT);
+    if (!parts.begin(frame, settings))
+        return images;
+    const gl::Texture full = gl::Texture::make_2d(parts.device, "layer at full size", size,
+                                                  GL_RGBA32F, gl::Filter::nearest);
+    gl::Framebuffer framebuffer(parts.device, "layer at full size");
+    framebuffer.attach_color({full.view()});
+    framebuffer.bind(size);
+    const pass::VolumeLayer layer = parts.targets.layer();
+    parts.upsample(settings, layer.scattering);
+    const std::vector<float> scattering = full.read(4);
+    const bool monochrome = parts.monochrome(settings);
+    if (!monochrome)
+        parts.upsample(settings, layer.transmittance);
+    const std::vector<float> transmittance = monochrome ? scattering : full.read(4);
+    for (std::size_t i = 0; i < pixels; ++i)
+        for (std::size_t c = 0; c < 3; ++c) {
+            images.scattering[i * 3 + c] = scattering[i * 4 + c];
+            images.transmittance[i * 3 + c] = transmittance[i * 4 + (monochrome ? 3 : c)];
+        }
+    return images;
+}
+
+double Renderer::count_samples(const Frame& frame, const Settings& settings)
+{
+    check(frame);
+    Parts& parts = *parts_;
+    if (parts.media.empty())
+        return 0;
+    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT);
+    if (!parts.begin(frame, settings))
+        return 0;
+    parts.draw_layer(frame, settings);  // for its depth
+    const glm::ivec2 size = parts.targets.size();
+    const gl::Texture counts =
+        gl::Texture::make_2d(parts.device, "sample counts", size, GL_R32F, gl::Filter::nearest);
+    gl::Framebuffer framebuffer(parts.device, "sample counts");
+    framebuffer.attach_color({counts.view()});
+    framebuffer.bind(size);
+    gl::Defines defines = parts.march_defines(settings);
+    defines.emplace_back("COUNT_SAMPLES", "");
+    parts.draw_fullscreen(
+        parts.programs.get({"pass/fullscreen.vert", "pass/ray_march.frag"}, defines));
+    const std::vector<float> samples = counts.read(1);
+    return std::accumulate(samples.begin(), samples.end(), 0.0);
+}
+
+void Renderer::draw_surfaces(const Frame& frame, const Settings& settings, bool through_media)
+{
+    check(frame);
+    Parts& parts = *parts_;
+    const gl::Device& gl = parts.device;
+    const bool dimmed = through_media && settings.volume_shadows && !parts.media.empty() &&
+                        parts.lights.count() > 0;
+    const gl::StateGuard guard(gl, parts.texture_units(), BLOCK_COUNT);
+    const auto time = parts.timers.scope(dimmed ? "surfaces through media" : "surfaces");
+    const pass::Eye eye = pass::make_eye(frame);
+    Settings surface_settings = settings;
+    surface_settings.shadow_steps *= kSurfaceShadowFactor;
+    parts.frame_block.write(
+        pass::make_frame_params(frame, eye, parts.media.bounds(), surface_settings));
+    gl->BindBufferBase(GL_UNIFORM_BUFFER, FRAME_BLOCK, parts.frame_block.id());
+    gl->BindBufferBase(GL_UNIFORM_BUFFER, DRAW_BLOCK, parts.draw_block.id());
+    parts.lights.bind(eye.position);
+    if (dimmed)
+        parts.media.bind(eye.position);
+
+    const bool reversed = frame.depth_convention.reversed;
+    parts.host.attach_color({frame.color});
+    parts.host.attach_depth(frame.depth);
+    parts.host.bind(glm::ivec2(frame.color.size));
+    gl->ClipControl(GL_LOWER_LEFT,
+                    frame.depth_convention.zero_to_one ? GL_ZERO_TO_ONE : GL_NEGATIVE_ONE_TO_ONE);
+    gl->DepthMask(GL_TRUE);
+    const GLfloat sky = reversed ? 0.0f : 1.0f;
+    gl->ClearNamedFramebufferfv(parts.host.id(), GL_DEPTH, 0, &sky);
+
+    gl::Defines defines = parts.lights.defines();
+    if (parts.lights.has_environment())
+        defines.emplace_back("ENVIRONMENT", "");
+    if (parts.lights.has_environment())
+        parts.lights.bind_environment();
+    parts.draw_fullscreen(parts.programs.get({"pass/fullscreen.vert", "pass/sky.frag"}, defines));
+
+    if (parts.lights.has_environment())
+        parts.lights.bind_irradiance();
+    if (dimmed) {
+        const gl::Defines of_media = parts.media.defines();
+        defines.insert(defines.end(), of_media.begin(), of_media.end());
+        defines.emplace_back("THROUGH_MEDIA", "");
+        if (settings.shadow_range == Settings::ShadowRange::light)
+            defines.emplace_back("SHADOW_TO_LIGHT", "");
+    }
+    gl->Enable(GL_DEPTH_TEST);
+    gl->DepthFunc(reversed ? GL_GREATER : GL_LESS);
+    const glm::dmat4 view_from_eye(glm::transpose(eye.world_from_view));
+    for (const auto& instance : parts.surfaces.instances()) {
+        gl::Defines own = defines;
+        if (!instance.closed)
+            own.emplace_back("TWO_SIDED", "");
+        gl->UseProgram(parts.programs.get({"pass/surface.vert", "pass/surface.frag"}, own).id());
+        shared::DrawParams params{};
+        const glm::dmat4 eye_from_object =
+            glm::translate(glm::dmat4(1.0), -eye.position) * instance.world_from_object;
+        params.clip_from_object = glm::mat4(frame.clip_from_view * view_from_eye * eye_from_object);
+        params.world_from_object = glm::mat4(eye_from_object);
+        params.albedo = glm::vec4(instance.albedo, 1.0f);
+        parts.draw_block.write(params);
+        parts.surfaces.draw(instance);
+    }
+    gl->NamedFramebufferTexture(parts.host.id(), GL_COLOR_ATTACHMENT0, 0, 0);
+    gl->NamedFramebufferTexture(parts.host.id(), GL_DEPTH_ATTACHMENT, 0, 0);
+}
+
+std::vector<std::string> Renderer::explain(const Settings& settings) const
+{
+    const Parts& parts = *parts_;
+    const medium::MediaTraits& media = parts.media.traits();
+    std::vector<std::string> lines;
+    const auto say = [&]<typename... T>(fmt::format_string<T...> text, T&&... arguments) {
+        lines.push_back(fmt::format(text, std::forward<T>(arguments)...));
+    };
+    if (media.media == 0) {
+        say("no medium scatters, absorbs or emits: nothing is drawn, the picture keeps its bits");
+        return lines;
+    }
+    say("media: {}, of which {} change from place to place; others need no fetch and no shadow "
+        "steps",
+        media.media, media.heterogeneous);
+    if (parts.monochrome(settings))
+        say("extinction: {}: transmittance rides in the alpha of one target, one upsample instead "
+            "of two",
+            media.colored_extinction ? "coloured, but its mean was asked for" : "grey");
+    else
+        say("extinction: {}: a target of its own for transmittance, two upsamples",
+            media.colored_extinction ? "coloured" : "grey, but two targets were asked for");
+    if (parts.format(settings) != settings.format)
+        say("target format: rgba16f, since r11g11b10f has no alpha for the transmittance");
+    say("phase: {}", media.isotropic ? "g is 0 everywhere: a constant, no angle is worked out"
+                     : media.mixed_g
+                         ? "media differ in g: its mean, weighted by sigma_s, per sample"
+                         : "one g for all media");
+    say("emission: {}", media.emission ? "yes" : "none: no fetch");
+    if (parts.lights.count() == 0)
+        say("lights: none: no loop over lights, no shadows");
+    else
+        say("lights: {} sun, {} point, {} spot", parts.lights.suns(), parts.lights.points(),
+            parts.lights.spots());
+    if (parts.lights.count() > 0 && parts.lights.shadow_views() == 0)
+        say("surfaces: none that could hide a light: no shadow map, no lookup");
+    else if (parts.lights.count() > 0)
+        say("surfaces: {} in {} views of the shadow map, looked up at each sample",
+            parts.surfaces.instances().size(), parts.lights.shadow_views());
+    if (parts.lights.count() > 0) {
+        if (!settings.volume_shadows)
+            say("light through media: undimmed, as asked");
+        else if (media.heterogeneous == 0)
+            say("light through media: closed form, no marching: all media are homogeneous");
+        else
+            say("light through media: {} steps a sample, light and marched medium; closed form "
+                "where "
+                "a medium is homogeneous or falls off with height",
+                settings.shadow_steps);
+    }
+    const bool world = parts.lights.world_radiance() != glm::vec3(0.0f);
+    say("world: {}", !world                 ? "black: no ambient term"
+                     : settings.world_light ? "its mean radiance scatters, isotropic and undimmed"
+                                            : "left out of the media, as asked");
+    for (const std::string& line : parts.media.describe())
+        lines.push_back(line);
+    return lines;
+}
+
+void Renderer::enable_timing(bool on)
+{
+    parts_->timers.enable(on);
+}
+
+FrameReport Renderer::take_report()
+{
+    return {parts_->timers.take(), parts_->device.bytes()};
+}
+
+const char* Renderer::timing_method() const
+{
+    return parts_->timers.method();
+}
+const gl::Device& Renderer::device() const
+{
+    return parts_->device;
+}
+
+}  // namespace fumarole

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <glm/glm.hpp>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gl/texture.h"
+#include "scene.h"
+#include "settings.h"
+
+namespace fumarole {
+
+/// How a host keeps depth.
+struct DepthConvention {
+    bool zero_to_one =
+        false;  ///< glClipControl(..., GL_ZERO_TO_ONE): NDC depth in [0, 1], else [-1, 1]
+    bool reversed = false;  ///< near is 1 and far is 0; the sky is then 0, else 1
+};
+
+/// A host's picture, borrowed for one call, and the camera that it was drawn with.
+struct Frame {
+    /// Linear colour, colour-renderable, one level, no multisampling; composited in place. Its
+    /// alpha stays.
+    gl::TextureView color;
+    /// 2-D depth of the same size, sampled without comparison; only read.
+    gl::TextureView depth;
+    DepthConvention depth_convention;
+    glm::dmat4 view_from_world{1.0};  ///< rigid; right-handed, the eye looks along -z
+    glm::dmat4 clip_from_view{
+        1.0};  ///< perspective or orthographic, off-axis too; far may be infinite
+    /// A shift of the march's jitter, 0..1, to be varied from frame to frame where frames are
+    /// averaged.
+    double jitter_offset = 0;
+    /// Likewise, where in its texel each sample of a half-size layer lies: -0.5..0.5 texels from
+    /// the middle. Averaged frames then see what lies between the samples of one.
+    glm::dvec2 layer_offset{0};
+};
+
+/// Where the two layers of the last composite() lie, for whoever wants them apart. Full size, made
+/// on demand.
+struct LayerImages {
+    std::vector<float> scattering;     ///< RGB, radiance W/m^2/sr, rows from the bottom
+    std::vector<float> transmittance;  ///< RGB, 0..1
+};
+
+/// What a frame cost and did.
+struct FrameReport {
+    std::vector<std::pair<std::string, double>> pass_ms;  ///< empty unless timing is on
+    std::uint64_t gpu_bytes = 0;                          ///< textures and buffers of the renderer
+};
+
+/// The volumetric post-process. One for each GL context, which must be current in every call, the
+/// destructor too. Holds no global state, makes no context, puts back the GL state that it changes.
+class Renderer {
+public:
+    /// @throws Error if the context is older than OpenGL 4.5.
+    explicit Renderer(gl::GetProc get_proc);
+    ~Renderer();
+    Renderer(Renderer&&) noexcept;
+    Renderer& operator=(Renderer&&) noexcept;
+
+    /// Media, lights, world and surfaces; here surfaces only hide light from the media (and are
+    /// drawn by draw_surfaces). Uploads what differs from the last call: a grid is known by its
+    /// pointer. The camera and the resolution of the scene are not used.
+    /// @throws Error if the scene needs more than this GL has (texture units, sizes), naming both.
+    void set_scene(const Scene& scene, const Settings& settings);
+
+    /// Composites the media over frame.color: color * transmittance + scattering.
+    /// Without media it draws nothing and the picture keeps its bits.
+    /// @throws Error if frame's sizes differ or its colour can't be drawn to.
+    void composite(const Frame& frame, const Settings& settings);
+
+    /// Draws the scene's own surfaces and its world into frame.color and frame.depth, for those who
+    /// have no renderer of their own. through_media: light is dimmed by the media on its way.
+    void draw_surfaces(const Frame& frame, const Settings& settings, bool through_media);
+
+    /// The layers that the last composite() of `frame` blended, brought to full size.
+    LayerImages read_layers(const Frame& frame, const Settings& settings);
+
+    /// Evaluations of the media that the march of `frame` takes, shadows included.
+    double count_samples(const Frame& frame, const Settings& settings);
+
+    /// Which variant the scene and the settings need, and why: a line each.
+    [[nodiscard]] std::vector<std::string> explain(const Settings& settings) const;
+
+    void enable_timing(bool on);
+    /// Times since the last call, and the bytes held now.
+    FrameReport take_report();
+    [[nodiscard]] const char* timing_method() const;
+    [[nodiscard]] const gl::Device& device() const;
+
+private:
+    struct Parts;
+    std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace fumarole

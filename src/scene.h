@@ -1,0 +1,163 @@
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "voxel_grid.h"
+
+// A scene as data: what a scene file states (see docs of the format in README), and, beside each
+// file name, what was read from it. Metres, seconds, linear Rec. 709, right-handed world.
+
+namespace fumarole {
+
+struct Camera {
+    enum class Projection { perspective, orthographic };
+
+    glm::dvec3 position{0, -10, 2};  ///< metres
+    glm::dvec3 look_at{0, 0, 2};     ///< metres
+    glm::dvec3 up{0, 0, 1};
+    double vfov_deg = 32;  ///< vertical field of view, (0, 180)
+    double near = 0.1;     ///< metres along the view axis, > 0
+    double far = 1000;     ///< metres along the view axis, > near
+    Projection projection = Projection::perspective;
+    /// Height of an orthographic picture in metres; 0: what vfov_deg sees at the distance of
+    /// look_at.
+    double ortho_height = 0;
+};
+
+/// A light infinitely far away.
+struct SunLight {
+    glm::dvec3 direction_to_light{0, 0, 1};  ///< normalised on reading
+    glm::vec3 irradiance{1};                 ///< W/m^2, on a plane facing it
+};
+
+struct PointLight {
+    glm::dvec3 position{0};          ///< metres
+    glm::vec3 radiant_intensity{1};  ///< W/sr; irradiance at distance d is radiant_intensity / d^2
+};
+
+struct SpotLight {
+    glm::dvec3 position{0};          ///< metres
+    glm::dvec3 direction{0, 0, -1};  ///< where it shines; normalised on reading
+    double cone_deg = 45;            ///< full opening angle, (0, 180)
+    double blend = 0.15;             ///< 0..1: the share of the cone over which its edge fades
+    glm::vec3 radiant_intensity{1};  ///< W/sr on the axis
+};
+
+using Light = std::variant<SunLight, PointLight, SpotLight>;
+
+/// A medium from a .vdb file (or from any VoxelGrid that a host fills in).
+/// World position of index i: translate + scale * (density->world_from_index * i).
+struct GridMedium {
+    std::string file;           ///< absolute, or relative to the working directory
+    std::string grid;           ///< name, name[n]; "" for the first fog volume
+    std::string emission_grid;  ///< "" for none; float or vec3 grid
+    std::string color_grid;  ///< "" for none; vec3 grid (or name.x name.y name.z): scales sigma_s,
+                             ///< sigma_t stays
+
+    std::shared_ptr<const VoxelGrid> density;  ///< vec3: one density per colour channel
+    std::shared_ptr<const VoxelGrid> emission;
+    std::shared_ptr<const VoxelGrid> color;
+
+    glm::dvec3 translate{0};           ///< metres
+    double scale = 1;                  ///< > 0
+    glm::vec3 sigma_s_per_density{1};  ///< 1/m per unit of density
+    glm::vec3 sigma_a_per_density{0};  ///< 1/m per unit of density
+    float g = 0;                       ///< Henyey-Greenstein, (-1, 1), > 0 scatters forward
+    glm::vec3 emission_per_unit{0};    ///< W/m^2/sr per metre, per unit of the emission grid
+};
+
+struct HomogeneousProfile {};
+
+/// Coefficients times exp(-(z - z0) / scale_height).
+struct ExpHeightProfile {
+    double scale_height = 1;  ///< metres, > 0
+    double z0 = 0;            ///< metres
+};
+
+/// Coefficients times max(0, (fbm - threshold) / (1 - threshold)), fbm in 0..1, at p - time *
+/// drift.
+struct NoiseProfile {
+    double feature_size = 1;  ///< metres, size of the first octave's cells, > 0
+    int octaves = 5;          ///< 1..16
+    double gain = 0.5;        ///< amplitude of an octave over the one before, (0, 1]
+    double lacunarity = 2;    ///< frequency of an octave over the one before, >= 1
+    double threshold = 0.45;  ///< [0, 1)
+    std::uint32_t seed = 0;
+    glm::dvec3 drift{0};  ///< metres per second
+};
+
+using Profile = std::variant<HomogeneousProfile, ExpHeightProfile, NoiseProfile>;
+
+struct BoxMedium {
+    glm::dvec3 min{0};  ///< metres
+    glm::dvec3 max{1};  ///< metres, > min
+    Profile profile;
+    glm::vec3 sigma_s{0};  ///< 1/m
+    glm::vec3 sigma_a{0};  ///< 1/m
+    float g = 0;
+    glm::vec3 emission{0};  ///< W/m^2/sr per metre, times the profile
+};
+
+using Medium = std::variant<GridMedium, BoxMedium>;
+
+struct Mesh {
+    std::vector<glm::vec3> positions;      ///< metres, as in the file
+    std::vector<glm::vec3> normals;        ///< unit length, one a position
+    std::vector<std::uint32_t> triangles;  ///< three indices a triangle
+};
+
+struct SphereSurface {
+    glm::dvec3 center{0};  ///< metres
+    double radius = 1;     ///< metres, > 0
+    glm::vec3 albedo{0.5f};
+};
+
+struct BoxSurface {
+    glm::dvec3 min{0};  ///< metres
+    glm::dvec3 max{1};  ///< metres, > min
+    glm::vec3 albedo{0.5f};
+};
+
+struct MeshSurface {
+    std::string file;
+    std::shared_ptr<const Mesh> mesh;
+    glm::dvec3 translate{0};  ///< metres
+    double scale = 1;         ///< > 0
+    glm::vec3 albedo{0.5f};
+};
+
+/// All surfaces are Lambertian and opaque.
+using Surface = std::variant<SphereSurface, BoxSurface, MeshSurface>;
+
+/// A latitude-longitude picture of the world's radiance. Row 0 is the zenith (+z), its middle
+/// column is the direction +x, and columns run from +y on the left to -y on the right of it: u =
+/// 1/2 - atan2(y, x) / 2pi, v = acos(z) / pi. (Blender's convention.)
+struct Environment {
+    int width = 0;
+    int height = 0;
+    std::vector<glm::vec3> radiance;  ///< W/m^2/sr, row by row from the zenith
+};
+
+struct World {
+    glm::vec3 radiance{0};  ///< W/m^2/sr, one colour everywhere; not used where there is a map
+    std::string environment_file;
+    float environment_scale = 1;
+    std::shared_ptr<const Environment> environment;
+};
+
+struct Scene {
+    glm::uvec2 resolution{480, 270};
+    Camera camera;
+    World world;
+    std::vector<Light> lights;
+    std::vector<Medium> media;
+    std::vector<Surface> surfaces;
+    double time = 0;  ///< seconds; moves drifting noise
+};
+
+}  // namespace fumarole

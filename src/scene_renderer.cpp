@@ -1,0 +1,274 @@
+#include "scene_renderer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fmt/format.h>
+#include <glm/gtc/matrix_transform.hpp>
+#include <map>
+
+#include "error.h"
+#include "pass/frame_setup.h"
+
+namespace fumarole {
+
+namespace {
+
+PassTime summarize(std::string name, std::vector<double> ms)
+{
+    if (ms.empty())
+        return {std::move(name)};
+    std::sort(ms.begin(), ms.end());
+    const std::size_t n = ms.size();
+    return {std::move(name), ms.front(), (ms[(n - 1) / 2] + ms[n / 2]) / 2, ms.back()};
+}
+
+/// The mean of several pictures, rows turned to come from the top.
+class Mean {
+public:
+    Mean(int width, int height, int channels)
+        : width_{static_cast<std::size_t>(width)}, height_{static_cast<std::size_t>(height)},
+          channels_{static_cast<std::size_t>(channels)}, sum_(width_ * height_ * channels_)
+    {
+    }
+
+    /// `from` may have more channels; the first ones are taken.
+    void add(const std::vector<float>& from)
+    {
+        const std::size_t stride = from.size() / (width_ * height_);
+        for (std::size_t y = 0; y < height_; ++y)
+            for (std::size_t x = 0; x < width_; ++x)
+                for (std::size_t c = 0; c < channels_; ++c)
+                    sum_[((height_ - 1 - y) * width_ + x) * channels_ + c] +=
+                        from[(y * width_ + x) * stride + c];
+        ++count_;
+    }
+
+    [[nodiscard]] std::vector<float> get() const
+    {
+        std::vector<float> mean;
+        mean.reserve(sum_.size());
+        for (double s : sum_)
+            mean.push_back(static_cast<float>(s / count_));
+        return mean;
+    }
+
+private:
+    std::size_t width_, height_, channels_;
+    std::vector<double> sum_;
+    int count_ = 0;
+};
+
+/// Halton 1964, bases 2 and 3, over -0.5..0.5; point 0 is the middle.
+glm::dvec2 layer_offset(int i)
+{
+    const auto radical_inverse = [](int n, int base) {
+        double value = 0, digit = 1.0 / base;
+        for (; n > 0; n /= base, digit /= base)
+            value += digit * (n % base);
+        return value;
+    };
+    return glm::fract(glm::dvec2(radical_inverse(i, 2), radical_inverse(i, 3)) + 0.5) - 0.5;
+}
+
+/// view_z [m] of our own reversed depth, rows from the top.
+std::vector<float> view_depth(const Frame& frame, const std::vector<float>& window_depth)
+{
+    const glm::dmat4& p = frame.clip_from_view;
+    std::vector<float> view_z;
+    view_z.reserve(window_depth.size());
+    for (const double n : window_depth)
+        view_z.push_back(
+            n == 0 ? Still::kSkyDepth
+                   : static_cast<float>((p[3][3] * n - p[3][2]) / (p[2][3] * n - p[2][2])));
+    Mean one(frame.depth.size.x, frame.depth.size.y, 1);
+    one.add(view_z);
+    return one.get();
+}
+
+/// RGBA of Still::foreground for one frame.
+std::vector<float> without_sky(const LayerImages& layers, const std::vector<float>& lit,
+                               const std::vector<float>& window_depth)
+{
+    std::vector<float> rgba;
+    for (std::size_t i = 0; i < window_depth.size(); ++i) {
+        const bool sky = window_depth[i] == 0;
+        float alpha = 0;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const float through = layers.transmittance[i * 3 + c];
+            rgba.push_back(layers.scattering[i * 3 + c] + (sky ? 0.0f : through * lit[i * 4 + c]));
+            alpha += (sky ? 1.0f - through : 1.0f) / 3.0f;
+        }
+        rgba.push_back(alpha);
+    }
+    return rgba;
+}
+
+/// What the volume adds to a frame: its own passes, and what the media add to the surfaces'
+/// shading.
+double volume_ms(const std::vector<std::pair<std::string, double>>& passes)
+{
+    double volume = 0, clear = 0, through = 0;
+    for (const auto& [name, ms] : passes) {
+        if (name == "surfaces")
+            clear = ms;
+        else if (name == "surfaces through media")
+            through = ms;
+        else
+            volume += ms;
+    }
+    return volume + std::max(0.0, through - clear);
+}
+
+}  // namespace
+
+glm::dvec2 subpixel_offset(int i)
+{
+    // R2 of Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences": steps by the
+    // powers of 1 / 1.3247..., the plastic number.
+    constexpr double kA1 = 0.7548776662466927;
+    constexpr double kA2 = 0.5698402909980532;
+    const glm::dvec2 p = glm::fract(glm::dvec2(0.5 + kA1 * i, 0.5 + kA2 * i));
+    return p - 0.5;
+}
+
+glm::dmat4 view_from_world(const Camera& camera)
+{
+    return glm::lookAt(camera.position, camera.look_at, camera.up);
+}
+
+glm::dmat4 clip_from_view(const Camera& camera, glm::uvec2 size, glm::dvec2 offset)
+{
+    const double aspect = static_cast<double>(size.x) / size.y;
+    const double tangent = std::tan(glm::radians(camera.vfov_deg) / 2);
+    const double near = camera.near, far = camera.far;
+    glm::dmat4 p(0.0);
+    if (camera.projection == Camera::Projection::perspective) {
+        p[0][0] = 1 / (tangent * aspect);
+        p[1][1] = 1 / tangent;
+        p[2][2] = near / (far - near);
+        p[2][3] = -1;
+        p[3][2] = far * near / (far - near);
+    } else {
+        const double half = camera.ortho_height > 0
+                                ? camera.ortho_height / 2
+                                : tangent * glm::length(camera.look_at - camera.position);
+        p[0][0] = 1 / (half * aspect);
+        p[1][1] = 1 / half;
+        p[2][2] = 1 / (far - near);
+        p[3][2] = far / (far - near);
+        p[3][3] = 1;
+    }
+    const glm::dvec3 shift(-2 * offset.x / size.x, -2 * offset.y / size.y, 0);
+    return glm::translate(glm::dmat4(1.0), shift) * p;
+}
+
+Still SceneRenderer::render(const Scene& scene, const Settings& settings,
+                            const StillOptions& options, StillReport* report)
+{
+    const gl::Device& gl = renderer_.device();
+    const glm::ivec2 size(scene.resolution);
+    const int limit = gl.capabilities().max_texture_2d;
+    if (size.x > limit || size.y > limit)
+        throw Error(fmt::format("a picture of {} x {} is larger than this GL draws ({} at most); "
+                                "give a smaller --size",
+                                size.x, size.y, limit));
+    const auto begin = std::chrono::steady_clock::now();
+    renderer_.set_scene(scene, settings);
+    if (report != nullptr) {
+        gl->Finish();
+        report->setup_ms =
+            std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
+                .count();
+    }
+
+    const gl::Texture color =
+        gl::Texture::make_2d(gl, "picture", size, GL_RGBA32F, gl::Filter::nearest);
+    const gl::Texture depth =
+        gl::Texture::make_2d(gl, "picture depth", size, GL_DEPTH_COMPONENT32F, gl::Filter::nearest);
+    Frame frame;
+    frame.color = color.view();
+    frame.depth = depth.view();
+    frame.depth_convention = {.zero_to_one = true, .reversed = true};
+    frame.view_from_world = view_from_world(scene.camera);
+    constexpr double kGolden = 0.6180339887498949;  // steps of it fill 0..1 evenly
+    const auto aim = [&](int i) {
+        frame.clip_from_view = clip_from_view(scene.camera, scene.resolution, subpixel_offset(i));
+        frame.layer_offset = settings.resolution > 1 ? layer_offset(i) : glm::dvec2(0);
+        frame.jitter_offset = glm::fract(kGolden * (i + 1024.0 * options.seed));
+    };
+
+    Mean composite(size.x, size.y, 3), scattering(size.x, size.y, 3),
+        transmittance(size.x, size.y, 3), surface(size.x, size.y, 3),
+        surface_lit(size.x, size.y, 3), foreground(size.x, size.y, 4);
+    const auto draw = [&] {
+        renderer_.draw_surfaces(frame, settings, false);
+        renderer_.draw_surfaces(frame, settings, true);
+        renderer_.composite(frame, settings);
+    };
+
+    if (report != nullptr) {
+        std::vector<std::string> order;
+        std::map<std::string, std::vector<double>> times;
+        std::vector<double> volume;
+        aim(0);
+        draw();  // compiles, and warms caches
+        renderer_.enable_timing(true);
+        renderer_.take_report();
+        for (int i = 0; i < options.timed_frames; ++i) {
+            draw();
+            const FrameReport one = renderer_.take_report();
+            volume.push_back(volume_ms(one.pass_ms));
+            for (const auto& [name, ms] : one.pass_ms) {
+                if (times.find(name) == times.end())
+                    order.push_back(name);
+                times[name].push_back(ms);
+            }
+        }
+        renderer_.enable_timing(false);
+        for (const std::string& name : order)
+            report->passes.push_back(summarize(name, times[name]));
+        report->volume = summarize("volume", volume);
+        report->timing_method = renderer_.timing_method();
+        report->samples = renderer_.count_samples(frame, settings);
+    }
+
+    Still still;
+    still.width = size.x;
+    still.height = size.y;
+    for (int i = 0; i < options.aa; ++i) {
+        if (options.progress)
+            options.progress(i, options.aa);
+        aim(i);
+        renderer_.draw_surfaces(frame, settings, false);
+        surface.add(color.read(4));
+        renderer_.draw_surfaces(frame, settings, true);
+        const std::vector<float> lit = color.read(4);
+        surface_lit.add(lit);
+        renderer_.composite(frame, settings);
+        composite.add(color.read(4));
+        const LayerImages layers = renderer_.read_layers(frame, settings);
+        scattering.add(layers.scattering);
+        transmittance.add(layers.transmittance);
+
+        const std::vector<float> window_depth = gl::read_texture(gl, depth.view(), 1, true);
+        if (i == 0)
+            still.depth = view_depth(frame, window_depth);
+        if (options.foreground)
+            foreground.add(without_sky(layers, lit, window_depth));
+    }
+    if (options.progress)
+        options.progress(options.aa, options.aa);
+    if (report != nullptr)
+        report->gpu_bytes = renderer_.take_report().gpu_bytes;
+    still.composite = composite.get();
+    still.scattering = scattering.get();
+    still.transmittance = transmittance.get();
+    still.surface = surface.get();
+    still.surface_lit = surface_lit.get();
+    if (options.foreground)
+        still.foreground = foreground.get();
+    return still;
+}
+
+}  // namespace fumarole

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "renderer.h"
+
+namespace fumarole {
+
+/// A still of a scene and what it cost. RGB floats, rows from the top, linear.
+struct Still {
+    int width = 0, height = 0;
+    std::vector<float> composite;      ///< surface_lit * transmittance + scattering, frame by frame
+    std::vector<float> scattering;     ///< W/m^2/sr
+    std::vector<float> transmittance;  ///< 0..1
+    std::vector<float> surface;        ///< the picture with no medium
+    std::vector<float>
+        surface_lit;           ///< surfaces as lit through the media, before the media veil them
+    std::vector<float> depth;  ///< one channel: view_z [m] at pixel centres, kSkyDepth in the sky
+    /// RGBA, if asked for: media and surfaces without the sky, premultiplied; alpha is what of the
+    /// sky they hide (one number can't say a coloured transmittance: 1 - its mean).
+    std::vector<float> foreground;
+
+    static constexpr float kSkyDepth = 1e10f;
+};
+
+struct PassTime {
+    std::string name;
+    double min_ms = 0, median_ms = 0, max_ms = 0;
+};
+
+struct StillReport {
+    std::vector<PassTime> passes;  ///< each pass over the timed frames
+    PassTime volume;               ///< all that the volume adds to a frame
+    const char* timing_method = "";
+    double samples = 0;  ///< media evaluations of the march in one frame, shadows included
+    std::uint64_t gpu_bytes = 0;
+    double setup_ms = 0;  ///< uploads and shadow map, once
+};
+
+struct StillOptions {
+    int aa = 1;              ///< frames averaged over the pixel's square; 1 samples pixel centres
+    int timed_frames = 1;    ///< repeats of the first frame that are timed, after one that is not
+    std::uint32_t seed = 0;  ///< another seed, other jitter
+    bool foreground = false;
+    /// Called with frames done and frames in all.
+    std::function<void(int, int)> progress;
+};
+
+/// Draws whole scenes, surfaces and all, for those who have no renderer of their own: the command
+/// line, the tests, the studies. A host to Renderer as any other.
+class SceneRenderer {
+public:
+    explicit SceneRenderer(gl::GetProc get_proc) : renderer_{get_proc} {}
+
+    /// @throws Error as Renderer does, or if the picture is larger than this GL can draw.
+    Still render(const Scene& scene, const Settings& settings, const StillOptions& options,
+                 StillReport* report = nullptr);
+
+    [[nodiscard]] Renderer& renderer() { return renderer_; }
+
+private:
+    Renderer renderer_;
+};
+
+/// Projection of a scene's camera for a picture of this size: reversed depth in [0, 1], which keeps
+/// its relative precision to the horizon. offset: shift of the sample in its pixel, -0.5..0.5.
+glm::dmat4 clip_from_view(const Camera& camera, glm::uvec2 size, glm::dvec2 offset);
+glm::dmat4 view_from_world(const Camera& camera);
+
+/// Point i of a low-discrepancy set over the square -0.5..0.5; point 0 is its centre.
+glm::dvec2 subpixel_offset(int i);
+
+}  // namespace fumarole

@@ -1,0 +1,224 @@
+#include "settings.h"
+
+#include <charconv>
+#include <cmath>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "error.h"
+
+namespace fumarole {
+
+namespace {
+
+[[noreturn]] void refuse(std::string_view name, std::string_view text, std::string_view takes)
+{
+    throw Error(fmt::format("--{}: '{}' is not one of its values; it takes {}", name, text, takes));
+}
+
+/// What to the library is a number, in [low, high].
+template <typename T>
+T parse_number(std::string_view name, std::string_view text, T low, T high, std::string_view takes)
+{
+    T value{};
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || end != text.data() + text.size() ||
+        !(value >= low && value <= high))
+        refuse(name, text, takes);
+    return value;
+}
+
+struct Choice {
+    std::string_view name;
+    int value;
+};
+
+SettingInfo number(std::string_view name, std::string_view group, std::string_view values,
+                   std::string_view unit, int Settings::*member, int low, int high,
+                   std::string_view help)
+{
+    return {name,
+            group,
+            values,
+            unit,
+            help,
+            [=](const Settings& s) { return fmt::format("{}", s.*member); },
+            [=](Settings& s, std::string_view text) {
+                s.*member = parse_number(name, text, low, high, values);
+            }};
+}
+
+SettingInfo number(std::string_view name, std::string_view group, std::string_view values,
+                   std::string_view unit, float Settings::*member, float low, float high,
+                   std::string_view help)
+{
+    return {name,
+            group,
+            values,
+            unit,
+            help,
+            [=](const Settings& s) { return fmt::format("{}", s.*member); },
+            [=](Settings& s, std::string_view text) {
+                s.*member = parse_number(name, text, low, high, values);
+            }};
+}
+
+/// A setting of named values, or an integer that has names.
+template <typename T>
+SettingInfo choice(std::string_view name, std::string_view group, std::string_view values,
+                   T Settings::*member, std::vector<Choice> choices, std::string_view help)
+{
+    return {name,
+            group,
+            values,
+            "",
+            help,
+            [=](const Settings& s) {
+                for (const Choice& c : choices)
+                    if (c.value == static_cast<int>(s.*member))
+                        return std::string(c.name);
+                return fmt::format("{}", static_cast<int>(s.*member));
+            },
+            [=](Settings& s, std::string_view text) {
+                for (const Choice& c : choices)
+                    if (c.name == text) {
+                        s.*member = static_cast<T>(c.value);
+                        return;
+                    }
+                refuse(name, text, values);
+            }};
+}
+
+template <typename T> constexpr int as_int(T value)
+{
+    return static_cast<int>(value);
+}
+
+std::vector<SettingInfo> make_table()
+{
+    using S = Settings;
+    using medium::Layout;
+    using medium::Storage;
+    return {
+        number("steps", "march", "1..4096", "", &S::steps, 1, 4096,
+               "steps along the whole range of view depth"),
+        number("distribution", "march", "0..1", "", &S::distribution, 0.0f, 1.0f,
+               "spacing of the steps, 0 linear to 1 exponential (perspective only)"),
+        choice("jitter", "march", "none|blue", &S::jitter,
+               {{"none", as_int(S::Jitter::none)}, {"blue", as_int(S::Jitter::blue)}},
+               "where in its step a pixel samples: the middle, or by blue noise"),
+        choice("range", "march", "media|camera", &S::range,
+               {{"media", as_int(S::Range::media)}, {"camera", as_int(S::Range::camera)}},
+               "march where media are, cut exactly; or near to far as in 2017"),
+        number("g-clamp", "march", "0..0.9999", "", &S::g_clamp, 0.0f, 0.9999f,
+               "largest |g| of the phase function"),
+        choice("world-light", "march", "on|off", &S::world_light, {{"on", 1}, {"off", 0}},
+               "the world's mean radiance scatters in the media"),
+        number("least-extinction", "march", "0..1", "1/m", &S::least_extinction, 0.0f, 1.0f,
+               "a floor under the extinction; 2017 had 1e-4, everywhere"),
+        choice("volume-shadows", "light", "on|off", &S::volume_shadows, {{"on", 1}, {"off", 0}},
+               "media dim the light that reaches media and surfaces"),
+        number("shadow-steps", "light", "1..1024", "", &S::shadow_steps, 1, 1024,
+               "midpoint steps from a sample to a light, through each heterogeneous medium"),
+        choice("shadow-range", "light", "media|light", &S::shadow_range,
+               {{"media", as_int(S::ShadowRange::media)}, {"light", as_int(S::ShadowRange::light)}},
+               "where shadow steps are spread: within the medium, or all the way as in 2017"),
+        number("shadow-map", "light", "16..8192", "texels", &S::shadow_map, 16, 8192,
+               "edge of each view of the surfaces' shadow map"),
+        choice("resolution", "resolve", "full|half|quarter", &S::resolution,
+               {{"full", 1}, {"half", 2}, {"quarter", 4}}, "of the march"),
+        choice("upsample", "resolve", "4x4|2x2|4x4-box", &S::upsample,
+               {{"4x4", as_int(S::Upsample::tent4x4)},
+                {"2x2", as_int(S::Upsample::bilinear2x2)},
+                {"4x4-box", as_int(S::Upsample::box4x4)}},
+               "depth-aware filter: a tent, bilinear, or 2017's equal weights"),
+        number(
+            "depth-threshold", "resolve", "1e-6..1e6", "", &S::depth_threshold, 1e-6f, 1e6f,
+            "depth difference that the upsample takes for an edge: relative; metres with 4x4-box"),
+        choice("layer-depth", "resolve", "checkerboard|corner", &S::layer_depth,
+               {{"checkerboard", as_int(S::LayerDepth::checkerboard)},
+                {"corner", as_int(S::LayerDepth::corner)}},
+               "which pixel's depth a half-size texel takes: nearest and farthest in turns, or one "
+               "corner's"),
+        choice("targets", "resolve", "auto|two|mono", &S::targets,
+               {{"auto", as_int(S::Targets::automatic)},
+                {"two", as_int(S::Targets::two)},
+                {"mono", as_int(S::Targets::mono)}},
+               "coloured transmittance in a target of its own, or its mean beside the scattering"),
+        choice("target-format", "resolve", "r11g11b10f|rgba16f|rgba32f", &S::format,
+               {{"r11g11b10f", as_int(S::Format::r11g11b10f)},
+                {"rgba16f", as_int(S::Format::rgba16f)},
+                {"rgba32f", as_int(S::Format::rgba32f)}},
+               "of the layer's targets"),
+        choice("storage", "medium", "auto|r32f|r16f|r8", &S::storage,
+               {{"auto", as_int(Storage::automatic)},
+                {"r32f", as_int(Storage::r32f)},
+                {"r16f", as_int(Storage::r16f)},
+                {"r8", as_int(Storage::r8)}},
+               "of a grid's values on the GPU"),
+        choice("layout", "medium", "auto|dense|bricks", &S::layout,
+               {{"auto", as_int(Layout::automatic)},
+                {"dense", as_int(Layout::dense)},
+                {"bricks", as_int(Layout::bricks)}},
+               "of a grid on the GPU: one texture, or an atlas of 8^3 bricks and a page table"),
+    };
+}
+
+Settings eevee2017()
+{
+    Settings s;
+    s.steps = 64;
+    s.distribution = 0.8f;
+    s.shadow_steps = 16;
+    s.g_clamp = 0.999f;
+    s.least_extinction = 1e-4f;
+    s.range = Settings::Range::camera;
+    s.shadow_range = Settings::ShadowRange::light;
+    s.resolution = 2;
+    s.upsample = Settings::Upsample::box4x4;
+    s.depth_threshold = 0.05f;
+    s.layer_depth = Settings::LayerDepth::corner;
+    s.targets = Settings::Targets::two;
+    s.format = Settings::Format::r11g11b10f;
+    return s;
+}
+
+}  // namespace
+
+const std::vector<SettingInfo>& setting_table()
+{
+    static const std::vector<SettingInfo> table = make_table();
+    return table;
+}
+
+const SettingInfo& find_setting(std::string_view name)
+{
+    std::vector<std::string_view> names;
+    for (const SettingInfo& info : setting_table()) {
+        if (info.name == name)
+            return info;
+        names.push_back(info.name);
+    }
+    throw Error(fmt::format("no setting '{}' (there are: {})", name, fmt::join(names, ", ")));
+}
+
+const std::vector<std::pair<std::string_view, Settings>>& presets()
+{
+    static const std::vector<std::pair<std::string_view, Settings>> table{
+        {"default", Settings{}}, {"eevee2017", eevee2017()}};
+    return table;
+}
+
+Settings find_preset(std::string_view name)
+{
+    std::vector<std::string_view> names;
+    for (const auto& [preset, settings] : presets()) {
+        if (preset == name)
+            return settings;
+        names.push_back(preset);
+    }
+    throw Error(
+        fmt::format("--preset: no preset '{}' (there are: {})", name, fmt::join(names, ", ")));
+}
+
+}  // namespace fumarole

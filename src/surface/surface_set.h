@@ -1,0 +1,53 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "bounds.h"
+#include "gl/buffer.h"
+#include "gl/framebuffer.h"
+#include "scene.h"
+
+// The scene's surfaces as triangles on the GPU, to be drawn into a picture or a shadow map.
+
+namespace fumarole::surface {
+
+class SurfaceSet {
+public:
+    struct Instance {
+        int mesh = 0;
+        glm::dmat4 world_from_object{1.0};
+        glm::vec3 albedo{0};
+        Bounds bounds;       ///< world
+        bool closed = true;  ///< its back faces close it: a mesh from a file may be open
+    };
+
+    explicit SurfaceSet(const gl::Device& device) : device_{device} {}
+
+    /// Uploads what `surfaces` needs and is not there yet.
+    void set(const std::vector<Surface>& surfaces);
+
+    [[nodiscard]] std::span<const Instance> instances() const { return instances_; }
+    [[nodiscard]] bool empty() const { return instances_.empty(); }
+    [[nodiscard]] Bounds bounds() const;
+
+    /// Issues the draw of one instance; program and state are the caller's.
+    void draw(const Instance& instance) const;
+
+private:
+    struct GpuMesh {
+        std::shared_ptr<const Mesh> source;  ///< null for the unit sphere and the unit cube
+        gl::Buffer vertices, indices;
+        gl::VertexArray vertex_array;
+        GLsizei index_count = 0;
+        Bounds bounds;  ///< object space
+    };
+    GpuMesh upload(const Mesh& mesh, std::string_view label) const;
+    int mesh_index(const std::shared_ptr<const Mesh>& mesh);
+
+    const gl::Device& device_;
+    std::vector<GpuMesh> meshes_;
+    std::vector<Instance> instances_;
+};
+
+}  // namespace fumarole::surface

@@ -1,0 +1,432 @@
+// Pictures in memory to files and back. OpenImageIO encodes into memory and this file alone
+// touches the disk: OIIO's own file writer goes through a buffered FILE* whose failing flush at
+// close is not reported, so a full disk would leave a torn file and a return value of true.
+
+#include "write/image_writer.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cassert>
+#include <cerrno>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <set>
+#include <span>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "error.h"
+
+namespace fumarole::write {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A library's message may span lines; ours is one line.
+std::string one_line(std::string_view text)
+{
+    std::string line;
+    for (const char c : text) {
+        const bool space = c == '\n' || c == '\r' || c == '\t' || c == ' ';
+        if (!space) {
+            line += c;
+        } else if (!line.empty() && line.back() != ' ') {
+            line += ' ';
+        }
+    }
+    while (!line.empty() && line.back() == ' ') {
+        line.pop_back();
+    }
+    return line.empty() ? "no reason given" : line;
+}
+
+fs::path folder_of(const fs::path& file)
+{
+    return file.has_parent_path() ? file.parent_path() : fs::path(".");
+}
+
+std::string names(const std::vector<std::string>& channels)
+{
+    return channels.empty() ? "none" : fmt::format("'{}'", fmt::join(channels, "', '"));
+}
+
+// What a failed system call on `file` means for the person who asked for it, with what to do.
+std::string reason_for(int error, const fs::path& file, std::size_t bytes)
+{
+    const std::string folder = folder_of(file).string();
+    switch (error) {
+    case ENOENT:
+        return fmt::format("no such folder '{}'; create it first", folder);
+    case ENOTDIR:
+        return fmt::format("'{}' is not a folder; choose another", folder);
+    case EACCES:
+    case EPERM:
+        return fmt::format("no right to write in folder '{}'; choose another or change its rights",
+                           folder);
+    case EROFS:
+        return fmt::format("folder '{}' is read-only; choose another", folder);
+    case ENOSPC:
+    case EDQUOT:
+        return fmt::format("disk full; free {:.1f} MB in folder '{}' or choose another",
+                           static_cast<double>(bytes) * 1e-6, folder);
+    case EFBIG:
+        return fmt::format("{} bytes are over the limit for a file; raise it (ulimit -f)", bytes);
+    case ENAMETOOLONG:
+        return "the name is too long; choose a shorter one";
+    default:
+        return fmt::format("{}; choose another folder than '{}'",
+                           std::generic_category().message(error), folder);
+    }
+}
+
+// An unfinished file: gone again unless it was renamed to its name.
+class TemporaryFile {
+public:
+    // Beside the destination, since rename is atomic only within one file system. Not named after
+    // it: a name of legal length must not become too long.
+    explicit TemporaryFile(const fs::path& destination)
+    {
+        static std::atomic<unsigned> count = 0;
+        do {
+            path_ =
+                folder_of(destination) / fmt::format(".fumarole-{}-{}.tmp", ::getpid(), count++);
+            // 0666 less umask, as any program's file; mkstemp's 0600 would survive the rename.
+            descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        } while (descriptor_ < 0 && errno == EEXIST);
+        error_ = descriptor_ < 0 ? errno : 0;
+        created_ = descriptor_ >= 0;
+    }
+    TemporaryFile(const TemporaryFile&) = delete;
+    TemporaryFile& operator=(const TemporaryFile&) = delete;
+    ~TemporaryFile()
+    {
+        if (descriptor_ >= 0) {
+            ::close(descriptor_);
+        }
+        if (created_) {
+            ::unlink(path_.c_str());
+        }
+    }
+
+    // Each returns 0, or the errno of the first step that failed; later steps then do nothing.
+    int write(std::span<const unsigned char> bytes)
+    {
+        while (error_ == 0 && !bytes.empty()) {
+            const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
+            if (written >= 0) {
+                bytes = bytes.subspan(static_cast<std::size_t>(written));
+            } else if (errno != EINTR) {
+                error_ = errno;
+            }
+        }
+        return error_;
+    }
+
+    int become(const fs::path& destination)
+    {
+        // Network file systems report a full disk only here.
+        if (error_ == 0 && ::close(std::exchange(descriptor_, -1)) != 0) {
+            error_ = errno;
+        }
+        if (error_ == 0 && ::rename(path_.c_str(), destination.c_str()) != 0) {
+            error_ = errno;
+        }
+        created_ = created_ && error_ != 0;
+        return error_;
+    }
+
+private:
+    fs::path path_;
+    int descriptor_ = -1;
+    int error_ = 0;
+    bool created_ = false;
+};
+
+void write_whole(const fs::path& file, std::span<const unsigned char> bytes)
+{
+    if (!file.has_filename()) {
+        throw Error(fmt::format("'{}': no file name; add one", file.string()));
+    }
+    std::error_code ignored;  // what cannot be asked about fails below, with its reason
+    const fs::file_status status = fs::status(file, ignored);
+    if (fs::is_directory(status)) {
+        throw Error(fmt::format("{}: is a folder; name a file", file.string()));
+    }
+    // A rename would replace /dev/null itself.
+    if (fs::exists(status) && !fs::is_regular_file(status)) {
+        throw Error(fmt::format("{}: is not a regular file; choose another", file.string()));
+    }
+    // A rename needs no right on the file that it replaces; who protected it does not expect that.
+    if (fs::exists(status) && ::access(file.c_str(), W_OK) != 0) {
+        throw Error(fmt::format("{}: is write-protected; choose another or change its rights",
+                                file.string()));
+    }
+
+    TemporaryFile temporary(file);
+    int error = temporary.write(bytes);
+    if (error == 0) {
+        error = temporary.become(file);
+    }
+    if (error != 0) {
+        throw Error(fmt::format("{}: {}", file.string(), reason_for(error, file, bytes.size())));
+    }
+}
+
+void check_shape(const Image& image, const fs::path& file)
+{
+    assert(image.width >= 0 && image.height >= 0 &&
+           image.pixels.size() == static_cast<std::size_t>(image.width) *
+                                      static_cast<std::size_t>(image.height) *
+                                      image.channels.size());
+    if (image.pixels.empty()) {
+        throw Error(fmt::format("{}: the picture is empty ({} x {} pixels, {} channels); give it a "
+                                "size and a channel",
+                                file.string(), image.width, image.height, image.channels.size()));
+    }
+    std::set<std::string_view> seen;
+    for (const std::string& name : image.channels) {
+        // EXR keeps one channel per name and OIIO would invent a name for an empty one.
+        if (name.empty() || !seen.insert(name).second) {
+            throw Error(fmt::format("{}: channel name '{}' is {}; give each channel its own name",
+                                    file.string(), name, name.empty() ? "empty" : "used twice"));
+        }
+    }
+}
+
+// A NaN in a file hides the fault that made it, and compresses into a black pixel in most viewers.
+void check_finite(const Image& image, std::span<const int> channels, const fs::path& file)
+{
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) {
+            for (const int c : channels) {
+                const float value = image.at(x, y, c);
+                if (!std::isfinite(value)) {
+                    throw Error(fmt::format(
+                        "{}: channel '{}' is {} at pixel ({}, {}), nothing was written; look "
+                        "there for the light or density that is out of range",
+                        file.string(), image.channels[static_cast<std::size_t>(c)],
+                        std::isnan(value) ? "NaN" : "infinite", x, y));
+                }
+            }
+        }
+    }
+}
+
+std::optional<int> find_channel(const std::vector<std::string>& channels, std::string_view name)
+{
+    const auto found = std::find(channels.begin(), channels.end(), name);
+    if (found == channels.end()) {
+        return std::nullopt;
+    }
+    return static_cast<int>(found - channels.begin());
+}
+
+// One picture of `spec`, encoded as what `format` (".exr", ".png") names.
+std::vector<unsigned char> encode(const char* format, const OIIO::ImageSpec& spec,
+                                  const void* pixels, const fs::path& file)
+{
+    std::vector<unsigned char> bytes;
+    OIIO::Filesystem::IOVecOutput memory(bytes);
+    const std::string in_memory = std::string("memory") + format;
+    const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(in_memory, &memory);
+    if (!output) {
+        throw Error(fmt::format("{}: cannot write {} files: {}; install an OpenImageIO that can",
+                                file.string(), format, one_line(OIIO::geterror())));
+    }
+    if (!output->open(in_memory, spec) || !output->write_image(spec.format, pixels) ||
+        !output->close()) {
+        throw Error(fmt::format("{}: cannot encode {} x {} pixels: {}; try a smaller picture",
+                                file.string(), spec.width, spec.height,
+                                one_line(output->geterror())));
+    }
+    return bytes;
+}
+
+struct OpenedExr {
+    std::unique_ptr<OIIO::ImageInput> input;
+    OIIO::ImageSpec spec;  ///< of the first part
+};
+
+OpenedExr open_exr(const fs::path& file)
+{
+    std::error_code ignored;  // what cannot be asked about fails at open, with its reason
+    const fs::file_status status = fs::status(file, ignored);
+    if (status.type() == fs::file_type::not_found) {
+        throw Error(fmt::format("{}: no such file; check the name", file.string()));
+    }
+    if (fs::is_directory(status)) {
+        throw Error(fmt::format("{}: is a folder; name a file", file.string()));
+    }
+
+    // Asked for by format: by file name alone a PNG named .exr would be read as linear light.
+    OpenedExr exr;
+    exr.input = OIIO::ImageInput::create("openexr");
+    if (!exr.input) {
+        throw Error(fmt::format("{}: cannot read EXR files: {}; install an OpenImageIO that can",
+                                file.string(), one_line(OIIO::geterror())));
+    }
+    if (!exr.input->open(file.string(), exr.spec)) {
+        throw Error(fmt::format("{}: not a readable EXR file: {}; write it again", file.string(),
+                                one_line(exr.input->geterror())));
+    }
+    return exr;
+}
+
+// The nearest of 0..255 to a display-encoded 0..1.
+std::uint8_t to_byte(float encoded)
+{
+    return static_cast<std::uint8_t>(std::lround(std::clamp(encoded, 0.0f, 1.0f) * 255.0f));
+}
+
+}  // namespace
+
+void write_exr(const Image& image, const fs::path& file)
+{
+    check_shape(image, file);
+    std::vector<int> all(image.channels.size());
+    for (std::size_t c = 0; c < all.size(); ++c) {
+        all[c] = static_cast<int>(c);
+    }
+    check_finite(image, all, file);
+
+    OIIO::ImageSpec spec(image.width, image.height, static_cast<int>(image.channels.size()),
+                         OIIO::TypeDesc::FLOAT);
+    spec.channelnames = image.channels;
+    spec.attribute("compression", "zip");
+    spec.attribute("oiio:ColorSpace", "Linear");
+    spec.attribute("Software", "Fumarole");
+    // OIIO would put the time of day here, and the same picture would not give the same bytes.
+    spec.attribute("DateTime", "");
+    write_whole(file, encode(".exr", spec, image.pixels.data(), file));
+}
+
+void write_png(const Image& image, const Display& display, const fs::path& file)
+{
+    check_shape(image, file);
+    std::vector<int> used;
+    for (const char* name : {"R", "G", "B"}) {
+        const std::optional<int> channel = find_channel(image.channels, name);
+        if (!channel) {
+            throw Error(fmt::format("{}: the picture has no channel '{}' (has: {}); a PNG needs "
+                                    "R, G and B",
+                                    file.string(), name, names(image.channels)));
+        }
+        used.push_back(*channel);
+    }
+    const std::optional<int> alpha_channel = find_channel(image.channels, "A");
+    if (alpha_channel) {
+        used.push_back(*alpha_channel);
+    }
+    check_finite(image, used, file);
+
+    std::vector<std::uint8_t> pixels;
+    pixels.reserve(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
+                   used.size());
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) {
+            glm::vec3 radiance(image.at(x, y, used[0]), image.at(x, y, used[1]),
+                               image.at(x, y, used[2]));
+            float alpha = 1;
+            if (alpha_channel) {
+                alpha = std::clamp(image.at(x, y, *alpha_channel), 0.0f, 1.0f);
+                // PNG's alpha is straight, ours premultiplied; and light is divided before the
+                // display's curve, not after. Light that covers nothing (a flame that does not
+                // absorb) has no straight form: it keeps its colour, for viewers that drop alpha.
+                if (alpha > 0) {
+                    radiance /= alpha;
+                }
+            }
+            const glm::vec3 encoded = display_transform(radiance, display);
+            pixels.push_back(to_byte(encoded.r));
+            pixels.push_back(to_byte(encoded.g));
+            pixels.push_back(to_byte(encoded.b));
+            if (alpha_channel) {
+                pixels.push_back(to_byte(alpha));
+            }
+        }
+    }
+
+    OIIO::ImageSpec spec(image.width, image.height, static_cast<int>(used.size()),
+                         OIIO::TypeDesc::UINT8);
+    spec.attribute("oiio:ColorSpace", "sRGB");
+    // The division is done above; OIIO would do it again, on encoded values.
+    spec.attribute("oiio:UnassociatedAlpha", 1);
+    spec.attribute("Software", "Fumarole");
+    write_whole(file, encode(".png", spec, pixels.data(), file));
+}
+
+Image read_exr(const fs::path& file, const std::vector<std::string>& channels)
+{
+    const OpenedExr exr = open_exr(file);
+    const OIIO::ImageSpec& spec = exr.spec;
+    if (spec.deep) {
+        throw Error(fmt::format("{}: is a deep picture; flatten it first", file.string()));
+    }
+    // Placing it would mean inventing what is outside, and depth has no value for "not rendered".
+    if (spec.x != spec.full_x || spec.y != spec.full_y || spec.width != spec.full_width ||
+        spec.height != spec.full_height) {
+        throw Error(fmt::format("{}: its data window ({} x {} at {}, {}) is not its whole picture "
+                                "({} x {}); write it uncropped",
+                                file.string(), spec.width, spec.height, spec.x, spec.y,
+                                spec.full_width, spec.full_height));
+    }
+
+    Image image;
+    image.width = spec.width;
+    image.height = spec.height;
+    image.channels = channels.empty() ? spec.channelnames : channels;
+    std::vector<std::size_t> sources;
+    int first = spec.nchannels;
+    int last = 0;
+    for (const std::string& name : image.channels) {
+        const std::optional<int> source = find_channel(spec.channelnames, name);
+        if (!source) {
+            throw Error(fmt::format("{}: no channel '{}' (has: {}); name one that it has",
+                                    file.string(), name, names(spec.channelnames)));
+        }
+        if (!spec.channelformat(*source).is_floating_point()) {
+            // OIIO would scale integers to 0..1.
+            throw Error(fmt::format("{}: channel '{}' holds integers; write it as float or half",
+                                    file.string(), name));
+        }
+        sources.push_back(static_cast<std::size_t>(*source));
+        first = std::min(first, *source);
+        last = std::max(last, *source);
+    }
+
+    // Only the span of channels that holds the asked ones is read: AOV files have dozens.
+    const auto stride = static_cast<std::size_t>(last - first + 1);
+    const std::size_t count =
+        static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
+    std::vector<float> read(count * stride);
+    if (!exr.input->read_image(0, 0, first, last + 1, OIIO::TypeDesc::FLOAT, read.data())) {
+        throw Error(fmt::format("{}: cannot read its pixels: {}; write it again", file.string(),
+                                one_line(exr.input->geterror())));
+    }
+    image.pixels.reserve(count * sources.size());
+    for (std::size_t pixel = 0; pixel < count; ++pixel) {
+        for (const std::size_t source : sources) {
+            image.pixels.push_back(read[pixel * stride + source - static_cast<std::size_t>(first)]);
+        }
+    }
+    return image;
+}
+
+std::vector<std::string> exr_channels(const fs::path& file)
+{
+    return open_exr(file).spec.channelnames;
+}
+
+}  // namespace fumarole::write

@@ -1,0 +1,450 @@
+// auto_scene: a bare grid becomes a picture in which something is seen, whatever its units,
+// transform and range. Held against closed forms and by projecting the content into the picture.
+
+#include "asset/auto_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fmt/format.h>
+#include <glm/gtc/matrix_transform.hpp>
+#include <string>
+
+#include "asset/scene_file.h"
+#include "error.h"
+
+namespace fumarole::asset {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kSamples = FUM_TEST_DATA;
+
+/// Bricks `count` along each axis from `first`, with `value(voxel)`.
+template <class Value>
+VoxelGrid grid_of(const glm::ivec3& first, const glm::ivec3& count, Value value)
+{
+    VoxelGrid grid;
+    grid.name = "density";
+    bool any = false;
+    for (int bz = 0; bz < count.z; ++bz)
+        for (int by = 0; by < count.y; ++by)
+            for (int bx = 0; bx < count.x; ++bx) {
+                const glm::ivec3 brick = first + glm::ivec3{bx, by, bz};
+                grid.bricks.push_back(brick);
+                for (int v = 0; v < VoxelGrid::kBrickVoxels; ++v) {
+                    const glm::ivec3 at = brick * 8 + glm::ivec3{v % 8, v / 8 % 8, v / 64};
+                    const float x = value(at);
+                    grid.values.push_back(x);
+                    grid.max_value = std::max(grid.max_value, x);
+                    if (x > 0) {
+                        grid.index_min = any ? glm::min(grid.index_min, at) : at;
+                        grid.index_max = any ? glm::max(grid.index_max, at) : at;
+                        any = true;
+                    }
+                }
+            }
+    return grid;
+}
+
+/// An ellipsoid with a soft edge, off the origin, about 20 x 26 x 34 voxels.
+VoxelGrid ball(float scale = 1, int enlarged = 1)
+{
+    return grid_of(
+        enlarged * glm::ivec3{-2, 1, 0}, enlarged * glm::ivec3{3, 4, 5}, [=](const glm::ivec3& at) {
+            const glm::dvec3 p = glm::dvec3(at) / double(enlarged);
+            const double r = glm::length((p - glm::dvec3{-4, 24, 20}) / glm::dvec3{9, 13, 17});
+            return scale * static_cast<float>(std::clamp(4 * (1 - r), 0.0, 1.0));
+        });
+}
+
+double mean_opacity_of_box(const VoxelGrid& grid, double value, double sigma_t)
+{
+    const glm::dvec3 voxels = glm::dvec3(grid.index_max - grid.index_min) + 1.0;
+    double opaque = 0, count = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double spacing = glm::length(glm::dvec3(grid.world_from_index[axis]));
+        const double columns = voxels[(axis + 1) % 3] * voxels[(axis + 2) % 3];
+        opaque += columns * -std::expm1(-sigma_t * value * voxels[axis] * spacing);
+        count += columns;
+    }
+    return opaque / count;
+}
+
+TEST(SigmaTForOpacity, SolvesTheClosedFormOfABox)
+{
+    VoxelGrid grid = grid_of({-1, 0, 2}, {3, 2, 1}, [](const glm::ivec3&) { return 0.7f; });
+    grid.world_from_index = glm::scale(glm::dmat4(1), glm::dvec3{0.1, 0.25, 3});
+    for (const double opacity : {0.01, 0.5, 0.75, 0.99}) {
+        const double sigma_t = sigma_t_for_opacity(grid, opacity);
+        EXPECT_NEAR(mean_opacity_of_box(grid, double{0.7f}, sigma_t), opacity, 1e-9);
+    }
+}
+
+TEST(SigmaTForOpacity, TilesCountAsTheBricksTheyStandFor)
+{
+    const VoxelGrid bricks = grid_of({-3, 0, 1}, {2, 3, 4}, [](const glm::ivec3&) { return 2.0f; });
+    VoxelGrid tiles = bricks;
+    tiles.bricks.clear();
+    tiles.values.clear();
+    tiles.tiles = {{{-3, 0, 1}, {-2, 2, 4}, glm::vec3{2}}};
+    EXPECT_NEAR(sigma_t_for_opacity(tiles, 0.75) / sigma_t_for_opacity(bricks, 0.75), 1, 1e-9);
+
+    // A tile over bricks, in the same columns along z.
+    VoxelGrid mixed = bricks;
+    mixed.tiles = {{{-3, 0, 5}, {-2, 2, 6}, glm::vec3{2}}};
+    mixed.index_max.z += 16;
+    const VoxelGrid all = grid_of({-3, 0, 1}, {2, 3, 6}, [](const glm::ivec3&) { return 2.0f; });
+    EXPECT_NEAR(sigma_t_for_opacity(mixed, 0.75) / sigma_t_for_opacity(all, 0.75), 1, 1e-9);
+}
+
+TEST(SigmaTForOpacity, GoesWithUnitsAndNotWithThePose)
+{
+    VoxelGrid grid = ball();
+    const double sigma_t = sigma_t_for_opacity(grid, 0.75);
+    for (const double scale : {1e-3, 100.0}) {
+        for (const float value : {1e-30f, 1.0f, 1e30f}) {
+            VoxelGrid other = ball(value);
+            other.world_from_index =
+                glm::scale(glm::rotate(glm::translate(glm::dmat4(1), {1e6, -5, 3}), 0.7,
+                                       glm::normalize(glm::dvec3{1, 2, -1})),
+                           glm::dvec3{scale, -scale, scale});  // mirrored too
+            // Values are floats: 1e-7.
+            EXPECT_NEAR(sigma_t_for_opacity(other, 0.75) * scale * double{value} / sigma_t, 1,
+                        1e-6);
+        }
+    }
+}
+
+TEST(SigmaTForOpacity, HazeDoesNotDecide)
+{
+    // Nine columns in ten are haze: were they to be 75 % opaque, the ball would be a solid.
+    const VoxelGrid clean = ball();
+    VoxelGrid hazy = grid_of({-10, -7, -8}, {20, 20, 20}, [](const glm::ivec3&) { return 1e-5f; });
+    const VoxelLookup lookup(clean);
+    for (std::size_t b = 0; b < hazy.bricks.size(); ++b)
+        for (int v = 0; v < VoxelGrid::kBrickVoxels; ++v)
+            hazy.values[b * VoxelGrid::kBrickVoxels + static_cast<std::size_t>(v)] +=
+                lookup.value(hazy.bricks[b] * 8 + glm::ivec3{v % 8, v / 8 % 8, v / 64}).x;
+    hazy.max_value = 1 + 1e-5f;
+    const double ratio = sigma_t_for_opacity(hazy, 0.75) / sigma_t_for_opacity(clean, 0.75);
+    EXPECT_NEAR(ratio, 1, 0.15);  // the rim of the ball itself falls under the bar a little sooner
+
+    // Nor does it frame: the camera keeps its distance.
+    const auto shared = [](const VoxelGrid& g) { return std::make_shared<const VoxelGrid>(g); };
+    const Camera with = frame_grids(shared(hazy), nullptr, 'z', {480, 270}).scene.camera;
+    const Camera without = frame_grids(shared(clean), nullptr, 'z', {480, 270}).scene.camera;
+    EXPECT_NEAR(glm::distance(with.position, with.look_at) /
+                    glm::distance(without.position, without.look_at),
+                1, 0.02);
+}
+
+/// The part of the picture from -1 to 1 that a grid's voxels of at least 0.1 of its maximum take,
+/// by projecting each; x and y apart.
+struct Seen {
+    glm::dvec2 min{1e9}, max{-1e9};
+    double nearest = 1e300, lowest = 1e300;
+};
+
+Seen project(const VoxelGrid& grid, const Camera& camera, double aspect)
+{
+    const glm::dvec3 forward = glm::normalize(camera.look_at - camera.position);
+    const glm::dvec3 right = glm::normalize(glm::cross(forward, camera.up));
+    const glm::dvec3 up = glm::cross(right, forward);
+    const double slope = std::tan(glm::radians(camera.vfov_deg / 2));
+    Seen seen;
+    for (std::size_t b = 0; b < grid.bricks.size(); ++b) {
+        for (int v = 0; v < VoxelGrid::kBrickVoxels; ++v) {
+            if (grid.values[b * VoxelGrid::kBrickVoxels + static_cast<std::size_t>(v)] <
+                0.1f * grid.max_value)
+                continue;
+            const glm::dvec3 p =
+                grid.world_from_index *
+                glm::dvec4(grid.bricks[b] * 8 + glm::ivec3{v % 8, v / 8 % 8, v / 64}, 1);
+            const glm::dvec3 q = p - camera.position;
+            const double z = glm::dot(q, forward);
+            const glm::dvec2 ndc =
+                glm::dvec2(glm::dot(q, right) / aspect, glm::dot(q, up)) / (z * slope);
+            seen.min = glm::min(seen.min, ndc);
+            seen.max = glm::max(seen.max, ndc);
+            seen.nearest = std::min(seen.nearest, z);
+            seen.lowest = std::min(seen.lowest, glm::dot(p, camera.up));
+        }
+    }
+    return seen;
+}
+
+struct Pose {
+    const char* name;
+    glm::dmat4 world_from_index;
+};
+
+std::vector<Pose> poses()
+{
+    const glm::dmat4 one(1);
+    const glm::dmat4 turned = glm::rotate(one, 1.1, glm::normalize(glm::dvec3{1, 0.4, -0.2}));
+    glm::dmat4 sheared = one;
+    sheared[1][0] = 0.6;
+    return {
+        {"as_is", one},
+        {"millimetres", glm::scale(one, glm::dvec3{1e-3})},
+        {"hundred_metres", glm::scale(one, glm::dvec3{100})},
+        {"turned", turned},
+        {"mirrored_and_flat", glm::scale(one, glm::dvec3{-0.5, 0.5, 0.05})},
+        {"sheared", turned * sheared},
+        {"far_away", glm::translate(one, {1e6, -2e6, 3e5}) * glm::scale(turned, glm::dvec3{0.02})}};
+}
+
+TEST(FrameGrids, ContentFillsThePictureWhateverThePose)
+{
+    for (const Pose& pose : poses()) {
+        for (const char up : {'y', 'z'}) {
+            for (const glm::uvec2 resolution : {glm::uvec2{480, 270}, glm::uvec2{200, 900}}) {
+                const std::string where = fmt::format("{} {} {}", pose.name, up, resolution.x);
+                VoxelGrid grid = ball(1, 3);
+                grid.world_from_index = pose.world_from_index;
+                const auto shared = std::make_shared<const VoxelGrid>(grid);
+                const Scene scene = frame_grids(shared, nullptr, up, resolution).scene;
+                EXPECT_EQ(scene.resolution, resolution);
+                const Camera& camera = scene.camera;
+                const Seen seen = project(grid, camera, double(resolution.x) / resolution.y);
+
+                const glm::dvec2 span = (seen.max - seen.min) / 2.0;
+                // 0.8 less the soft edge that project() leaves out and the corners of bricks; more
+                // by rounding to three digits.
+                EXPECT_LT(std::max(span.x, span.y), 0.82) << where;
+                EXPECT_GT(std::max(span.x, span.y), 0.7) << where;
+                EXPECT_LT(std::max(seen.max.x, seen.max.y), 0.85) << where;
+                EXPECT_GT(std::min(seen.min.x, seen.min.y), -0.85) << where;
+
+                const glm::dvec3 axis = up == 'y' ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1);
+                EXPECT_EQ(camera.up, axis) << where;
+                EXPECT_LT(camera.look_at[up - 'x'], camera.position[up - 'x']) << where;
+                EXPECT_LT(camera.near, 0.5 * seen.nearest) << where;
+                EXPECT_GT(camera.far, 100 * seen.nearest) << where;
+
+                // The ground is under all of the content, close, wide, and under the camera.
+                const auto& ground = std::get<BoxSurface>(scene.surfaces.at(0));
+                const int u = up - 'x';
+                const double distance = glm::distance(camera.position, camera.look_at);
+                EXPECT_LE(ground.max[u], seen.lowest) << where;
+                EXPECT_GT(ground.max[u], seen.lowest - 0.1 * distance) << where;
+                EXPECT_GT(camera.position[u], ground.max[u]) << where;
+                EXPECT_LT(ground.min[u], ground.max[u]) << where;
+                for (int a = 0; a < 3; ++a) {
+                    if (a != u) {
+                        EXPECT_LT(ground.min[a], camera.look_at[a] - 20 * distance) << where;
+                        EXPECT_GT(ground.max[a], camera.look_at[a] + 20 * distance) << where;
+                        EXPECT_LT(ground.max[a], camera.look_at[a] + camera.far) << where;
+                    }
+                }
+
+                const auto& sun = std::get<SunLight>(scene.lights.at(0));
+                EXPECT_NEAR(glm::length(sun.direction_to_light), 1, 1e-12) << where;
+                EXPECT_NEAR(glm::degrees(std::asin(sun.direction_to_light[u])), 45, 10) << where;
+                const glm::dvec3 view = glm::normalize(camera.look_at - camera.position);
+                EXPECT_LT(glm::dot(sun.direction_to_light, glm::cross(view, axis)), -0.3)
+                    << where;  // from the left
+            }
+        }
+    }
+}
+
+TEST(FrameGrids, SameGridUpInYIsTheSamePicture)
+{
+    // z-up (x, y, z) is y-up (x, z, -y).
+    VoxelGrid z_up = ball();
+    VoxelGrid y_up = z_up;
+    y_up.world_from_index = glm::dmat4({1, 0, 0, 0}, {0, 0, -1, 0}, {0, 1, 0, 0}, {0, 0, 0, 1});
+    const Scene a =
+        frame_grids(std::make_shared<const VoxelGrid>(z_up), nullptr, 'z', {480, 270}).scene;
+    const Scene b =
+        frame_grids(std::make_shared<const VoxelGrid>(y_up), nullptr, 'y', {480, 270}).scene;
+    const auto turned = [](const glm::dvec3& v) { return glm::dvec3{v.x, v.z, -v.y}; };
+    EXPECT_LT(glm::distance(turned(a.camera.position), b.camera.position), 1e-9);
+    EXPECT_LT(glm::distance(turned(a.camera.look_at), b.camera.look_at), 1e-9);
+    EXPECT_LT(glm::distance(turned(std::get<SunLight>(a.lights[0]).direction_to_light),
+                            std::get<SunLight>(b.lights[0]).direction_to_light),
+              1e-12);
+}
+
+TEST(FrameGrids, OneVoxelIsAScene)
+{
+    const auto grid =
+        std::make_shared<const VoxelGrid>(grid_of({5, 5, 5}, {1, 1, 1}, [](const glm::ivec3& at) {
+            return at == glm::ivec3{43} ? 1e-4f : 0;
+        }));
+    const LoadedScene loaded = frame_grids(grid, nullptr, 'z', {64, 64});
+    const auto& medium = std::get<GridMedium>(loaded.scene.media.at(0));
+    // Its columns are one voxel, 1 m, of 1e-4.
+    const double sigma_t =
+        double{medium.sigma_s_per_density.x} + double{medium.sigma_a_per_density.x};
+    EXPECT_NEAR(-std::expm1(-sigma_t * 1e-4), 0.75, 0.01);
+    EXPECT_TRUE(std::isfinite(loaded.scene.camera.position.x));
+    EXPECT_NEAR(loaded.scene.camera.look_at.x, 43, 0.05);
+}
+
+TEST(FrameGrids, EmissionShinesByItsBrightColumns)
+{
+    // A box of flame: every line of sight along x is as bright as the others.
+    VoxelGrid flame = grid_of({-1, 2, 1}, {1, 1, 1}, [](const glm::ivec3&) { return 40.0f; });
+    flame.name = "flame";
+    for (const double spacing : {0.001, 1.0, 50.0}) {
+        VoxelGrid density = ball();
+        density.world_from_index = flame.world_from_index =
+            glm::scale(glm::dmat4(1), glm::dvec3{spacing});
+        const LoadedScene loaded =
+            frame_grids(std::make_shared<const VoxelGrid>(density),
+                        std::make_shared<const VoxelGrid>(flame), 'z', {480, 270});
+        const auto& medium = std::get<GridMedium>(loaded.scene.media.at(0));
+        ASSERT_TRUE(medium.emission);
+        EXPECT_EQ(medium.emission_grid, "flame");
+        const glm::dvec3 radiance = glm::dvec3(medium.emission_per_unit) * 8.0 * spacing * 40.0;
+        const double luminance = glm::dot(radiance, glm::dvec3{0.2126, 0.7152, 0.0722});
+        const glm::vec3 sun = std::get<SunLight>(loaded.scene.lights.at(0)).irradiance;
+        const double sunlit = glm::dot(glm::dvec3(sun), glm::dvec3{0.2126, 0.7152, 0.0722}) / 12.57;
+        EXPECT_NEAR(luminance / sunlit, 3, 0.05);  // three digits
+        EXPECT_GT(radiance.r, radiance.g);
+        EXPECT_GT(radiance.g, radiance.b);
+        EXPECT_NE(loaded.notes.at(1).find("'flame' glows"), std::string::npos);
+    }
+}
+
+TEST(FrameGrids, FlamesOutsideTheSmokeAreFramedToo)
+{
+    const auto density = std::make_shared<const VoxelGrid>(ball());
+    VoxelGrid flame = grid_of({-1, 3, -6}, {1, 1, 2}, [](const glm::ivec3&) { return 1.0f; });
+    const Scene scene =
+        frame_grids(density, std::make_shared<const VoxelGrid>(flame), 'z', {480, 270}).scene;
+    const Seen seen = project(flame, scene.camera, 480.0 / 270);
+    EXPECT_GT(seen.min.y, -0.82);
+    EXPECT_LE(std::get<BoxSurface>(scene.surfaces.at(0)).max.z, seen.lowest);
+}
+
+TEST(FrameGrids, NumbersAreRoundSoThatTheSceneReadsWell)
+{
+    VoxelGrid grid = ball(0.123f);
+    grid.world_from_index = glm::scale(glm::dmat4(1), glm::dvec3{0.0371});
+    const Scene scene =
+        frame_grids(std::make_shared<const VoxelGrid>(grid), nullptr, 'z', {480, 270}).scene;
+    const auto short_text = [](double v) { return fmt::format("{}", v).size() <= 6; };
+    const auto& medium = std::get<GridMedium>(scene.media.at(0));
+    EXPECT_EQ(fmt::format("{:.3g}", medium.sigma_s_per_density.x),
+              fmt::format("{}", medium.sigma_s_per_density.x));
+    for (int axis = 0; axis < 3; ++axis) {
+        EXPECT_TRUE(short_text(scene.camera.position[axis])) << scene.camera.position[axis];
+        EXPECT_TRUE(short_text(scene.camera.look_at[axis])) << scene.camera.look_at[axis];
+    }
+    EXPECT_TRUE(short_text(scene.camera.near)) << scene.camera.near;
+}
+
+TEST(GuessUp, AsksTheWriterAndThenTheShape)
+{
+    const glm::dvec3 cube{1, 1, 1};
+    EXPECT_EQ(guess_up("Blender/OpenVDBWriter", {1, 3, 1}).axis, 'z');
+    EXPECT_EQ(guess_up("mantaflow", cube).axis, 'z');
+    EXPECT_EQ(guess_up("Houdini 17.5.173/GEO_VDBTranslator", {1, 1, 3}).axis, 'y');
+    EXPECT_NE(guess_up("Houdini 17.5.173", cube).why.find("Houdini 17.5.173"), std::string::npos);
+    EXPECT_EQ(guess_up("", cube).axis, 'y');
+    EXPECT_EQ(guess_up("", {3.7, 3.8, 5.1}).axis, 'z');  // a plume
+    EXPECT_EQ(guess_up("", {198, 206, 156}).axis, 'z');  // a cloud, flat
+    EXPECT_EQ(guess_up("", {52, 105, 53}).axis, 'y');    // a plume
+    EXPECT_EQ(guess_up("", {8.9, 3.6, 8.9}).axis, 'y');  // a ring, flat
+    EXPECT_EQ(guess_up("", {2, 1.5, 4}).axis, 'z');      // tall
+    EXPECT_EQ(guess_up("", {410, 277, 507}).axis, 'y');  // a wide cloud does not tell
+}
+
+GridInfo grid_info(const std::string& name, std::uint64_t active, double max = 1)
+{
+    GridInfo info;
+    info.name = name;
+    info.active_voxels = active;
+    info.max = max;
+    return info;
+}
+
+TEST(GuessEmissionGrid, TakesFlamesAndLocalHeat)
+{
+    const auto guess = [](std::vector<GridInfo> grids) {
+        VdbInfo file;
+        file.grids = std::move(grids);
+        file.grids.push_back(grid_info("density", 1000));
+        return guess_emission_grid(file, "density");
+    };
+    EXPECT_EQ(guess({}), "");
+    EXPECT_EQ(guess({grid_info("velocity", 900)}), "");
+    EXPECT_EQ(guess({grid_info("temperature", 100), grid_info("flame", 900)}), "flame");
+    EXPECT_EQ(guess({grid_info("Fire[1]", 900)}), "Fire[1]");
+    EXPECT_EQ(guess({grid_info("flame", 0), grid_info("burn", 9)}), "burn");
+    EXPECT_EQ(guess({grid_info("flame", 10, 0)}), "");      // nothing but zeros
+    EXPECT_EQ(guess({grid_info("temperature", 900)}), "");  // all of the smoke is warm
+    EXPECT_EQ(guess({grid_info("Temperature", 500)}), "Temperature");
+    EXPECT_EQ(guess({grid_info("heat", 990), grid_info("temp", 50)}), "temp");
+    GridInfo refused = grid_info("flame", 10);
+    refused.refusal = "a point grid";
+    EXPECT_EQ(guess({refused}), "");
+
+    VdbInfo fire;
+    fire.grids = {grid_info("flame", 10)};
+    EXPECT_EQ(guess_emission_grid(fire, "flame"), "");  // it is shown as the density
+}
+
+TEST(AutoScene, MakesASceneOfASmoke)
+{
+    const fs::path file = kSamples / "smoke_plume.vdb";
+    const LoadedScene loaded = make_auto_scene(file, {});
+    const Scene& scene = loaded.scene;
+    const auto& medium = std::get<GridMedium>(scene.media.at(0));
+    EXPECT_EQ(medium.file, file.string());
+    EXPECT_EQ(medium.grid, "density");
+    ASSERT_TRUE(medium.density);
+    EXPECT_FALSE(medium.emission);
+    EXPECT_EQ(scene.camera.up, glm::dvec3(0, 0, 1));
+    std::string notes;
+    for (const std::string& note : loaded.notes)
+        notes += note + '\n';
+    EXPECT_NE(notes.find("z is up (as deep in y as wide in x)"), std::string::npos) << notes;
+    EXPECT_NE(notes.find("/m per density: average line of sight 75 % opaque"), std::string::npos)
+        << notes;
+
+    // What is written is read back as the same scene.
+    const std::string text = scene_to_json(scene, kSamples);
+    EXPECT_NE(text.find("\"file\": \"smoke_plume.vdb\""), std::string::npos);
+    EXPECT_NE(text.find("[-0.744, -0.192, 0.64]"), std::string::npos) << text;
+
+    const Scene other = make_auto_scene(file, {.grid = "density", .up = 'y'}).scene;
+    EXPECT_EQ(other.camera.up, glm::dvec3(0, 1, 0));
+}
+
+TEST(AutoScene, FireGlowsByItsFlameAndNotByItsTemperature)
+{
+    const LoadedScene loaded = make_auto_scene(kSamples / "fire_plume.vdb", {});
+    const auto& medium = std::get<GridMedium>(loaded.scene.media.at(0));
+    EXPECT_EQ(medium.emission_grid, "flame");
+    ASSERT_TRUE(medium.emission);
+    EXPECT_GT(medium.emission_per_unit.r, 0);
+}
+
+TEST(AutoScene, RefusesAnEmptyGridAndAMissingOne)
+{
+    const fs::path file =
+        fs::path(FUM_TEST_SHARED) / "vdb/external/blender_mantaflow_fluid_data_0001.vdb";
+    if (!fs::exists(file))
+        GTEST_SKIP() << "needs " << file;
+    try {
+        make_auto_scene(file, {.grid = "flame"});
+        FAIL() << "an empty grid was taken";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("grid 'flame' is 0 everywhere"), std::string::npos)
+            << error.what();
+    }
+    EXPECT_THROW(make_auto_scene(file, {.grid = "nothing"}), Error);
+    EXPECT_THROW(make_auto_scene("not_there.vdb", {}), Error);
+}
+
+}  // namespace
+
+}  // namespace fumarole::asset

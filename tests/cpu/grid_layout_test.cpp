@@ -1,0 +1,645 @@
+// grid_layout: what the GPU samples is the grid. The hardware's part, linear filtering between
+// texels, is emulated here in double precision and held against VoxelLookup::sample.
+
+#include "medium/grid_layout.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <random>
+#include <string>
+
+#include "error.h"
+#include "voxel_grid.h"
+
+namespace fumarole::medium {
+
+namespace {
+
+constexpr std::size_t kBrickVoxels = VoxelGrid::kBrickVoxels;
+
+bool before(const glm::ivec3& a, const glm::ivec3& b)
+{
+    return a.z != b.z ? a.z < b.z : a.y != b.y ? a.y < b.y : a.x < b.x;
+}
+
+/// Sets a grid's bounds and maximum from its bricks and tiles.
+void finish(VoxelGrid& grid)
+{
+    glm::ivec3 lo{1}, hi{0};
+    bool any = false;
+    const auto include = [&](const glm::ivec3& a, const glm::ivec3& b, float value) {
+        if (value <= 0)
+            return;
+        lo = any ? glm::min(lo, a) : a;
+        hi = any ? glm::max(hi, b) : b;
+        any = true;
+        grid.max_value = std::max(grid.max_value, value);
+    };
+    const auto channels = static_cast<std::size_t>(grid.channels);
+    for (std::size_t b = 0; b < grid.bricks.size(); ++b) {
+        for (std::size_t v = 0; v < kBrickVoxels; ++v) {
+            const auto i = static_cast<int>(v);
+            const glm::ivec3 at = grid.bricks[b] * 8 + glm::ivec3{i % 8, i / 8 % 8, i / 64};
+            for (std::size_t c = 0; c < channels; ++c)
+                include(at, at, grid.values[(b * kBrickVoxels + v) * channels + c]);
+        }
+    }
+    for (const VoxelTile& tile : grid.tiles)
+        for (int c = 0; c < grid.channels; ++c)
+            include(tile.brick_min * 8, tile.brick_max * 8 + 7, tile.value[c]);
+    grid.index_min = lo;
+    grid.index_max = hi;
+}
+
+/// A grid with the bricks asked for, sorted, with values from `value()`.
+VoxelGrid grid_of(std::vector<glm::ivec3> bricks, int channels, const std::function<float()>& value)
+{
+    VoxelGrid grid;
+    grid.name = "density";
+    grid.channels = channels;
+    std::sort(bricks.begin(), bricks.end(), before);
+    grid.bricks = std::move(bricks);
+    grid.values.resize(grid.bricks.size() * kBrickVoxels * static_cast<std::size_t>(channels));
+    std::generate(grid.values.begin(), grid.values.end(), value);
+    finish(grid);
+    return grid;
+}
+
+/// Bricks scattered over both signs, some full, some with a few values, some all 0, some constant;
+/// tiles that touch bricks and each other. `scale` is the largest value.
+VoxelGrid random_grid(unsigned seed, int channels, float scale)
+{
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> uniform(0, scale);
+    std::uniform_int_distribution<int> percent(0, 99);
+
+    VoxelGrid grid;
+    grid.name = "density";
+    grid.channels = channels;
+    const float shared =
+        uniform(random);  // of two tiles that touch: cells across them are constant
+    grid.tiles = {{{-4, -1, 0}, {-3, 1, 1}, glm::vec3{shared}},
+                  {{-2, -1, 0}, {-2, 1, 1}, glm::vec3{shared}},
+                  {{1, -3, -2}, {1, -3, -2}, {uniform(random), uniform(random), uniform(random)}}};
+    const auto in_tile = [&](const glm::ivec3& b) {
+        return std::any_of(grid.tiles.begin(), grid.tiles.end(), [&](const VoxelTile& t) {
+            return glm::all(glm::greaterThanEqual(b, t.brick_min)) &&
+                   glm::all(glm::lessThanEqual(b, t.brick_max));
+        });
+    };
+    for (int z = -3; z <= 3; ++z)
+        for (int y = -3; y <= 3; ++y)
+            for (int x = -5; x <= 3; ++x)
+                if (percent(random) < 30 && !in_tile({x, y, z}))
+                    grid.bricks.push_back({x, y, z});
+    for (std::size_t b = 0; b < grid.bricks.size(); ++b) {
+        const int kind = percent(random);
+        const float constant = kind < 20 ? shared : uniform(random);
+        for (std::size_t v = 0; v < kBrickVoxels * static_cast<std::size_t>(channels); ++v)
+            grid.values.push_back(kind < 15   ? 0.0f
+                                  : kind < 30 ? constant
+                                  : kind < 60 ? (percent(random) < 3 ? uniform(random) : 0.0f)
+                                              : uniform(random));
+    }
+    finish(grid);
+    return grid;
+}
+
+/// Decoded by shifts, so not by the code that encoded it.
+double half_value(std::uint16_t half)
+{
+    const int exponent = half >> 10 & 31;
+    const double mantissa = (half & 1023) / 1024.0;
+    return exponent == 0 ? std::ldexp(mantissa, -14) : std::ldexp(1 + mantissa, exponent - 15);
+}
+
+/// What texelFetch gives.
+glm::dvec3 texel(const GridLayout& g, glm::ivec3 at)
+{
+    at = glm::clamp(at, glm::ivec3{0}, g.texture_size - 1);
+    const std::size_t bytes = g.storage == Storage::r32f ? 4 : g.storage == Storage::r16f ? 2 : 1;
+    const auto sx = static_cast<std::size_t>(g.texture_size.x);
+    const auto sy = static_cast<std::size_t>(g.texture_size.y);
+    const std::size_t i =
+        (static_cast<std::size_t>(at.z) * sy + static_cast<std::size_t>(at.y)) * sx +
+        static_cast<std::size_t>(at.x);
+    glm::dvec3 value{0};
+    for (int c = 0; c < std::min(g.channels, 3); ++c) {
+        const std::uint8_t* from =
+            g.texels.data() +
+            (i * static_cast<std::size_t>(g.channels) + static_cast<std::size_t>(c)) * bytes;
+        if (g.storage == Storage::r32f) {
+            float v;
+            std::memcpy(&v, from, sizeof v);
+            value[c] = v;
+        } else if (g.storage == Storage::r16f) {
+            std::uint16_t v;
+            std::memcpy(&v, from, sizeof v);
+            value[c] = half_value(v);
+        } else {
+            value[c] = *from / 255.0;
+        }
+    }
+    return value;
+}
+
+/// What `texture` gives at a coordinate in texels, filtered linearly.
+glm::dvec3 filtered(const GridLayout& g, const glm::dvec3& texel_coordinate)
+{
+    const glm::dvec3 base = glm::floor(texel_coordinate - 0.5);
+    const glm::dvec3 t = texel_coordinate - 0.5 - base;
+    glm::dvec3 sum{0};
+    for (int corner = 0; corner < 8; ++corner) {
+        const glm::ivec3 d{corner & 1, corner >> 1 & 1, corner >> 2};
+        const glm::dvec3 w = glm::mix(1.0 - t, t, glm::dvec3(d));
+        if (const double weight = w.x * w.y * w.z; weight > 0)
+            sum += weight * texel(g, glm::ivec3(base) + d);
+    }
+    return sum;
+}
+
+std::uint32_t page_at(const GridLayout& g, const glm::ivec3& page)
+{
+    if (glm::any(glm::lessThan(page, glm::ivec3{0})) ||
+        glm::any(glm::greaterThanEqual(page, g.page_count)))
+        return 0;
+    return g.pages.at(
+        static_cast<std::size_t>((page.z * g.page_count.y + page.y) * g.page_count.x + page.x));
+}
+
+/// The shader's lookup.
+glm::dvec3 sample(const GridLayout& g, const glm::dvec3& p_index)
+{
+    const glm::dvec3 q = p_index - glm::dvec3(g.origin);
+    const double scale = g.value_scale;
+    if (g.layout == Layout::dense)
+        return scale * filtered(g, q + 0.5);
+    const glm::ivec3 page = glm::floor(q / 8.0);
+    const std::uint32_t entry = page_at(g, page);
+    switch (entry >> 30) {
+    case kPageConstant:
+        return {scale * static_cast<double>(std::bit_cast<float>(entry << 2)), 0, 0};
+    case kPageBrick: {
+        const glm::ivec3 slot{entry & 1023u, entry >> 10 & 1023u, entry >> 20 & 1023u};
+        return scale * filtered(g, glm::dvec3(slot * 9) + (q - 8.0 * glm::dvec3(page)) + 0.5);
+    }
+    default:
+        return glm::dvec3{0};
+    }
+}
+
+double bound_at(const GridLayout& g, const glm::dvec3& p_index)
+{
+    const glm::ivec3 page = glm::floor((p_index - glm::dvec3(g.maxima_origin)) / 8.0);
+    if (glm::any(glm::lessThan(page, glm::ivec3{0})) ||
+        glm::any(glm::greaterThanEqual(page, g.maxima_count)))
+        return 0;
+    return static_cast<double>(g.maxima.at(static_cast<std::size_t>(
+        (page.z * g.maxima_count.y + page.y) * g.maxima_count.x + page.x)));
+}
+
+/// Points everywhere, and where things go wrong: on voxel centres, on and beside brick borders, in
+/// the rim between the outermost voxels and 0, outside.
+std::vector<glm::dvec3> probe_points(const VoxelGrid& grid, int count)
+{
+    std::mt19937 random(99);
+    std::uniform_real_distribution<double> unit(0, 1);
+    std::uniform_int_distribution<int> kind(0, 5);
+    const glm::dvec3 lo = glm::dvec3(grid.index_min) - 3.0, hi = glm::dvec3(grid.index_max) + 3.0;
+    std::vector<glm::dvec3> points;
+    for (int i = 0; i < count; ++i) {
+        glm::dvec3 p;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double x = lo[axis] + unit(random) * (hi[axis] - lo[axis]);
+            switch (kind(random)) {
+            case 0:
+                p[axis] = std::round(x);
+                break;
+            case 1:
+                p[axis] = 8 * std::round(x / 8);
+                break;
+            case 2:
+                p[axis] = 8 * std::round(x / 8) + (unit(random) < 0.5 ? -1e-9 : 1e-9);
+                break;
+            case 3:
+                p[axis] = (unit(random) < 0.5 ? grid.index_min[axis] - 1 : grid.index_max[axis]) +
+                          unit(random);
+                break;
+            default:
+                p[axis] = x;
+            }
+        }
+        points.push_back(p);
+    }
+    return points;
+}
+
+struct StorageCase {
+    const char* name;
+    Storage storage;
+    double relative;  // of the sample
+    double absolute;  // of the largest value
+};
+
+constexpr StorageCase kStorageCases[] = {
+    // A texel is the value itself; a constant page keeps 21 of its 23 mantissa bits, rounded. The
+    // emulation's texel coordinates, up to 200, carry 2^-46 of rounding into its weights.
+    {"r32f", Storage::r32f, 0x1p-22, 0x1p-44},
+    // 11 bits, rounded to nearest: half an ulp; below 2^-29 of the largest value half has a fixed
+    // step of 2^-39 of it (its denormals), of which half is lost.
+    {"r16f", Storage::r16f, 0x1p-11, 0x1p-39},
+    // 255 steps, rounded to nearest, in single precision.
+    {"r8", Storage::r8, 1e-6, 0.5 / 255 * (1 + 1e-6)},
+};
+
+struct FieldCase {
+    Layout layout;
+    StorageCase storage;
+    int channels;
+};
+
+class GridField : public testing::TestWithParam<FieldCase> {};
+
+std::vector<FieldCase> field_cases()
+{
+    std::vector<FieldCase> cases;
+    for (const Layout layout : {Layout::dense, Layout::bricks})
+        for (const StorageCase& storage : kStorageCases)
+            for (const int channels : {1, 3})
+                cases.push_back({layout, storage, channels});
+    return cases;
+}
+
+TEST_P(GridField, SamplesAsTheGridDoes)
+{
+    const auto& [layout, storage, channels] = GetParam();
+    for (unsigned seed = 1; seed <= 4; ++seed) {
+        const VoxelGrid grid = random_grid(seed, channels, seed == 4 ? 3e4f : 1.7f);
+        const VoxelLookup lookup(grid);
+        const GridLayout g = make_layout(grid, layout, storage.storage, {});
+        ASSERT_EQ(g.layout, layout);
+        ASSERT_EQ(g.channels, channels == 3 ? 4 : 1);
+        double worst = 0;
+        for (const glm::dvec3& p : probe_points(grid, 20000)) {
+            const glm::dvec3 want = lookup.sample(p), got = sample(g, p);
+            for (int c = 0; c < 3; ++c) {
+                const double allowed =
+                    storage.relative * want[c] + storage.absolute * double{grid.max_value};
+                const double error = std::abs(got[c] - want[c]);
+                worst = std::max(worst, error / double{grid.max_value});
+                ASSERT_LE(error, allowed)
+                    << "channel " << c << " at " << p.x << ' ' << p.y << ' ' << p.z;
+            }
+        }
+        RecordProperty("worst_error_of_max", std::to_string(worst));
+        if (storage.storage == Storage::r8) {
+            EXPECT_GT(worst, 0.3 / 255);  // else the points don't meet the values
+        }
+    }
+}
+
+TEST_P(GridField, MaximaBoundEverySample)
+{
+    const auto& [layout, storage, channels] = GetParam();
+    const VoxelGrid grid = random_grid(5, channels, 0.83f);
+    const GridLayout g = make_layout(grid, layout, storage.storage, {});
+    ASSERT_EQ(g.maxima.size(), std::size_t(g.maxima_count.x * g.maxima_count.y * g.maxima_count.z));
+    for (const glm::dvec3& p : probe_points(grid, 20000)) {
+        const glm::dvec3 v = sample(g, p);
+        ASSERT_LE(std::max({v.x, v.y, v.z}), bound_at(g, p)) << p.x << ' ' << p.y << ' ' << p.z;
+    }
+    // And are no looser than storage makes them: 2^-20 of margin, and the storage's own rounding.
+    const float most = *std::max_element(g.maxima.begin(), g.maxima.end());
+    EXPECT_LE(double{most}, double{grid.max_value} * (1 + 0x1p-19 + storage.relative));
+}
+
+TEST_P(GridField, PlanIsWhatIsMade)
+{
+    const auto& [layout, storage, channels] = GetParam();
+    const VoxelGrid grid = random_grid(6, channels, 1);
+    const GridLayout plan = plan_layout(grid, layout, storage.storage, {});
+    const GridLayout made = make_layout(grid, layout, storage.storage, {});
+    EXPECT_EQ(plan.texture_size, made.texture_size);
+    EXPECT_EQ(plan.page_count, made.page_count);
+    EXPECT_EQ(plan.maxima_count, made.maxima_count);
+    EXPECT_EQ(plan.origin, made.origin);
+    EXPECT_TRUE(plan.texels.empty() && plan.pages.empty() && plan.maxima.empty());
+    EXPECT_EQ(plan.gpu_bytes(), made.gpu_bytes());
+    EXPECT_EQ(made.gpu_bytes(),
+              made.texels.size() + 4 * made.pages.size() + 4 * made.maxima.size());
+}
+
+TEST_P(GridField, IsZeroAtItsBoundsAndOutside)
+{
+    const auto& [layout, storage, channels] = GetParam();
+    const VoxelGrid grid = random_grid(7, channels, 1);
+    const GridLayout g = make_layout(grid, layout, storage.storage, {});
+    EXPECT_EQ(g.field_min, grid.index_min - 1);
+    EXPECT_EQ(g.field_max, grid.index_max + 1);
+    for (glm::dvec3 p : probe_points(grid, 2000)) {
+        const int axis = static_cast<int>(std::abs(p.x * 7919)) % 3;
+        p[axis] = p[axis] < 0 ? g.field_min[axis] - 0.25 : g.field_max[axis];
+        ASSERT_EQ(sample(g, p), glm::dvec3{0}) << p.x << ' ' << p.y << ' ' << p.z;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Layouts, GridField, testing::ValuesIn(field_cases()),
+                         [](const auto& test) {
+                             const FieldCase& c = test.param;
+                             return std::string(c.layout == Layout::dense ? "dense_" : "bricks_") +
+                                    c.storage.name + (c.channels == 3 ? "_vec3" : "_scalar");
+                         });
+
+TEST(GridLayout, DenseAndBricksHoldTheSameField)
+{
+    const VoxelGrid grid = random_grid(8, 1, 1);
+    for (const StorageCase& storage : kStorageCases) {
+        const GridLayout dense = make_layout(grid, Layout::dense, storage.storage, {});
+        const GridLayout bricks = make_layout(grid, Layout::bricks, storage.storage, {});
+        // Constant pages are rounded as texels are, then to 21 bits of mantissa.
+        for (const glm::dvec3& p : probe_points(grid, 20000))
+            ASSERT_NEAR(sample(dense, p).x, sample(bricks, p).x, 0x1p-22) << storage.name;
+    }
+}
+
+TEST(GridLayout, HalfDataStayBitExact)
+{
+    // Every half there is up to the largest, denormals included: scaled by a power of two, and only
+    // upwards, none may change.
+    std::uint16_t next = 0;
+    for (const float largest : {1.0f, 65504.0f, 0x1p-14f}) {
+        VoxelGrid grid = grid_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 0, 0}}, 1, [&] {
+            next = static_cast<std::uint16_t>((next + 31) % 0x7c00);
+            const auto value = static_cast<float>(half_value(next));
+            return value <= largest ? value : largest;
+        });
+        grid.values[100] = largest;
+        finish(grid);
+        grid.stored_as_half = true;
+        ASSERT_EQ(grid.max_value, largest);
+        const GridLayout g = make_layout(grid, Layout::dense, Storage::automatic, {});
+        ASSERT_EQ(g.storage, Storage::r16f);
+        EXPECT_EQ(std::exp2(std::round(std::log2(g.value_scale))), g.value_scale);
+        const VoxelLookup lookup(grid);
+        for (int x = 0; x < 48; ++x)
+            for (int y = 0; y < 16; ++y)
+                for (int z = 0; z < 8; ++z)
+                    ASSERT_EQ(sample(g, {x, y, z}).x, double{lookup.value({x, y, z}).x});
+    }
+}
+
+TEST(GridLayout, HalfRoundsToNearestEven)
+{
+    // Beside and on the midpoints of halves, in half's normal range and below it. The largest value
+    // is a half whose scale is 1, so that texels are plain halves.
+    std::vector<float> values{65504.0f};
+    for (const int half : {1, 2, 77, 1022, 1023, 1024, 1025, 15000, 15001, 30001}) {
+        const double low = half_value(static_cast<std::uint16_t>(half));
+        const double high = half_value(static_cast<std::uint16_t>(half + 1));
+        const auto middle = static_cast<float>((low + high) / 2);
+        values.insert(values.end(), {middle, std::nextafter(middle, 0.0f),
+                                     std::nextafter(middle, 1e9f), static_cast<float>(low)});
+    }
+    std::size_t i = 0;
+    VoxelGrid grid =
+        grid_of({{0, 0, 0}}, 1, [&] { return i < values.size() ? values[i++] : 0.0f; });
+    const GridLayout g = make_layout(grid, Layout::bricks, Storage::r16f, {});
+    ASSERT_EQ(g.value_scale, 1.0f);
+    for (std::size_t v = 0; v < values.size(); ++v) {
+        // The neighbours found by search, ties to the even code.
+        int code = 0;
+        while (half_value(static_cast<std::uint16_t>(code + 1)) <= double{values[v]} &&
+               code < 0x7bff)
+            ++code;
+        const double low = half_value(static_cast<std::uint16_t>(code));
+        const double high = half_value(static_cast<std::uint16_t>(code + 1));
+        const double below = double{values[v]} - low, above = high - double{values[v]};
+        const bool up = below > above || (below == above && code % 2 == 1);
+        const auto at = static_cast<int>(v);
+        EXPECT_EQ(sample(g, {at % 8, at / 8 % 8, at / 64}).x, up ? high : low) << values[v];
+    }
+}
+
+TEST(GridLayout, KeepsTheRangeOfTheValues)
+{
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> uniform(0.01f, 1.0f);
+    for (const float scale : {1e30f, 1e-30f, 1e-37f, 3e38f, 1.0f}) {
+        const VoxelGrid grid =
+            grid_of({{0, 0, 0}, {7, -3, 2}}, 1, [&] { return scale * uniform(random); });
+        for (const StorageCase& storage : kStorageCases) {
+            const GridLayout g = make_layout(grid, Layout::automatic, storage.storage, {});
+            EXPECT_TRUE(std::isnormal(g.value_scale)) << scale;  // GPUs flush what is not
+            const VoxelLookup lookup(grid);
+            for (const glm::dvec3& p : probe_points(grid, 2000)) {
+                const double want = lookup.sample(p).x;
+                ASSERT_NEAR(sample(g, p).x, want,
+                            storage.relative * want + storage.absolute * double{scale})
+                    << storage.name << ' ' << scale;
+                ASSERT_LE(sample(g, p).x, bound_at(g, p)) << storage.name << ' ' << scale;
+            }
+            for (const float m : g.maxima)
+                ASSERT_TRUE(std::isfinite(m));
+        }
+    }
+}
+
+TEST(GridLayout, StorageIsHalfUnlessMostValuesAreTooFaint)
+{
+    std::mt19937 random(4);
+    std::uniform_real_distribution<float> uniform(0.1f, 1.0f);
+    VoxelGrid grid = grid_of({{0, 0, 0}, {1, 0, 0}}, 1, [&] { return uniform(random); });
+    EXPECT_EQ(plan_layout(grid, Layout::automatic, Storage::automatic, {}).storage, Storage::r16f);
+
+    for (std::size_t i = 0; i < 100; ++i)
+        grid.values[i] = 1e-15f;  // a faint tail matters to nobody
+    finish(grid);
+    EXPECT_EQ(plan_layout(grid, Layout::automatic, Storage::automatic, {}).storage, Storage::r16f);
+
+    grid.values[700] = 1e12f;  // one hot voxel: half would flatten all the rest
+    finish(grid);
+    EXPECT_EQ(plan_layout(grid, Layout::automatic, Storage::automatic, {}).storage, Storage::r32f);
+    const VoxelLookup lookup(grid);
+    const GridLayout g = make_layout(grid, Layout::automatic, Storage::automatic, {});
+    EXPECT_EQ(sample(g, {9, 1, 3}).x, double{lookup.value({9, 1, 3}).x});
+
+    grid.stored_as_half = true;  // the file's own precision is all there is
+    EXPECT_EQ(plan_layout(grid, Layout::automatic, Storage::automatic, {}).storage, Storage::r16f);
+}
+
+TEST(GridLayout, ApronReachesIntoPagesBeforeTheContent)
+{
+    // One voxel, first of its brick: the field lies in 8 pages, of which 7 hold no brick.
+    VoxelGrid grid = grid_of({{0, 0, 0}}, 1, [] { return 0.0f; });
+    grid.values[0] = 2;
+    finish(grid);
+    const GridLayout g = make_layout(grid, Layout::bricks, Storage::r32f, {});
+    EXPECT_EQ(g.page_count, glm::ivec3(2));
+    EXPECT_EQ(g.origin, glm::ivec3(-8));
+    EXPECT_EQ(std::count_if(g.pages.begin(), g.pages.end(),
+                            [](std::uint32_t p) { return p >> 30 == kPageBrick; }),
+              8);
+    EXPECT_DOUBLE_EQ(sample(g, {-0.5, -0.25, -0.5}).x, 2 * 0.5 * 0.75 * 0.5);
+    // The last voxel of a brick lies in one page alone.
+    grid.values[0] = 0;
+    grid.values[511] = 2;
+    grid.index_min = glm::ivec3{1}, grid.index_max = glm::ivec3{0};
+    finish(grid);
+    EXPECT_EQ(make_layout(grid, Layout::bricks, Storage::r32f, {}).page_count, glm::ivec3(1));
+}
+
+TEST(GridLayout, ConstantInsideOfATileTakesNoTexels)
+{
+    VoxelGrid grid;
+    grid.name = "density";
+    grid.tiles = {{{-10, -10, -10}, {9, 9, 9}, glm::vec3{0.3f}}};
+    finish(grid);
+    const GridLayout g = make_layout(grid, Layout::bricks, Storage::r16f, {});
+    std::size_t count[3]{};
+    for (const std::uint32_t page : g.pages)
+        ++count[page >> 30];
+    EXPECT_EQ(count[kPageEmpty], 0u);
+    EXPECT_EQ(count[kPageConstant], 19u * 19 * 19);
+    EXPECT_EQ(count[kPageBrick], 21u * 21 * 21 - 19 * 19 * 19);  // the rim to 0
+    EXPECT_LT(g.gpu_bytes(), 21u * 21 * 21 * 1000);
+}
+
+TEST(GridLayout, AtlasWastesLittleAndIsNearlyACube)
+{
+    std::mt19937 random(5);
+    for (const int bricks : {1, 2, 3, 7, 23, 101, 997, 2503}) {
+        std::vector<glm::ivec3> at;
+        for (int i = 0; i < bricks; ++i)  // apart, so that each takes 8 slots
+            at.push_back({2 * (i % 16), 2 * (i / 16 % 16), 2 * (i / 256)});
+        const VoxelGrid grid = grid_of(at, 1, [&] { return float(random() % 100 + 1); });
+        const GridLayout g = make_layout(grid, Layout::bricks, Storage::r8, {});
+        const glm::ivec3 slots = g.texture_size / 9;
+        EXPECT_EQ(slots * 9, g.texture_size);
+        EXPECT_LE(slots.x * slots.y * slots.z, 8 * bricks * 1.03) << bricks;
+        const double cube = std::ceil(std::cbrt(8 * bricks));
+        EXPECT_LE(std::max({slots.x, slots.y, slots.z}), 4 * cube) << bricks;
+        std::vector<std::uint32_t> used;
+        for (const std::uint32_t page : g.pages)
+            if (page >> 30 == kPageBrick)
+                used.push_back(page);
+        std::sort(used.begin(), used.end());
+        EXPECT_EQ(used.size(), 8u * static_cast<std::size_t>(bricks));
+        EXPECT_EQ(std::adjacent_find(used.begin(), used.end()), used.end());  // no slot twice
+    }
+}
+
+TEST(GridLayout, ChoosesTheSmallerLayoutThatFits)
+{
+    std::mt19937 random(6);
+    const auto value = [&] { return float(random() % 100 + 1); };
+    std::vector<glm::ivec3> solid;
+    for (int i = 0; i < 64; ++i)
+        solid.push_back({i % 4, i / 4 % 4, i / 16});
+    const VoxelGrid full = grid_of(solid, 1, value);
+    const VoxelGrid sparse = grid_of({{0, 0, 0}, {20, 20, 20}}, 1, value);
+    const auto choose = [](const VoxelGrid& grid, const Limits& limits) {
+        return plan_layout(grid, Layout::automatic, Storage::r16f, limits).layout;
+    };
+    EXPECT_EQ(choose(full, {}), Layout::dense);
+    EXPECT_EQ(choose(sparse, {}), Layout::bricks);
+    // Dense is 130 texels long where the GL takes 64; the atlas folds.
+    std::vector<glm::ivec3> row;
+    for (int i = 0; i < 16; ++i)
+        row.push_back({i, 0, 0});
+    EXPECT_EQ(choose(grid_of(row, 1, value), {}), Layout::dense);
+    EXPECT_EQ(choose(grid_of(row, 1, value), {.max_texture_3d = 64}), Layout::bricks);
+
+    for (const VoxelGrid* grid : {&full, &sparse}) {
+        const GridLayout plan = plan_layout(*grid, Layout::automatic, Storage::r16f, {});
+        for (const Layout other : {Layout::dense, Layout::bricks})
+            EXPECT_LE(plan.gpu_bytes(), plan_layout(*grid, other, Storage::r16f, {}).gpu_bytes());
+        // The limit itself is allowed, one byte less is not.
+        const std::uint64_t bytes = plan.gpu_bytes();
+        EXPECT_EQ(plan_layout(*grid, plan.layout, Storage::r16f, {2048, bytes}).gpu_bytes(), bytes);
+        EXPECT_THROW(plan_layout(*grid, plan.layout, Storage::r16f, {2048, bytes - 1}), Error);
+    }
+}
+
+std::string refusal(const VoxelGrid& grid, Layout layout, const Limits& limits)
+{
+    try {
+        make_layout(grid, layout, Storage::automatic, limits);
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return "";
+}
+
+TEST(GridLayout, RefusesWhatDoesNotFitWithSizeAndRemedy)
+{
+    // Two voxels 2^30 apart: 10^27 bytes dense and 10^25 of pages. Allocating would end the test.
+    const int far = 1 << 26;
+    VoxelGrid grid = grid_of({{-far, -far, -far}, {far, far, far}}, 1, [] { return 1.0f; });
+    for (const Layout layout : {Layout::automatic, Layout::dense, Layout::bricks}) {
+        const std::string message = refusal(grid, layout, {});
+        EXPECT_NE(message.find("density: 1073741832 x 1073741832 x 1073741832 voxels take "),
+                  std::string::npos)
+            << message;
+        EXPECT_NE(message.find("4.0 GiB"), std::string::npos) << message;
+        EXPECT_NE(message.find("resample the grid coarser"), std::string::npos) << message;
+        EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    }
+    // As far apart as indices reach: 2^32 voxels along an edge, which no int holds.
+    grid.bricks = {glm::ivec3{-(1 << 28)}, glm::ivec3{(1 << 28) - 1}};
+    finish(grid);
+    EXPECT_NE(refusal(grid, Layout::automatic, {}).find("4294967296 x "), std::string::npos);
+    EXPECT_THROW(plan_layout(grid, Layout::automatic, Storage::automatic, {}), Error);
+}
+
+TEST(GridLayout, RefusalNamesTheLayoutThatWouldDo)
+{
+    std::mt19937 random(8);
+    const VoxelGrid sparse =
+        grid_of({{0, 0, 0}, {40, 40, 1}}, 1, [&] { return float(random() % 9); });
+    const Limits limits{.max_texture_3d = 2048, .max_bytes = 256 * 1024};
+    const std::string message = refusal(sparse, Layout::dense, limits);
+    EXPECT_NE(message.find("take 3.8 MiB dense, over the limit of 256.0 KiB"), std::string::npos)
+        << message;
+    EXPECT_NE(message.find("lay it out as bricks"), std::string::npos) << message;
+    EXPECT_EQ(refusal(sparse, Layout::automatic, limits), "");
+}
+
+TEST(GridLayout, RefusesAnAtlasOfTooManySlots)
+{
+    // 8 slots are needed where an edge of 9 texels allows one.
+    const VoxelGrid grid = grid_of({{0, 0, 0}}, 1, [] { return 1.0f; });
+    const std::string message = refusal(grid, Layout::bricks, {.max_texture_3d = 9});
+    EXPECT_NE(message.find("9 texels along an edge"), std::string::npos) << message;
+}
+
+TEST(GridLayout, EmptyGridIsAnEmptyLayout)
+{
+    VoxelGrid grid;
+    grid.name = "density";
+    EXPECT_TRUE(grid.empty());
+    EXPECT_EQ(plan_layout(grid, Layout::automatic, Storage::automatic, {}).gpu_bytes(), 0u);
+    const GridLayout g = make_layout(grid, Layout::bricks, Storage::automatic, {});
+    EXPECT_EQ(g.gpu_bytes(), 0u);
+    EXPECT_TRUE(g.texels.empty() && g.pages.empty() && g.maxima.empty());
+}
+
+TEST(GridLayout, HugeTilePlansInPages)
+{
+    VoxelGrid grid;
+    grid.name = "density";
+    grid.tiles = {{{0, 0, 0}, {127, 127, 127}, glm::vec3{0.5f}}};  // 1024^3 voxels
+    finish(grid);
+    const GridLayout plan = plan_layout(grid, Layout::automatic, Storage::r16f, {});
+    EXPECT_EQ(plan.layout, Layout::bricks);
+    EXPECT_EQ(plan.page_count, glm::ivec3(129));
+    EXPECT_LT(plan.gpu_bytes(), std::uint64_t{170} << 20);  // dense: 2 GiB
+}
+
+}  // namespace
+
+}  // namespace fumarole::medium

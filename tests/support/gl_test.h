@@ -1,0 +1,37 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gl/device.h"
+#include "gl/headless_context.h"
+#include "scene_renderer.h"
+
+namespace fumarole::test {
+
+/// A test with an OpenGL context, one for the whole binary (OSMesa; EGL with FUM_TEST_BACKEND=egl),
+/// with the debug callback on: any GL error or undefined behaviour that the driver reports fails.
+class GlTest : public testing::Test {
+protected:
+    GlTest();
+    ~GlTest() override;
+
+    static gl::GetProc get_proc();
+    static const gl::Device& gl();
+
+    /// Renders with a SceneRenderer that the binary keeps, so programs compile once.
+    static Still render(const Scene& scene, const Settings& settings, int aa = 1,
+                        StillReport* report = nullptr);
+    static SceneRenderer& scene_renderer();
+};
+
+/// RGB of one pixel, rows from the top.
+glm::vec3 pixel(const std::vector<float>& rgb, int width, int x, int y);
+
+/// A camera at the origin that looks along -y, 20 degrees high, z up; picture of size x size.
+Scene empty_scene(int size = 32);
+
+}  // namespace fumarole::test

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <stdexcept>
+#include <string>
+
+namespace fumarole::command {
+
+/// The command line itself is wrong: exit code 2.
+class UsageError : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+
+/// Each adds its subcommand; parsing then runs it.
+void add_info(CLI::App& app);
+void add_render(CLI::App& app);
+
+}  // namespace fumarole::command

@@ -1,0 +1,147 @@
+#include <fmt/format.h>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "asset/vdb_file.h"
+#include "command.h"
+#include "error.h"
+#include "medium/grid_layout.h"
+
+namespace fumarole::command {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// What a grid will take on the GPU, or why it can't go there.
+struct GpuPlan {
+    std::uint64_t bytes = 0;
+    std::string layout, storage, refusal;
+};
+
+GpuPlan plan(const std::filesystem::path& file, const asset::GridInfo& grid)
+{
+    if (!grid.refusal.empty())
+        return {0, "", "", grid.refusal};
+    if (grid.active_voxels == 0)
+        return {0, "", "", "empty"};
+    try {
+        const asset::LoadedGrid loaded = asset::load_grid(file, grid.name);
+        const medium::GridLayout layout = medium::plan_layout(
+            loaded.grid, medium::Layout::automatic, medium::Storage::automatic, medium::Limits{});
+        constexpr std::array kStorage{"", "R32F", "R16F", "R8"};
+        return {layout.gpu_bytes(), layout.layout == medium::Layout::dense ? "dense" : "bricks",
+                kStorage.at(static_cast<std::size_t>(layout.storage)), ""};
+    } catch (const Error& error) {
+        return {0, "", "", error.what()};
+    }
+}
+
+Json to_json(glm::dvec3 v)
+{
+    return {v.x, v.y, v.z};
+}
+Json to_json(glm::ivec3 v)
+{
+    return {v.x, v.y, v.z};
+}
+
+Json to_json(const asset::GridInfo& grid, const GpuPlan& gpu)
+{
+    Json matrix = Json::array();
+    for (int row = 0; row < 4; ++row) {
+        Json numbers = Json::array();
+        for (int column = 0; column < 4; ++column)
+            numbers.push_back(grid.world_from_index[column][row]);
+        matrix.push_back(numbers);
+    }
+    const bool empty = grid.active_voxels == 0;
+    return {{"name", grid.name},
+            {"type", grid.value_type},
+            {"class", grid.grid_class},
+            {"transform", grid.transform},
+            {"world_from_index", matrix},
+            {"voxel_size_m", to_json(grid.voxel_size)},
+            {"index_min", empty ? Json() : to_json(grid.index_min)},
+            {"index_max", empty ? Json() : to_json(grid.index_max)},
+            {"world_min_m", empty ? Json() : to_json(grid.world_min)},
+            {"world_max_m", empty ? Json() : to_json(grid.world_max)},
+            {"active_voxels", grid.active_voxels},
+            {"leaf_bricks", grid.leaf_bricks},
+            {"active_tiles", grid.active_tiles},
+            {"min", grid.min},
+            {"max", grid.max},
+            {"mean", grid.mean},
+            {"nan", grid.nan_count},
+            {"infinite", grid.inf_count},
+            {"negative", grid.negative_count},
+            {"gpu_bytes", gpu.bytes},
+            {"gpu_layout", gpu.layout},
+            {"gpu_storage", gpu.storage},
+            {"refusal", gpu.refusal}};
+}
+
+std::string triple(glm::dvec3 v)
+{
+    return fmt::format("{:.6g} {:.6g} {:.6g}", v.x, v.y, v.z);
+}
+
+void print(const asset::GridInfo& grid, const GpuPlan& gpu)
+{
+    fmt::print("grid '{}'\n", grid.name);
+    fmt::print("  type           {}, {}\n", grid.value_type, grid.grid_class);
+    fmt::print("  transform      {}, voxels of {} m\n", grid.transform, triple(grid.voxel_size));
+    if (grid.active_voxels > 0) {
+        fmt::print("  index bounds   {} .. {}\n", triple(glm::dvec3(grid.index_min)),
+                   triple(glm::dvec3(grid.index_max)));
+        fmt::print("  world bounds   {} .. {} m\n", triple(grid.world_min), triple(grid.world_max));
+    }
+    fmt::print("  active voxels  {} in {} bricks and {} tiles\n", grid.active_voxels,
+               grid.leaf_bricks, grid.active_tiles);
+    fmt::print("  values         {:.6g} .. {:.6g}, mean {:.6g}\n", grid.min, grid.max, grid.mean);
+    if (grid.nan_count + grid.inf_count + grid.negative_count > 0)
+        fmt::print("  unusual        {} NaN, {} infinite, {} negative\n", grid.nan_count,
+                   grid.inf_count, grid.negative_count);
+    if (gpu.refusal.empty())
+        fmt::print("  on the GPU     {:.2f} MB, {} in {}, {:.2f} bytes an active voxel\n",
+                   static_cast<double>(gpu.bytes) * 1e-6, gpu.layout, gpu.storage,
+                   static_cast<double>(gpu.bytes) / static_cast<double>(grid.active_voxels));
+    else
+        fmt::print("  on the GPU     nothing: {}\n", gpu.refusal);
+}
+
+void run(const std::string& file, bool json)
+{
+    const asset::VdbInfo info = asset::inspect_vdb(file);
+    Json grids = Json::array();
+    if (!json)
+        fmt::print("{}: {} grids, {} bytes{}\n", file, info.grids.size(), info.file_bytes,
+                   info.creator.empty() ? "" : ", made by " + info.creator);
+    for (const asset::GridInfo& grid : info.grids) {
+        const GpuPlan gpu = plan(info.file, grid);
+        if (json)
+            grids.push_back(to_json(grid, gpu));
+        else
+            print(grid, gpu);
+    }
+    if (json)
+        fmt::print("{}\n", Json{{"file", file},
+                                {"file_bytes", info.file_bytes},
+                                {"creator", info.creator},
+                                {"grids", grids}}
+                               .dump(1, ' ', false, Json::error_handler_t::replace));
+}
+
+}  // namespace
+
+void add_info(CLI::App& app)
+{
+    CLI::App* command = app.add_subcommand("info", "What a .vdb file holds, and what it will take");
+    auto file = std::make_shared<std::string>();
+    auto json = std::make_shared<bool>(false);
+    command->add_option("FILE", *file, "a .vdb file")->required();
+    command->add_flag("--json", *json, "print JSON");
+    command->callback([=] { run(*file, *json); });
+}
+
+}  // namespace fumarole::command

@@ -1,0 +1,35 @@
+#include <cstdio>
+#include <exception>
+#include <fmt/format.h>
+
+#include "command.h"
+#include "error.h"
+
+int main(int argc, char** argv)
+{
+    namespace command = fumarole::command;
+    CLI::App app{"Fumarole: lit smoke, fire, cloud and fog from OpenVDB files, on OpenGL"};
+    app.name("fumarole");
+    app.set_version_flag("--version", FUMAROLE_VERSION);
+    app.require_subcommand(1);
+    command::add_info(app);
+    command::add_render(app);
+    try {
+        app.parse(argc, argv);
+        // A full disk behind a redirection shows only now.
+        if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+            throw fumarole::Error("standard output: can't be written; is the disk full?");
+        return 0;
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error) == 0 ? 0 : 2;
+    } catch (const command::UsageError& error) {
+        fmt::print(stderr, "fumarole: {}\n", error.what());
+        return 2;
+    } catch (const std::bad_alloc&) {
+        fmt::print(stderr, "fumarole: out of memory; try a smaller --size or grid\n");
+        return 1;
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "fumarole: {}\n", error.what());
+        return 1;
+    }
+}
