@@ -38,7 +38,7 @@ struct Settings {
     bool volume_shadows = true;
     int shadow_steps = 16;  ///< midpoints on the way to a light, 1..1024
     ShadowRange shadow_range = ShadowRange::media;
-    int shadow_map = 2048;  ///< texels along an edge of each view, 16..8192
+    int shadow_map = 1024;  ///< texels along an edge of each view, 16..8192
 
     // the layer and the resolve
     int resolution = 2;  ///< pixels along a texel's edge: 1 full, 2 half, 4 quarter

@@ -15,5 +15,6 @@ public:
 /// Each adds its subcommand; parsing then runs it.
 void add_info(CLI::App& app);
 void add_render(CLI::App& app);
+void add_compare(CLI::App& app);
 
 }  // namespace fumarole::command

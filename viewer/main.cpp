@@ -14,6 +14,7 @@ int main(int argc, char** argv)
     app.require_subcommand(1);
     command::add_info(app);
     command::add_render(app);
+    command::add_compare(app);
     try {
         app.parse(argc, argv);
         // A full disk behind a redirection shows only now.

@@ -1,0 +1,338 @@
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "command.h"
+#include "error.h"
+#include "study/false_color.h"
+#include "study/flip.h"
+#include "study/metrics.h"
+#include "write/image_writer.h"
+
+namespace fumarole::command {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kComposite = "composite";
+
+struct Options {
+    std::string test, reference, output, target, exposure = "auto", difference = "magnitude";
+    std::optional<double> max_relmse, scale;
+    bool json = false;
+};
+
+using Channels = std::array<std::string, 3>;
+
+/// The channels of a target in an EXR of many; the composite stands as R, G, B.
+Channels channels_of(const std::string& target)
+{
+    const std::string prefix = target == kComposite ? "" : target + ".";
+    return {prefix + "R", prefix + "G", prefix + "B"};
+}
+
+bool has(const std::vector<std::string>& names, const std::string& target)
+{
+    const Channels channels = channels_of(target);
+    return std::all_of(channels.begin(), channels.end(), [&](const std::string& channel) {
+        return std::find(names.begin(), names.end(), channel) != names.end();
+    });
+}
+
+/// All that have R, G and B: a depth or an alpha is no picture that one can look at.
+std::vector<std::string> targets_in(const std::vector<std::string>& names)
+{
+    std::vector<std::string> targets;
+    if (has(names, kComposite))
+        targets.emplace_back(kComposite);
+    for (const std::string& name : names) {
+        const std::size_t dot = name.rfind('.');
+        if (dot == std::string::npos || name.substr(dot) != ".R")
+            continue;
+        if (has(names, name.substr(0, dot)))
+            targets.push_back(name.substr(0, dot));
+    }
+    return targets;
+}
+
+std::string joined(const std::vector<std::string>& names)
+{
+    return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// One of the two files.
+struct Input {
+    fs::path file;
+    std::vector<std::string> channels, targets;
+
+    explicit Input(const std::string& name)
+        : file(name), channels(write::exr_channels(file)), targets(targets_in(channels))
+    {
+    }
+
+    /// R, G, B of a target. A file of one target alone, as `render --target` writes it, holds it as
+    /// R, G, B and does not say which one it is: there the user's word is taken.
+    [[nodiscard]] Image read(const std::string& target) const
+    {
+        Channels names = channels_of(target);
+        if (!has(channels, target)) {
+            if (targets != std::vector<std::string>{kComposite})
+                throw Error(fmt::format("{}: no target '{}' (has: {})", file.string(), target,
+                                        joined(targets)));
+            names = channels_of(kComposite);
+        }
+        Image image = write::read_exr(file, {names.begin(), names.end()});
+        image.channels = {"R", "G", "B"};
+        return image;
+    }
+};
+
+/// Where the first value that is no number stands, or nothing.
+std::string broken_place(const Image& image)
+{
+    const auto broken = std::find_if(image.pixels.begin(), image.pixels.end(),
+                                     [](float value) { return !std::isfinite(value); });
+    if (broken == image.pixels.end())
+        return "";
+    const auto at = static_cast<std::size_t>(broken - image.pixels.begin());
+    const auto width = static_cast<std::size_t>(image.width);
+    return fmt::format("{} of pixel {}, {} is {}", image.channels[at % 3], at / 3 % width,
+                       at / 3 / width, *broken);
+}
+
+/// What was found of one target.
+struct Row {
+    std::string target, broken;
+    study::Metrics metrics;
+    double flip = std::numeric_limits<double>::infinity();
+    Display display;
+};
+
+std::optional<float> parse_exposure(const std::string& text)
+{
+    if (text == "auto")
+        return std::nullopt;
+    float stops = 0;
+    const char* end = text.data() + text.size();
+    const auto parsed = std::from_chars(text.data(), end, stops);
+    if (parsed.ec != std::errc{} || parsed.ptr != end || !(std::abs(stops) <= 60.0f))
+        throw UsageError(
+            fmt::format("--exposure: '{}' is neither 'auto' nor stops in -60..60", text));
+    return stops;
+}
+
+/// How both pictures are shown to FLIP: one exposure, the reference's own, so that a test picture
+/// that is too bright looks too bright. Transmittance has a white of its own.
+Display display_for(const std::string& target, const Image& reference,
+                    std::optional<float> exposure)
+{
+    Display display;
+    if (target == "transmittance") {
+        display.transform = Display::Transform::srgb;
+        display.exposure_ev = exposure.value_or(0.0f);
+    } else {
+        display.exposure_ev = exposure ? *exposure : write::auto_exposure(reference);
+    }
+    return display;
+}
+
+Row measure(const std::string& target, const Image& test, const Image& reference,
+            const Options& options, std::optional<float> exposure)
+{
+    Row row{.target = target,
+            .broken = broken_place(test),
+            .metrics = study::compare(test.pixels, reference.pixels),
+            .display = display_for(target, reference, exposure)};
+    if (row.metrics.finite)
+        row.flip = study::flip_of_radiance(test.pixels, reference.pixels, test.width, test.height,
+                                           row.display)
+                       .mean;
+    else
+        row.broken = fmt::format("{}: {}: {}", options.test, target, row.broken);
+    return row;
+}
+
+void write_difference(const Row& row, const Image& test, const Image& reference,
+                      const Options& options)
+{
+    study::FalseColor style;
+    style.difference =
+        options.difference == "sign" ? study::Difference::sign : study::Difference::magnitude;
+    const std::vector<float> map =
+        study::difference_map(test.pixels, reference.pixels, 3, style.difference);
+    style.scale = options.scale.value_or(study::difference_scale(map));
+    style.caption =
+        fmt::format("{} {}", row.target,
+                    options.difference == "sign" ? "signed relative error" : "relative error");
+    write::write_png(study::false_color(map, test.width, test.height, style),
+                     {.exposure_ev = 0, .transform = Display::Transform::srgb}, options.output);
+}
+
+std::string shown_at(const Display& display)
+{
+    return fmt::format("{} {:+.2f}",
+                       display.transform == Display::Transform::srgb ? "srgb" : "filmic",
+                       display.exposure_ev);
+}
+
+void print(const std::vector<Row>& rows, const Options& options, const Image& size)
+{
+    fmt::print("{} against {}, {} x {}\n", options.test, options.reference, size.width,
+               size.height);
+    fmt::print("{:<16}{:>11}{:>11}{:>11}{:>11}{:>11}   {}\n", "target", "relMSE", "SMAPE", "bias",
+               "p99.9", "FLIP", "FLIP shown at, stops");
+    for (const Row& row : rows)
+        fmt::print("{:<16}{:>11.3e}{:>11.3e}{:>+11.3e}{:>11.3e}{:>11.3e}   {}\n", row.target,
+                   row.metrics.relmse, row.metrics.smape, row.metrics.bias, row.metrics.p999,
+                   row.flip, shown_at(row.display));
+    if (!options.output.empty())
+        fmt::print("wrote {}\n", options.output);
+}
+
+Json to_json(const std::vector<Row>& rows, const Options& options, const Image& size, bool ok)
+{
+    Json targets = Json::object();
+    for (const Row& row : rows) {
+        targets[row.target] = {{"finite", row.metrics.finite},
+                               {"relmse", row.metrics.relmse},
+                               {"smape", row.metrics.smape},
+                               {"bias", row.metrics.bias},
+                               {"p999", row.metrics.p999},
+                               {"flip", row.flip},
+                               {"exposure_ev", row.display.exposure_ev}};
+    }
+    Json json{{"test", options.test},
+              {"reference", options.reference},
+              {"size", {size.width, size.height}},
+              {"pixels_per_degree", study::kFlipPixelsPerDegree},
+              {"targets", targets},
+              {"ok", ok}};
+    json["max_relmse"] = options.max_relmse ? Json(*options.max_relmse) : Json();
+    json["output"] = options.output.empty() ? Json() : Json(options.output);
+    return json;
+}
+
+/// Why the test picture is not good enough; empty if it is.
+std::vector<std::string> faults_of(const std::vector<Row>& rows, const Options& options)
+{
+    std::vector<std::string> faults;
+    for (const Row& row : rows) {
+        if (!row.metrics.finite)
+            faults.push_back(row.broken);
+        else if (options.max_relmse && row.metrics.relmse > *options.max_relmse)
+            faults.push_back(fmt::format("{}: relMSE {:.4g} is over --max-relmse {:.4g}",
+                                         row.target, row.metrics.relmse, *options.max_relmse));
+    }
+    return faults;
+}
+
+void check_sizes(const Options& options, const Image& test, const Image& reference)
+{
+    if (test.width != reference.width || test.height != reference.height)
+        throw Error(fmt::format("{} is {} x {} but {} is {} x {}; render both at one --size",
+                                options.test, test.width, test.height, options.reference,
+                                reference.width, reference.height));
+}
+
+std::vector<std::string> common_targets(const Input& test, const Input& reference)
+{
+    std::vector<std::string> common;
+    for (const std::string& target : test.targets)
+        if (has(reference.channels, target))
+            common.push_back(target);
+    if (common.empty())
+        throw Error(fmt::format("{} and {} have no target in common (they have: {}; {})",
+                                test.file.string(), reference.file.string(), joined(test.targets),
+                                joined(reference.targets)));
+    return common;
+}
+
+void run(const Options& options)
+{
+    if (!options.output.empty() && fs::path(options.output).extension() != ".png")
+        throw UsageError(
+            fmt::format("-o: '{}' does not end in .png, the one form of the difference picture",
+                        options.output));
+    const std::optional<float> exposure = parse_exposure(options.exposure);
+    const Input test(options.test);
+    const Input reference(options.reference);
+    const std::vector<std::string> targets = options.target.empty()
+                                                 ? common_targets(test, reference)
+                                                 : std::vector<std::string>{options.target};
+    const std::string drawn = options.target.empty() ? kComposite : options.target;
+    if (!options.output.empty() &&
+        std::find(targets.begin(), targets.end(), drawn) == targets.end())
+        throw Error(fmt::format("-o: no composite in both files; choose one of {} with --target",
+                                joined(targets)));
+
+    std::vector<Row> rows;
+    Image size;
+    for (const std::string& target : targets) {
+        const Image test_picture = test.read(target);
+        const Image reference_picture = reference.read(target);
+        check_sizes(options, test_picture, reference_picture);
+        if (const std::string place = broken_place(reference_picture); !place.empty())
+            throw Error(fmt::format("{}: {}: {}; nothing can be measured against it, make the "
+                                    "reference again",
+                                    options.reference, target, place));
+        rows.push_back(measure(target, test_picture, reference_picture, options, exposure));
+        if (target == drawn && !options.output.empty())
+            write_difference(rows.back(), test_picture, reference_picture, options);
+        size.width = test_picture.width;
+        size.height = test_picture.height;
+    }
+
+    const std::vector<std::string> faults = faults_of(rows, options);
+    if (options.json)
+        fmt::print("{}\n", to_json(rows, options, size, faults.empty())
+                               .dump(1, ' ', false, Json::error_handler_t::replace));
+    else
+        print(rows, options, size);
+    if (!faults.empty())
+        throw Error(fmt::format("{}", fmt::join(faults, "; ")));
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app)
+{
+    CLI::App* command = app.add_subcommand(
+        "compare", "How far a linear picture is from a reference: relMSE, SMAPE, bias, FLIP");
+    auto options = std::make_shared<Options>();
+    Options& o = *options;
+    command->add_option("A.exr", o.test, "the picture to judge")->required();
+    command->add_option("B.exr", o.reference, "the reference")->required();
+    command->add_option("-o,--output", o.output,
+                        "x.png: where and how much they differ, in colours with their scale");
+    command->add_option("--target", o.target,
+                        "compare this one alone: composite, scattering, transmittance, ...; a file "
+                        "of R, G, B alone is taken to hold it [all that both have; -o composite]");
+    command
+        ->add_option("--max-relmse", o.max_relmse,
+                     "exit with 1 if a compared target's relMSE is above")
+        ->check(CLI::NonNegativeNumber);
+    command->add_option("--exposure", o.exposure,
+                        "stops at which FLIP sees both [auto: the reference's]");
+    command
+        ->add_option("--difference", o.difference,
+                     "in -o: magnitude, or sign (too dark or too bright) [magnitude]")
+        ->check(CLI::IsMember({"magnitude", "sign"}));
+    command
+        ->add_option("--scale", o.scale,
+                     "in -o: relative error at the end of the scale, to compare pictures [auto]")
+        ->check(CLI::PositiveNumber);
+    command->add_flag("--json", o.json, "print JSON");
+    command->footer("Exit code: 0 compared, 1 over --max-relmse, not finite or not comparable, "
+                    "2 wrong command line.");
+    command->callback([options] { run(*options); });
+}
+
+}  // namespace fumarole::command
