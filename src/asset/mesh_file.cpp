@@ -16,6 +16,7 @@
 #include <optional>
 #include <utility>
 
+#include "asset/ply_check.h"
 #include "asset/printable.h"
 #include "error.h"
 
@@ -106,18 +107,23 @@ void refuse_packed_gltf(const fs::path& file)
     }
 }
 
-// Assimp 5.2 reads a PLY header that does not end for ever.
-void refuse_endless_ply(const fs::path& file)
+// The bytes of a PLY as Assimp can be trusted with; nothing for other kinds of file.
+std::optional<std::string> ply_bytes(const fs::path& file)
 {
-    constexpr std::size_t kMaxHeaderBytes = 1U << 16U;
-    std::ifstream stream(file, std::ios::binary);
-    std::string head(kMaxHeaderBytes, '\0');
-    stream.read(head.data(), kMaxHeaderBytes);
-    head.resize(static_cast<std::size_t>(stream.gcount()));
-    const std::string magic = lower_case(head.substr(0, 3));
-    if (magic == "ply" && head.find("\nend_header") == std::string::npos &&
-        head.find("\rend_header") == std::string::npos)
-        fail(file, "truncated: its PLY header has no end");
+    std::array<char, 3> magic{};
+    std::ifstream(file, std::ios::binary).read(magic.data(), magic.size());
+    const bool is_ply = lower_case(std::string(magic.data(), magic.size())) == "ply";
+    if (!is_ply && lower_case(file.extension().string()) != ".ply")
+        return std::nullopt;
+    std::optional<std::string> checked;
+    try {
+        checked = checked_ply(read_bytes(file));
+    } catch (const Error& problem) {
+        fail(file, problem.what());
+    }
+    if (!checked)
+        fail(file, "cannot be read as a mesh: is no PLY file");
+    return checked;
 }
 
 glm::dmat4 to_glm(const aiMatrix4x4& m)
@@ -214,7 +220,6 @@ Mesh load_mesh(const fs::path& file)
     if (!std::ifstream(file, std::ios::binary))
         fail(file, fmt::format("cannot be opened: {}", std::strerror(errno)));
     refuse_packed_gltf(file);
-    refuse_endless_ply(file);
 
     Assimp::Importer importer;
     importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, kSmoothDegrees);
@@ -224,9 +229,12 @@ Mesh load_mesh(const fs::path& file)
                                     aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_BONEWEIGHTS |
                                     aiComponent_ANIMATIONS | aiComponent_TEXTURES |
                                     aiComponent_LIGHTS | aiComponent_CAMERAS);
-    const aiScene* scene = importer.ReadFile(
-        file.string(), aiProcess_RemoveComponent | aiProcess_Triangulate | aiProcess_SortByPType |
-                           aiProcess_GenSmoothNormals | aiProcess_JoinIdenticalVertices);
+    const unsigned steps = aiProcess_RemoveComponent | aiProcess_Triangulate |
+                           aiProcess_SortByPType | aiProcess_GenSmoothNormals |
+                           aiProcess_JoinIdenticalVertices;
+    const std::optional<std::string> ply = ply_bytes(file);
+    const aiScene* scene = ply ? importer.ReadFileFromMemory(ply->data(), ply->size(), steps, "ply")
+                               : importer.ReadFile(file.string(), steps);
     if (scene == nullptr)
         fail(file, "cannot be read as a mesh: " + printable(importer.GetErrorString(), 200));
 

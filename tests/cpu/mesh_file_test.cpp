@@ -107,6 +107,29 @@ std::string float_bytes(const std::vector<float>& values)
     return bytes;
 }
 
+std::string ply(const std::string& format, const std::string& body)
+{
+    return "ply\nformat " + format +
+           " 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+           "element face 1\nproperty list uchar int vertex_indices\nend_header\n" +
+           body;
+}
+
+// The triangle (0 0 5), (2 0 5), (2 3 5).
+std::string binary_ply_body(bool big_endian)
+{
+    const auto swapped = [&](std::string bytes) {
+        for (std::size_t i = 0; big_endian && i < bytes.size(); i += 4)
+            std::reverse(bytes.begin() + static_cast<std::ptrdiff_t>(i),
+                         bytes.begin() + static_cast<std::ptrdiff_t>(i + 4));
+        return bytes;
+    };
+    const std::int32_t corners[] = {0, 1, 2};
+    std::string indices(sizeof(corners), '\0');
+    std::memcpy(indices.data(), corners, sizeof(corners));
+    return swapped(float_bytes({0, 0, 5, 2, 0, 5, 2, 3, 5})) + '\3' + swapped(indices);
+}
+
 // A glTF file with one mesh and the nodes of the caller. `mode` as of the format: 4 triangles.
 std::string gltf(const std::vector<float>& positions, const std::string& nodes, int mode = 4,
                  const std::string& more = "")
@@ -174,16 +197,33 @@ TEST(MeshFile, MakesNormalsWhereTheFileHasZeroes)
     EXPECT_EQ(mesh.normals[0], glm::vec3(0, 0, 1));
 }
 
-TEST(MeshFile, ReadsPly)
+TEST(MeshFile, ReadsPlyOfEveryEncoding)
+{
+    const TempFolder folder;
+    for (const std::string& bytes : {ply("ascii", "0 0 5\n2 0 5\n2 3 5\n3 0 1 2\n"),
+                                     ply("binary_little_endian", binary_ply_body(false)),
+                                     ply("binary_big_endian", binary_ply_body(true))}) {
+        const Mesh mesh = asset::load_mesh(folder.write("t.ply", bytes));
+        expect_sound(mesh);
+        EXPECT_NEAR(area(mesh), 3, 1e-6);
+        EXPECT_EQ(mesh.positions[0], glm::vec3(0, 0, 5));
+        EXPECT_EQ(mesh.normals[0], glm::vec3(0, 0, 1));
+    }
+}
+
+TEST(MeshFile, ReadsPlyPolygonsAndSkipsWhatElseIsThere)
 {
     const TempFolder folder;
     const Mesh mesh = asset::load_mesh(folder.write(
-        "q.ply", "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
-                 "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
-                 "end_header\n0 0 5\n2 0 5\n2 3 5\n0 3 5\n4 0 1 2 3\n"));
+        "l.ply", "ply\r\nformat ascii 1.0\r\ncomment made by hand\r\nelement vertex 6\r\n"
+                 "property uchar red\r\nproperty double x\r\nproperty double y\r\n"
+                 "property double z\r\nelement edge 1\r\nproperty int vertex1\r\n"
+                 "element face 2\r\nproperty list uchar float weight\r\n"
+                 "property list uchar uint vertex_index\r\nend_header\r\n"
+                 "255 1 1 0\r\n0 1 2 0\r\n0 0 2 0\r\n0 0 0 0\r\n0 2 0 0\r\n0 2 1 0\r\n7\r\n"
+                 "2 0.5 0.5 6 0 1 2 3 4 5\r\n0 2 0 1\r\n"));
     expect_sound(mesh);
-    EXPECT_NEAR(area(mesh), 6, 1e-6);
-    EXPECT_EQ(mesh.positions[0].z, 5);
+    EXPECT_NEAR(area(mesh), 3, 1e-6);
 }
 
 TEST(MeshFile, AppliesNodeTransformsAndSwapsNoAxis)
@@ -267,6 +307,11 @@ struct BadMesh {
     const char* expected;
 };
 
+void PrintTo(const BadMesh& item, std::ostream* out)
+{
+    *out << item.name;
+}
+
 std::vector<BadMesh> bad_meshes()
 {
     const float nan = std::nanf("");
@@ -294,9 +339,22 @@ std::vector<BadMesh> bad_meshes()
         {"cut_gltf", "a.gltf", gltf(kTriangle, R"([{"mesh": 0}])").substr(0, 200), "cut short"},
         {"cut_glb", "a.glb", std::string("glTF\2\0\0\0\0\1\0\0\20\0\0\0JSON", 20), "truncated"},
         {"short_glb", "a.glb", "glTF", "truncated"},
-        {"cut_ply", "a.ply",
-         "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n",
+        {"cut_ply_header", "a.ply", "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\n",
          "truncated: its PLY header"},
+        {"cut_ply", "a.ply", ply("ascii", "0 0 5\n2 0 5\n2 3 5\n3 0 1"), "truncated: ends before"},
+        {"cut_binary_ply", "a.ply",
+         ply("binary_little_endian", binary_ply_body(false).substr(0, 48)),
+         "truncated: ends before"},
+        {"ply_index", "a.ply", ply("ascii", "0 0 5\n2 0 5\n2 3 5\n3 0 1 3"), "names vertex 3 of 3"},
+        {"ply_negative", "a.ply", ply("ascii", "0 0 5\n2 0 5\n2 3 5\n3 0 1 -1"), "negative"},
+        {"ply_word", "a.ply", ply("ascii", "0 0 5\n2 zero 5\n2 3 5\n3 0 1 2"), "'zero'"},
+        {"ply_nan", "a.ply", ply("ascii", "0 0 5\n2 nan 5\n2 3 5\n3 0 1 2"), "not finite"},
+        {"ply_line", "a.ply", ply("ascii", "0 0 5\n2 0 5\n2 3 5\n2 0 1"), "has no triangle"},
+        {"ply_promise", "a.ply",
+         "ply\nformat ascii 1.0\nelement vertex 18446744073709551615\n"
+         "property float x\nproperty float y\nproperty float z\nend_header\n1 2 3\n",
+         "truncated"},
+        {"no_ply", "a.ply", "hello", "is no PLY"},
     };
 }
 
@@ -375,13 +433,11 @@ TEST(MeshFile, ReadsMeshesOfOtherPeople)
 TEST(MeshFile, SurvivesEveryPrefix)
 {
     const TempFolder folder;
-    const std::string ply =
-        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
-        "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
-        "end_header\n0 0 5\n2 0 5\n2 3 5\n3 0 1 2\n";
     const std::string text = gltf(kTriangle, R"([{"mesh": 0}])");
-    for (const auto& [name, bytes] : {std::pair{"p.ply", ply}, std::pair{"p.gltf", text},
-                                      std::pair{"p.obj", std::string(kCube)}}) {
+    for (const auto& [name, bytes] :
+         {std::pair{"p.ply", ply("ascii", "0 0 5\n2 0 5\n2 3 5\n3 0 1 2\n")},
+          std::pair{"p.ply", ply("binary_big_endian", binary_ply_body(true))},
+          std::pair{"p.gltf", text}, std::pair{"p.obj", std::string(kCube)}}) {
         for (std::size_t length = 0; length < bytes.size(); ++length)
             problem(folder.write(name, bytes.substr(0, length)));  // Error or a part of the mesh
     }

@@ -315,6 +315,11 @@ struct BadScene {
     std::vector<std::string> expected;
 };
 
+void PrintTo(const BadScene& item, std::ostream* out)
+{
+    *out << item.name;
+}
+
 std::string camera_with(const char* members)
 {
     return std::string(
@@ -656,7 +661,7 @@ TEST(SceneFile, SurvivesAnyBytes)
         ":",       "\"",      "-",    "1e9",   "null",
         "\\u0000", "\\ud800", "\xff", "1e308", "99999999999999"};
     int refused = 0;
-    for (int round = 0; round < 3000; ++round) {
+    for (int round = 0; round < 1500; ++round) {
         std::string text(kFullScene);
         const int changes = 1 + static_cast<int>(random() % 3);
         for (int i = 0; i < changes; ++i) {
@@ -677,7 +682,7 @@ TEST(SceneFile, SurvivesAnyBytes)
         }
         refused += problem(folder, text).empty() ? 0 : 1;  // anything but Error ends the test
     }
-    EXPECT_GT(refused, 1500);
+    EXPECT_GT(refused, 750);
 }
 
 TEST(SceneFile, ReferenceScenesAreValid)

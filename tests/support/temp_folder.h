@@ -37,6 +37,9 @@ public:
     std::filesystem::path write(const std::string& name, std::string_view bytes) const
     {
         const std::filesystem::path file = path_ / name;
+        // Some file systems flush a file that is cut to nothing and written anew, but not a new
+        // one.
+        std::filesystem::remove(file);
         std::ofstream(file, std::ios::binary) << bytes;
         return file;
     }
