@@ -261,6 +261,10 @@ void run(const Options& options)
         throw UsageError(
             fmt::format("-o: '{}' does not end in .png, the one form of the difference picture",
                         options.output));
+    // A NaN passes CLI11's ranges, and nothing is above it.
+    for (const std::optional<double>& number : {options.max_relmse, options.scale})
+        if (number && !std::isfinite(*number))
+            throw UsageError("--max-relmse and --scale take finite numbers");
     const std::optional<float> exposure = parse_exposure(options.exposure);
     const Input test(options.test);
     const Input reference(options.reference);
