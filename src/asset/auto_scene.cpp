@@ -123,12 +123,10 @@ private:
             to.columns = std::make_unique<std::array<double, kShadowColumns>>();
             to.columns->fill(0);
         }
-        // Strides that fold the axis away: the two that stay make one of 64 columns.
-        const std::array<int, 3> stride{axis_ == 0 ? 0 : 1,
-                                        axis_ == 1   ? 0
-                                        : axis_ == 0 ? 1
-                                                     : kDim,
-                                        axis_ == 2 ? 0 : kDim};
+        // Strides that fold one axis away: the two that stay make one of 64 columns.
+        static constexpr std::array<std::array<int, 3>, 3> kStrides{
+            {{0, 1, kDim}, {1, 0, kDim}, {1, kDim, 0}}};
+        const auto& stride = kStrides[static_cast<std::size_t>(axis_)];
         for (int z = 0; z < kDim; ++z)
             for (int y = 0; y < kDim; ++y)
                 for (int x = 0; x < kDim; ++x, value += channels)
@@ -195,14 +193,10 @@ double column_quantile(std::vector<WeightedColumn> columns, double share)
 }
 
 struct Box {
-    glm::dvec3 min{std::numeric_limits<double>::infinity()};
-    glm::dvec3 max{-std::numeric_limits<double>::infinity()};
+    glm::dvec3 min, max;
 
-    void include(const glm::dvec3& p)
-    {
-        min = glm::min(min, p);
-        max = glm::max(max, p);
-    }
+    [[nodiscard]] glm::dvec3 center() const { return 0.5 * (min + max); }
+    [[nodiscard]] glm::dvec3 size() const { return max - min; }
 };
 
 double largest(const glm::dvec3& v)
@@ -210,65 +204,131 @@ double largest(const glm::dvec3& v)
     return std::max({v.x, v.y, v.z});
 }
 
-/// The corners, in the world, of a box of voxels (each spans half a spacing to every side: there
-/// the field has fallen to half).
-std::array<glm::dvec3, 8> world_corners(const VoxelGrid& grid, const Box& voxels)
-{
-    const glm::dvec3 lo = voxels.min - 0.5, hi = voxels.max + 0.5;
-    std::array<glm::dvec3, 8> corners;
-    for (std::size_t i = 0; i < 8; ++i)
-        corners[i] = glm::dvec3(grid.world_from_index * glm::dvec4((i & 1) != 0 ? hi.x : lo.x,
-                                                                   (i & 2) != 0 ? hi.y : lo.y,
-                                                                   (i & 4) != 0 ? hi.z : lo.z, 1));
-    return corners;
-}
+/// Linear functions of world space, and the largest value of each over boxes of voxels: what it
+/// takes to put planes around a content of any transform, exactly, without keeping its points.
+class Reach {
+public:
+    /// Measures dot(direction, p - origin), for directions of any length.
+    Reach(const glm::dvec3& origin, std::vector<glm::dvec3> directions)
+        : origin_(origin), directions_(std::move(directions)),
+          farthest_(directions_.size(), -std::numeric_limits<double>::infinity())
+    {
+    }
 
-template <class Points> Box bounds_of(const Points& points)
-{
-    Box box;
-    for (const glm::dvec3& p : points)
-        box.include(p);
-    return box;
-}
+    [[nodiscard]] double operator[](std::size_t direction) const { return farthest_[direction]; }
+
+    /// Takes in the voxels of `grid` that are at least `least`.
+    void include(const VoxelGrid& grid, double least)
+    {
+        std::vector<Function> functions;
+        for (const glm::dvec3& direction : directions_)
+            functions.emplace_back(grid, direction, origin_);
+        constexpr int kDim = VoxelGrid::kBrickDim;
+        const float* brick_values = grid.values.data();
+        for (const glm::ivec3& brick : grid.bricks) {
+            const float* value = brick_values;
+            brick_values += VoxelGrid::kBrickVoxels * grid.channels;
+            const glm::dvec3 first = glm::dvec3(brick) * double{kDim};
+            if (!reaches_farther(functions, {first, first + (kDim - 1.0)}))
+                continue;
+            for (int z = 0; z < kDim; ++z) {
+                for (int y = 0; y < kDim; ++y) {
+                    int begin = kDim, end = -1;
+                    for (int x = 0; x < kDim; ++x, value += grid.channels) {
+                        if (mean_of_channels(value, grid.channels) >= least) {
+                            begin = std::min(begin, x);
+                            end = x;
+                        }
+                    }
+                    if (begin <= end)
+                        include(functions,
+                                {first + glm::dvec3(begin, y, z), first + glm::dvec3(end, y, z)});
+                }
+            }
+        }
+        for (const VoxelTile& tile : grid.tiles)
+            if (mean_of_channels(&tile.value.x, grid.channels) >= least)
+                include(functions, {glm::dvec3(tile.brick_min) * double{kDim},
+                                    glm::dvec3(tile.brick_max) * double{kDim} + (kDim - 1.0)});
+    }
+
+    /// Takes in a box of voxels.
+    void include(const VoxelGrid& grid, const Box& voxels)
+    {
+        std::vector<Function> functions;
+        for (const glm::dvec3& direction : directions_)
+            functions.emplace_back(grid, direction, origin_);
+        include(functions, voxels);
+    }
+
+private:
+    /// One of the functions in index space.
+    struct Function {
+        glm::dvec3 gradient;
+        double constant;
+
+        Function(const VoxelGrid& grid, const glm::dvec3& direction, const glm::dvec3& origin)
+            : gradient(glm::transpose(glm::dmat3(grid.world_from_index)) * direction),
+              constant(glm::dot(direction, glm::dvec3(grid.world_from_index[3]) - origin))
+        {
+            // A voxel spans half a spacing to every side: there the field has fallen to half.
+            const glm::dvec3 half_voxel = 0.5 * glm::abs(gradient);
+            constant += half_voxel.x + half_voxel.y + half_voxel.z;
+        }
+
+        [[nodiscard]] double largest_in(const Box& voxels) const
+        {
+            double sum = constant;
+            for (int axis = 0; axis < 3; ++axis)
+                sum += gradient[axis] * (gradient[axis] > 0 ? voxels.max[axis] : voxels.min[axis]);
+            return sum;
+        }
+    };
+
+    [[nodiscard]] bool reaches_farther(const std::vector<Function>& functions,
+                                       const Box& voxels) const
+    {
+        for (std::size_t i = 0; i < functions.size(); ++i)
+            if (functions[i].largest_in(voxels) > farthest_[i])
+                return true;
+        return false;
+    }
+
+    void include(const std::vector<Function>& functions, const Box& voxels)
+    {
+        for (std::size_t i = 0; i < functions.size(); ++i)
+            farthest_[i] = std::max(farthest_[i], functions[i].largest_in(voxels));
+    }
+
+    glm::dvec3 origin_;
+    std::vector<glm::dvec3> directions_;
+    std::vector<double> farthest_;
+};
 
 /// The box in the world that holds all of a grid.
 Box world_bounds(const VoxelGrid& grid)
 {
-    return bounds_of(world_corners(grid, {glm::dvec3(grid.index_min), glm::dvec3(grid.index_max)}));
+    const glm::dvec3 origin(grid.world_from_index * glm::dvec4(glm::dvec3(grid.index_min), 1));
+    Reach reach(origin, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}});
+    reach.include(grid, Box{glm::dvec3(grid.index_min), glm::dvec3(grid.index_max)});
+    return {origin - glm::dvec3(reach[3], reach[4], reach[5]),
+            origin + glm::dvec3(reach[0], reach[1], reach[2])};
 }
 
-/// World points whose hull holds what is seen of a grid: in each brick and tile, the corners of the
-/// box of its voxels that are not too faint to see, so that haze does not decide the framing.
-/// @param per_value what a metre of a value of 1 adds to the picture, where 1 in all is a lot
-std::vector<glm::dvec3> content_points(const VoxelGrid& grid, double per_value)
-{
-    constexpr int kDim = VoxelGrid::kBrickDim;
-    // A line of sight all through the grid at this value adds kUnseen. But something is seen.
-    const Box bounds = world_bounds(grid);
-    const double least = std::min(kUnseen / (per_value * largest(bounds.max - bounds.min)),
-                                  static_cast<double>(grid.max_value) / grid.channels);
-    std::vector<glm::dvec3> points;
-    const auto add_corners = [&](const Box& voxels) {
-        const auto corners = world_corners(grid, voxels);
-        points.insert(points.end(), corners.begin(), corners.end());
-    };
-    const float* value = grid.values.data();
-    for (const glm::ivec3& brick : grid.bricks) {
-        Box seen;
-        for (int z = 0; z < kDim; ++z)
-            for (int y = 0; y < kDim; ++y)
-                for (int x = 0; x < kDim; ++x, value += grid.channels)
-                    if (mean_of_channels(value, grid.channels) >= least)
-                        seen.include(glm::dvec3(brick) * double{kDim} + glm::dvec3(x, y, z));
-        if (seen.min.x <= seen.max.x)
-            add_corners(seen);
+/// A grid and the least of its values that is seen.
+struct Content {
+    const VoxelGrid* grid;
+    double least;
+
+    /// @param per_value what a metre of a value of 1 adds to the picture, where 1 in all is a lot
+    Content(const VoxelGrid& of, double per_value)
+        : grid(&of),
+          // A line of sight all through the grid at this value adds kUnseen. But something is seen.
+          least(std::min(kUnseen / (per_value * largest(world_bounds(of).size())),
+                         static_cast<double>(of.max_value) / of.channels))
+    {
     }
-    for (const VoxelTile& tile : grid.tiles)
-        if (mean_of_channels(&tile.value.x, grid.channels) >= least)
-            add_corners({glm::dvec3(tile.brick_min) * double{kDim},
-                         glm::dvec3(tile.brick_max) * double{kDim} + (kDim - 1.0)});
-    return points;
-}
+};
 
 /// Axes that a scene is built along; right-handed, front is towards the viewer.
 struct Axes {
@@ -286,55 +346,64 @@ struct Axes {
     }
 };
 
-/// The nearest camera in a fixed direction that keeps all points inside kFill of the picture, with
-/// what binds centred. Exact: each side of the picture is a plane, and the farthest point along its
-/// normal is where the plane lies.
-Camera frame_points(const std::vector<glm::dvec3>& points, const Axes& axes, double aspect)
+struct Framing {
+    Camera camera;
+    Box content;  ///< bounds of what is seen, metres
+};
+
+/// The nearest camera in a fixed direction that keeps all content inside kFill of the picture,
+/// centred. Exact: each side of that inner picture is a plane through the camera, and where it lies
+/// follows from how far the content reaches along the plane's normal.
+Framing frame(const std::vector<Content>& contents, const Axes& axes, double aspect)
 {
     const double azimuth = glm::radians(kAzimuthDeg), elevation = glm::radians(kElevationDeg);
     const glm::dvec3 to_camera =
         axes.world({std::cos(elevation) * std::sin(azimuth),
                     std::cos(elevation) * std::cos(azimuth), std::sin(elevation)});
-    const glm::dvec3 view_right = glm::normalize(glm::cross(axes.up, to_camera));
-    const glm::dvec3 view_up = glm::cross(to_camera, view_right);
-    const Box box = bounds_of(points);
-    const glm::dvec3 center = 0.5 * (box.min + box.max);
-
+    const glm::dvec3 right = glm::normalize(glm::cross(axes.up, to_camera));
+    const glm::dvec3 up = glm::cross(to_camera, right);
     const double slope_y = kFill * std::tan(glm::radians(kVfovDeg / 2));
     const double slope_x = slope_y * aspect;
-    double right = -std::numeric_limits<double>::infinity(), left = right, top = right,
-           bottom = right;
-    for (const glm::dvec3& p : points) {
-        const glm::dvec3 q = p - center;
-        const double x = glm::dot(q, view_right), y = glm::dot(q, view_up),
-                     z = glm::dot(q, to_camera);
-        right = std::max(right, x + slope_x * z);
-        left = std::max(left, -x + slope_x * z);
-        top = std::max(top, y + slope_y * z);
-        bottom = std::max(bottom, -y + slope_y * z);
-    }
+
+    const glm::dvec3 center = world_bounds(*contents.front().grid).center();
+    Reach reach(center, {right + slope_x * to_camera,
+                         -right + slope_x * to_camera,
+                         up + slope_y * to_camera,
+                         -up + slope_y * to_camera,
+                         {1, 0, 0},
+                         {0, 1, 0},
+                         {0, 0, 1},
+                         {-1, 0, 0},
+                         {0, -1, 0},
+                         {0, 0, -1}});
+    for (const Content& content : contents)
+        reach.include(*content.grid, content.least);
+
     const double distance =
-        std::max((right + left) / (2 * slope_x), (top + bottom) / (2 * slope_y));
+        std::max((reach[0] + reach[1]) / (2 * slope_x), (reach[2] + reach[3]) / (2 * slope_y));
     const glm::dvec3 look_at =
-        center + view_right * ((right - left) / 2) + view_up * ((top - bottom) / 2);
+        center + right * ((reach[0] - reach[1]) / 2) + up * ((reach[2] - reach[3]) / 2);
 
     const auto rounded = [&](const glm::dvec3& p) {
         return glm::dvec3{round_to_scale(p.x, distance), round_to_scale(p.y, distance),
                           round_to_scale(p.z, distance)};
     };
-    Camera camera;
+    Framing framing;
+    framing.content = {center - glm::dvec3(reach[7], reach[8], reach[9]),
+                       center + glm::dvec3(reach[4], reach[5], reach[6])};
+    Camera& camera = framing.camera;
     camera.position = rounded(look_at + distance * to_camera);
     camera.look_at = rounded(look_at);
     camera.up = axes.up;
     camera.vfov_deg = kVfovDeg;
     camera.near = three_digits(0.01 * distance);
     camera.far = three_digits(1000 * distance);
-    return camera;
+    return framing;
 }
 
 BoxSurface ground_below(const Box& content, const Axes& axes, double camera_distance)
 {
-    const double size = largest(content.max - content.min);
+    const double size = largest(content.size());
     const double lowest = glm::dot(axes.up, content.min);
     const double top = round_to_scale(lowest, size, std::floor);
     const double half = three_digits(kGroundReach * camera_distance);
@@ -345,7 +414,7 @@ BoxSurface ground_below(const Box& content, const Axes& axes, double camera_dist
             ground.min[axis] = top - three_digits(size);
             ground.max[axis] = top;
         } else {
-            const double middle = round_to_scale((content.min[axis] + content.max[axis]) / 2, half);
+            const double middle = round_to_scale(content.center()[axis], half);
             ground.min[axis] = middle - half;
             ground.max[axis] = middle + half;
         }
@@ -455,7 +524,7 @@ LoadedScene frame_grids(std::shared_ptr<const VoxelGrid> density,
     const double sigma_t = sigma_t_for_opacity(*density, kOpacity);
     medium.sigma_s_per_density = three_digits(glm::dvec3(kAlbedo * sigma_t));
     medium.sigma_a_per_density = three_digits(glm::dvec3((1 - kAlbedo) * sigma_t));
-    std::vector<glm::dvec3> points = content_points(*density, sigma_t);
+    std::vector<Content> contents{{*density, sigma_t}};
     notes.push_back(
         fmt::format("coefficient {:.3g} /m per density: average line of sight {:.0f} % opaque",
                     sigma_t, 100 * kOpacity));
@@ -471,8 +540,7 @@ LoadedScene frame_grids(std::shared_ptr<const VoxelGrid> density,
         medium.emission_grid = emission->name;
         medium.emission_per_unit =
             three_digits(color * (luminance_per_unit / glm::dot(color, kLuminance)));
-        const auto seen = content_points(*emission, luminance_per_unit / sunlit_smoke);
-        points.insert(points.end(), seen.begin(), seen.end());
+        contents.emplace_back(*emission, luminance_per_unit / sunlit_smoke);
         notes.push_back(
             fmt::format("grid '{}' glows: {:.3g} W/m^2/sr per metre per unit in red: a bright line "
                         "of sight through it is {:.2g} times as bright as sunlit smoke",
@@ -482,19 +550,20 @@ LoadedScene frame_grids(std::shared_ptr<const VoxelGrid> density,
     medium.emission = std::move(emission);
 
     const Axes axes(up);
-    const Box content = bounds_of(points);
-    const glm::dvec3 size = content.max - content.min;
-    Scene& scene = loaded.scene;
-    scene.resolution = resolution;
-    scene.camera = frame_points(
-        points, axes, static_cast<double>(resolution.x) / static_cast<double>(resolution.y));
-    scene.world.radiance = kWorldRadiance;
-    scene.lights.emplace_back(SunLight{axes.world(kSunRightFrontUp), kSunIrradiance});
-    const double distance = glm::distance(scene.camera.position, scene.camera.look_at);
-    scene.surfaces.emplace_back(ground_below(content, axes, distance));
-    scene.media.emplace_back(std::move(medium));
+    const Framing framing = frame(
+        contents, axes, static_cast<double>(resolution.x) / static_cast<double>(resolution.y));
+    const double distance = glm::distance(framing.camera.position, framing.camera.look_at);
+    const glm::dvec3 size = framing.content.size();
     notes.push_back(fmt::format("framed {:.3g} x {:.3g} x {:.3g} m of content from {:.3g} m",
                                 size.x, size.y, size.z, distance));
+
+    Scene& scene = loaded.scene;
+    scene.resolution = resolution;
+    scene.camera = framing.camera;
+    scene.world.radiance = kWorldRadiance;
+    scene.lights.emplace_back(SunLight{axes.world(kSunRightFrontUp), kSunIrradiance});
+    scene.surfaces.emplace_back(ground_below(framing.content, axes, distance));
+    scene.media.emplace_back(std::move(medium));
     return loaded;
 }
 
@@ -516,8 +585,7 @@ LoadedScene make_auto_scene(const std::filesystem::path& vdb, const AutoSceneOpt
     const auto grid = std::make_shared<const VoxelGrid>(std::move(density.grid));
     char up = options.up;
     if (up == 0) {
-        const Box content = world_bounds(*grid);
-        const UpGuess guess = guess_up(info.creator, content.max - content.min);
+        const UpGuess guess = guess_up(info.creator, world_bounds(*grid).size());
         up = guess.axis;
         notes.push_back(fmt::format("{} is up ({})", up, guess.why));
     }

@@ -2,8 +2,9 @@
 
 #include <fmt/format.h>
 #include <openvdb/io/io.h>
-#include <openvdb/tree/Tree.h>
-#include <openvdb/tree/ValueAccessor.h>
+#include <openvdb/tree/InternalNode.h>
+#include <openvdb/tree/LeafNode.h>
+#include <openvdb/tree/RootNode.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include <istream>
 #include <limits>
 #include <map>
+#include <memory>
 #include <set>
 #include <streambuf>
 #include <tuple>
@@ -36,7 +38,13 @@ constexpr int kBrickVoxels = VoxelGrid::kBrickVoxels;
 constexpr int kMaxIndex = (1 << 30) + kBrickDim - 1;
 constexpr std::int64_t kMaxExtent = (std::int64_t(1) << 31) - 4096;
 
-template <class T> using TreeOf = typename openvdb::tree::Tree4<T, 5, 4, 3>::Type;
+// A root is all of a tree that is needed, and openvdb::tree::Tree would have its every virtual
+// function compiled for every type of value: three times as long.
+template <class T> using LeafOf = openvdb::tree::LeafNode<T, 3>;
+template <class T>
+using RootOf = openvdb::tree::RootNode<
+    openvdb::tree::InternalNode<openvdb::tree::InternalNode<LeafOf<T>, 4>, 5>>;
+
 template <class T> constexpr int kChannels = std::is_arithmetic_v<T> ? 1 : 3;
 
 template <class T> double channel(const T& value, int c)
@@ -141,17 +149,21 @@ protected:
     }
 };
 
-template <class T> TreeOf<T> read_tree(const VdbLayout& file, const VdbGridLayout& grid)
+template <class T>
+std::unique_ptr<RootOf<T>> read_tree(const VdbLayout& file, const VdbGridLayout& grid)
 {
-    TreeOf<T> tree;
     try {
-        MemoryBuffer buffer(file.bytes.get() + grid.tree_begin, grid.tree_end - grid.tree_begin);
+        auto root = std::make_unique<RootOf<T>>();
+        constexpr std::size_t kBufferCount = sizeof(std::int32_t);  // Tree's, before the root's own
+        const std::size_t begin = grid.tree_begin + kBufferCount;
+        MemoryBuffer buffer(file.bytes.get() + begin, grid.tree_end - begin);
         std::istream in(&buffer);
         in.exceptions(std::ios_base::failbit | std::ios_base::badbit);
         openvdb::io::setVersion(in, {file.library_major, file.library_minor}, file.file_version);
         openvdb::io::setDataCompression(in, grid.compression);
-        tree.readTopology(in, grid.half);
-        tree.readBuffers(in, grid.half);
+        root->readTopology(in, grid.half);
+        root->readBuffers(in, grid.half);
+        return root;
     } catch (const std::bad_alloc&) {
         throw Error(fmt::format("{}: grid '{}' does not fit into memory", file.file.string(),
                                 printable(grid.address)));
@@ -159,7 +171,36 @@ template <class T> TreeOf<T> read_tree(const VdbLayout& file, const VdbGridLayou
         throw Error(fmt::format("{}: damaged: grid '{}': {}", file.file.string(),
                                 printable(grid.address), printable(e.what())));
     }
-    return tree;
+}
+
+/// A constant region of a tree, of `dim`^3 voxels; not active ones too.
+template <class T> struct TreeTile {
+    glm::ivec3 origin;
+    int dim;
+    T value;
+    bool active;
+
+    [[nodiscard]] glm::ivec3 last() const { return origin + (dim - 1); }
+    [[nodiscard]] std::uint64_t voxels() const
+    {
+        const auto n = std::uint64_t(dim);
+        return n * n * n;
+    }
+};
+
+/// Calls `on_tile(TreeTile)` and `on_leaf(const Leaf&)` for all that is in a tree.
+template <class T, class Node, class OnTile, class OnLeaf>
+void visit(const Node& node, const OnTile& on_tile, const OnLeaf& on_leaf)
+{
+    using Child = typename Node::ChildNodeType;
+    for (auto it = node.cbeginValueAll(); it; ++it)
+        on_tile(TreeTile<T>{to_ivec3(it.getCoord()), int(Child::DIM), *it, it.isValueOn()});
+    for (auto it = node.cbeginChildOn(); it; ++it) {
+        if constexpr (std::is_same_v<Child, LeafOf<T>>)
+            on_leaf(*it);
+        else
+            visit<T>(*it, on_tile, on_leaf);
+    }
 }
 
 /// Calls `use` with a null pointer of the type of a grid's values. The grid is not `other`.
@@ -235,6 +276,14 @@ template <class Leaf> struct BrickSource {
     const Leaf* leaf;
 };
 
+template <class Leaf> void add_active(const Leaf& leaf, IndexBox& box)
+{
+    openvdb::CoordBBox of_leaf;
+    leaf.evalActiveBoundingBox(of_leaf);
+    if (!of_leaf.empty())
+        box.add(to_ivec3(of_leaf.min()), to_ivec3(of_leaf.max()));
+}
+
 struct BrickSummary {
     IndexBox box;  ///< of what is not 0
     float max = 0;
@@ -244,12 +293,12 @@ struct BrickSummary {
 /// Fills in bricks, values, tiles, bounds and counts of a grid.
 template <class T> class BrickBuilder {
 public:
-    BrickBuilder(const TreeOf<T>& tree, const Cleaner& clean) : tree_(tree), clean_(clean) {}
+    BrickBuilder(const RootOf<T>& root, const Cleaner& clean) : root_(root), clean_(clean) {}
 
     void build(VoxelGrid& grid, Tally& tally, std::vector<std::string>& notes);
 
 private:
-    using Leaf = typename TreeOf<T>::LeafNodeType;
+    using Leaf = LeafOf<T>;
 
     static constexpr int kTreeChannels = kChannels<T>;
 
@@ -261,32 +310,26 @@ private:
         return result;
     }
 
-    void add_tiles(VoxelGrid& grid, Tally& tally);
+    void add_tile(const TreeTile<T>& tile, VoxelGrid& grid, Tally& tally) const;
     void add_background(VoxelGrid& grid, std::vector<std::string>& notes);
     BrickSummary fill(const BrickSource<Leaf>& source, float* out) const;
 
-    const TreeOf<T>& tree_;
+    const RootOf<T>& root_;
     const Cleaner clean_;
     glm::vec3 background_{0};  ///< cleaned; 0 for nearly every file
-    IndexBox active_;          ///< only where background_ is not 0
+    IndexBox active_;          ///< of the active voxels
     std::vector<BrickSource<Leaf>> sources_;
 };
 
-template <class T> void BrickBuilder<T>::add_tiles(VoxelGrid& grid, Tally& tally)
+template <class T>
+void BrickBuilder<T>::add_tile(const TreeTile<T>& tile, VoxelGrid& grid, Tally& tally) const
 {
-    auto it = tree_.cbeginValueAll();
-    it.setMaxDepth(TreeOf<T>::ValueAllCIter::LEAF_DEPTH - 1);
-    for (; it; ++it) {
-        const bool active = it.isValueOn();
-        if (!active && background_ != glm::vec3(0))
-            continue;  // add_background's
-        Tally ignored;
-        const glm::vec3 value = clean(it.getValue(), it.getVoxelCount(), active ? tally : ignored);
-        if (value == glm::vec3(0))
-            continue;
-        const openvdb::CoordBBox box = it.getBoundingBox();
-        grid.tiles.push_back({brick_of(to_ivec3(box.min())), brick_of(to_ivec3(box.max())), value});
-    }
+    if (!tile.active && background_ != glm::vec3(0))
+        return;  // add_background's
+    Tally ignored;
+    const glm::vec3 value = clean(tile.value, tile.voxels(), tile.active ? tally : ignored);
+    if (value != glm::vec3(0))
+        grid.tiles.push_back({brick_of(tile.origin), brick_of(tile.last()), value});
 }
 
 // A background other than 0 would fill all of space. It is kept where the file's own samplers meet
@@ -308,14 +351,13 @@ void BrickBuilder<T>::add_background(VoxelGrid& grid, std::vector<std::string>& 
     if (!fills)
         return;
 
-    const openvdb::tree::ValueAccessor<const TreeOf<T>> accessor(tree_);
     for (int z = lo.z; z <= hi.z; ++z)
         for (int y = lo.y; y <= hi.y; ++y) {
             VoxelTile* row = nullptr;  // the tile that the brick before belongs to
             for (int x = lo.x; x <= hi.x; ++x) {
                 const glm::ivec3 brick(x, y, z), origin = brick * kBrickDim;
                 const openvdb::Coord coord = to_coord(origin);
-                if (accessor.probeConstLeaf(coord) || accessor.isValueOn(coord)) {
+                if (root_.probeConstLeaf(coord) || root_.isValueOn(coord)) {
                     row = nullptr;
                     continue;
                 }
@@ -325,7 +367,7 @@ void BrickBuilder<T>::add_background(VoxelGrid& grid, std::vector<std::string>& 
                     continue;
                 }
                 Tally ignored;
-                const glm::vec3 value = clean(accessor.getValue(coord), 1, ignored);
+                const glm::vec3 value = clean(root_.getValue(coord), 1, ignored);
                 if (row && row->value == value) {
                     row->brick_max.x = x;
                 } else if (value != glm::vec3(0)) {
@@ -358,7 +400,7 @@ BrickSummary BrickBuilder<T>::fill(const BrickSource<Leaf>& source, float* out) 
                     const bool active = source.leaf->isValueOn(openvdb::Index(from));
                     value = clean(values[from], 1, active ? summary.tally : ignored);
                 } else {
-                    value = clean(tree_.getValue(to_coord(index)), 1, ignored);
+                    value = clean(root_.getValue(to_coord(index)), 1, ignored);
                 }
                 if (value == glm::vec3(0))
                     continue;
@@ -375,23 +417,24 @@ template <class T>
 void BrickBuilder<T>::build(VoxelGrid& grid, Tally& tally, std::vector<std::string>& notes)
 {
     grid.channels = kTreeChannels;
-    grid.active_voxels = tree_.activeVoxelCount();
-
     Tally ignored;
-    background_ = clean(tree_.background(), 1, ignored);
-    std::vector<const Leaf*> leaves;
-    leaves.reserve(tree_.leafCount());
-    tree_.getNodes(leaves);
-    for (const Leaf* leaf : leaves)
-        sources_.push_back({brick_of(to_ivec3(leaf->origin())), leaf});
-    add_tiles(grid, tally);
-    if (background_ != glm::vec3(0)) {
-        openvdb::CoordBBox box;
-        if (tree_.evalActiveVoxelBoundingBox(box)) {
-            active_.add(to_ivec3(box.min()), to_ivec3(box.max()));
-            add_background(grid, notes);
-        }
-    }
+    background_ = clean(root_.background(), 1, ignored);
+    visit<T>(
+        root_,
+        [&](const TreeTile<T>& tile) {
+            add_tile(tile, grid, tally);
+            if (tile.active) {
+                grid.active_voxels += tile.voxels();
+                active_.add(tile.origin, tile.last());
+            }
+        },
+        [&](const Leaf& leaf) {
+            sources_.push_back({brick_of(to_ivec3(leaf.origin())), &leaf});
+            grid.active_voxels += leaf.onVoxelCount();
+            add_active(leaf, active_);
+        });
+    if (background_ != glm::vec3(0) && !active_.empty())
+        add_background(grid, notes);
     std::ranges::sort(sources_, brick_before, &BrickSource<Leaf>::brick);
 
     constexpr std::size_t kStride = std::size_t(kBrickVoxels) * kTreeChannels;
@@ -465,15 +508,15 @@ LoadedGrid load(const VdbLayout& file, const VdbGridLayout& layout)
     Tally tally;
     std::vector<std::string> notes;
     with_value_type(layout.value, [&]<class T>(T*) {
-        const TreeOf<T> tree = read_tree<T>(file, layout);
+        const auto root = read_tree<T>(file, layout);
         Cleaner clean;
         if (is_level_set(layout)) {
-            clean.band = channel(tree.background(), 0);
+            clean.band = channel(root->background(), 0);
             if (!(clean.band > 0) || !std::isfinite(clean.band))
                 refuse(file, layout, fmt::format("a level set whose band is {} wide", clean.band));
             notes.push_back("a level set, made into fog: 1 inside, a ramp to 0 at its surface");
         }
-        BrickBuilder<T>(tree, clean).build(grid, tally, notes);
+        BrickBuilder<T>(*root, clean).build(grid, tally, notes);
     });
     check_bounds(file, layout, grid);
 
@@ -658,9 +701,15 @@ LoadedGrid load_default(const VdbLayout& file)
         return grid.grid_class == "fog volume" ? 1 : 2;
     };
     std::vector<const VdbGridLayout*> candidates;
-    for (const VdbGridLayout& grid : file.grids)
+    const VdbGridLayout* refused = nullptr;
+    for (const VdbGridLayout& grid : file.grids) {
         if (is_scalar(grid) && refusal(grid).empty())
             candidates.push_back(&grid);
+        else if (is_scalar(grid) && !refused)
+            refused = &grid;
+    }
+    if (candidates.empty() && refused)
+        refuse(file, *refused, refusal(*refused));
     std::ranges::stable_sort(candidates, {}, [&](const VdbGridLayout* g) { return rank(*g); });
 
     std::set<std::pair<std::size_t, bool>> empty_trees;  // several grids may share one
@@ -690,16 +739,8 @@ LoadedGrid load_default(const VdbLayout& file)
 
 // --- Description --------------------------------------------------------------------------------
 
-template <class T> void measure(const TreeOf<T>& tree, GridInfo& info)
+template <class T> void measure(const RootOf<T>& root, GridInfo& info)
 {
-    info.active_voxels = tree.activeVoxelCount();
-    info.active_tiles = tree.activeTileCount();
-    openvdb::CoordBBox box;
-    if (info.active_voxels > 0 && tree.evalActiveVoxelBoundingBox(box)) {
-        info.index_min = to_ivec3(box.min());
-        info.index_max = to_ivec3(box.max());
-    }
-
     info.min = std::numeric_limits<double>::infinity();
     info.max = -std::numeric_limits<double>::infinity();
     double sum = 0, finite = 0;
@@ -724,14 +765,27 @@ template <class T> void measure(const TreeOf<T>& tree, GridInfo& info)
         sum += v * double(voxels);
         finite += double(voxels);
     };
-    for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf)
-        for (auto it = leaf->cbeginValueOn(); it; ++it)
-            add(*it, 1);
-    auto tile = tree.cbeginValueOn();
-    tile.setMaxDepth(TreeOf<T>::ValueOnCIter::LEAF_DEPTH - 1);
-    for (; tile; ++tile)
-        add(tile.getValue(), tile.getVoxelCount());
-
+    IndexBox active;
+    visit<T>(
+        root,
+        [&](const TreeTile<T>& tile) {
+            if (!tile.active)
+                return;
+            ++info.active_tiles;
+            info.active_voxels += tile.voxels();
+            active.add(tile.origin, tile.last());
+            add(tile.value, tile.voxels());
+        },
+        [&](const LeafOf<T>& leaf) {
+            info.active_voxels += leaf.onVoxelCount();
+            add_active(leaf, active);
+            for (auto it = leaf.cbeginValueOn(); it; ++it)
+                add(*it, 1);
+        });
+    if (!active.empty()) {
+        info.index_min = active.min;
+        info.index_max = active.max;
+    }
     if (finite == 0)
         info.min = info.max = 0;
     info.mean = finite > 0 ? sum / finite : 0;
@@ -774,7 +828,7 @@ VdbInfo inspect_vdb(const std::filesystem::path& file)
             about = info.grids[twin->second];
         } else if (grid.value != VdbValue::other) {
             with_value_type(grid.value,
-                            [&]<class T>(T*) { measure<T>(read_tree<T>(layout, grid), about); });
+                            [&]<class T>(T*) { measure<T>(*read_tree<T>(layout, grid), about); });
             measured.emplace(grid.tree_begin, info.grids.size());
         } else {
             about.index_min = grid.claimed_min;

@@ -39,6 +39,7 @@ struct VdbGrid {
     std::vector<VdbVoxel> voxels;  ///< set after the boxes
 };
 
+/// OpenVDB never zips grids of class `fog volume` or `level set`: it leaves them uncompressed.
 enum class VdbCompression { none, zip, blosc };
 
 void write_vdb(const std::filesystem::path& file, const std::vector<VdbGrid>& grids,
