@@ -195,21 +195,21 @@ void Renderer::composite(const Frame& frame, const Settings& settings)
 
     const pass::VolumeLayer layer = parts.targets.layer();
     parts.host.bind(glm::ivec2(frame.color.size));
-    gl->Enable(GL_BLEND);
-    gl->BlendEquation(GL_FUNC_ADD);
-    gl->ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_FALSE);
+    gl->Enablei(GL_BLEND, 0);
+    gl->BlendEquationi(0, GL_FUNC_ADD);
+    gl->ColorMaski(0, GL_TRUE, GL_TRUE, GL_TRUE, GL_FALSE);
     if (parts.monochrome(settings)) {
         const auto time = parts.timers.scope("upsample both");
-        gl->BlendFunc(GL_ONE, GL_SRC_ALPHA);
+        gl->BlendFunci(0, GL_ONE, GL_SRC_ALPHA);
         parts.upsample(settings, layer.scattering);
     } else {
         {
             const auto time = parts.timers.scope("upsample transmittance");
-            gl->BlendFunc(GL_ZERO, GL_SRC_COLOR);
+            gl->BlendFunci(0, GL_ZERO, GL_SRC_COLOR);
             parts.upsample(settings, layer.transmittance);
         }
         const auto time = parts.timers.scope("upsample scattering");
-        gl->BlendFunc(GL_ONE, GL_ONE);
+        gl->BlendFunci(0, GL_ONE, GL_ONE);
         parts.upsample(settings, layer.scattering);
     }
     gl->NamedFramebufferTexture(parts.host.id(), GL_COLOR_ATTACHMENT0, 0, 0);

@@ -8,7 +8,10 @@ float phase_isotropic() { return kInv4Pi; }
 
 float phase_henyey_greenstein(float cos_theta, float g)
 {
-    // 1 + g^2 - 2 g cos, written so that it does not cancel near g = 1, cos = 1.
-    float d = (1.0 - g) * (1.0 - g) + 2.0 * g * (1.0 - cos_theta);
-    return kInv4Pi * (1.0 - g * g) / (d * sqrt(d));
+    // 1 + g^2 - 2 g cos, written so that it does not cancel at the peak: near |g| = 1, cos = sign(g).
+    float a = abs(g);
+    // A dot of unit vectors may round to above 1, which at the peak would take d below 0.
+    float one_minus_cos = max(1.0 - (g < 0.0 ? -cos_theta : cos_theta), 0.0);
+    float d = (1.0 - a) * (1.0 - a) + 2.0 * a * one_minus_cos;
+    return kInv4Pi * (1.0 - a) * (1.0 + a) / (d * sqrt(d));
 }

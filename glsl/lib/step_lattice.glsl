@@ -6,7 +6,8 @@ float step_split(float progress, vec2 range, float ratio, float lambda)
     float linear_split = mix(range.x, range.y, progress);
     if (lambda == 0.0)
         return linear_split;
-    return mix(linear_split, range.x * pow(ratio, progress), lambda);
+    // Not mix(): many drivers work that out as a difference, which loses a small split beside a large one.
+    return linear_split * (1.0 - lambda) + range.x * pow(ratio, progress) * lambda;
 }
 
 // The last of `steps` steps whose start is not past z.

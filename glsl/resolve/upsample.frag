@@ -61,8 +61,9 @@ void main()
             float layer_z = media_view_z(texelFetch(u_layer_depth_tx, texel, 0).r);
             // Falls with the fourth power of the relative difference: 1 well inside the threshold,
             // and where no texel fits, the nearest in depth outweighs the rest.
-            float miss = (layer_z - scene_z) / (threshold * scene_z);
-            float weight = tent.x * tent.y / (1.0 + miss * miss * miss * miss) ;
+            // Held to where that power has a 32-bit value: 0 / 0 where it has none for all texels.
+            float miss = min(abs(layer_z - scene_z) / (threshold * scene_z), 1e8);
+            float weight = tent.x * tent.y / (1.0 + miss * miss * miss * miss);
             sum += weight * texelFetch(u_layer_tx, texel, 0);
             weight_sum += weight;
         }

@@ -161,13 +161,15 @@ extinction_t optical_depth(vec3 p, vec3 wi, float range, int steps)
 #define SHADOW_SEGMENT(m) medium_segment(m, p, wi, 0.0, range)
 #endif
 #define homogeneous_depth(m, value, k) tau += u_media.media[m].sigma_t.EXTINCTION * (t.y - t.x);
-// The integral of exp((z0 - z) / scale_height) along the segment.
+// The integral of exp((z0 - z) / scale_height) along the segment, from its lower end: from the upper
+// one, exp of many heights down would overflow.
 #define exp_height_depth(m, value, k)                                                      \
     {                                                                                      \
         vec4 profile = u_media.media[m].profile;                                           \
         float ds = t.y - t.x;                                                              \
-        tau += u_media.media[m].sigma_t.EXTINCTION * ds * slab_weight(wi.z * ds * profile.x) * \
-               exp((profile.y - p.z - wi.z * t.x) * profile.x);                            \
+        float low = p.z + wi.z * (wi.z < 0.0 ? t.y : t.x);                                 \
+        tau += u_media.media[m].sigma_t.EXTINCTION * ds * exp((profile.y - low) * profile.x) * \
+               slab_weight(abs(wi.z) * ds * profile.x);                                    \
     }
 #define marched_depth(m, value, k)                                                 \
     {                                                                              \
@@ -175,7 +177,7 @@ extinction_t optical_depth(vec3 p, vec3 wi, float range, int steps)
         float ds = (t.y - t.x) / float(steps);                                     \
         for (int j = 0; j < steps; ++j) {                                          \
             COUNT_SAMPLE                                                           \
-            sum += value(k, (p + wi * (t.x + (float(j) + 0.5) * ds)));             \
+            sum += coefficient_t(value(k, (p + wi * (t.x + (float(j) + 0.5) * ds)))); \
         }                                                                          \
         tau += u_media.media[m].sigma_t.EXTINCTION * sum * ds;                     \
     }

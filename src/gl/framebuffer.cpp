@@ -51,7 +51,7 @@ void Framebuffer::bind(glm::ivec2 size) const
 {
     const Device& gl = handle_.device();
     gl->BindFramebuffer(GL_DRAW_FRAMEBUFFER, id());
-    gl->Viewport(0, 0, size.x, size.y);
+    gl->ViewportIndexedf(0, 0, 0, static_cast<GLfloat>(size.x), static_cast<GLfloat>(size.y));
 }
 
 VertexArray::VertexArray(const Device& gl, std::string_view label)

@@ -26,6 +26,9 @@ struct ExpandedSource {
 /// @throws Error if a file is not there.
 ExpandedSource expand_shader(std::string_view file, const Defines& defines);
 
+/// The same for a text that is in no file; `name` stands for it in messages.
+ExpandedSource expand_text(std::string_view name, std::string_view text, const Defines& defines);
+
 /// All shader files by name, as built into the library.
 const std::map<std::string, std::string_view, std::less<>>& shader_files();
 
@@ -35,11 +38,15 @@ public:
     /// A vertex and a fragment file, or one compute file.
     /// @throws Error with the driver's log, its lines mapped to our files.
     Program(const Device& device, const std::vector<std::string>& files, const Defines& defines);
+    /// One compute shader, expanded already; `name` stands for it in messages.
+    static Program compute(const Device& device, std::string_view name,
+                           const ExpandedSource& source);
 
     [[nodiscard]] GLuint id() const { return handle_.id(); }
 
 private:
     static void destroy(const Device& gl, GLuint id) { gl->DeleteProgram(id); }
+    void link(std::string_view name, const std::vector<GLuint>& shaders) const;
     Handle<&Program::destroy> handle_;
 };
 

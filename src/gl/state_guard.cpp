@@ -7,11 +7,11 @@ namespace {
 /// Everything that would spoil a full-screen pass if the host had left it on.
 constexpr std::array kSwitches{GL_DEPTH_TEST,
                                GL_STENCIL_TEST,
-                               GL_SCISSOR_TEST,
                                GL_CULL_FACE,
                                GL_COLOR_LOGIC_OP,
                                GL_RASTERIZER_DISCARD,
                                GL_POLYGON_OFFSET_FILL,
+                               GL_POLYGON_SMOOTH,
                                GL_DEPTH_CLAMP,
                                GL_DITHER,
                                GL_FRAMEBUFFER_SRGB,
@@ -43,13 +43,16 @@ StateGuard::StateGuard(const Device& device, int units, int blocks)
     gl_->GetIntegerv(GL_UNIFORM_BUFFER_BINDING, &uniform_buffer_);
     gl_->GetIntegerv(GL_CULL_FACE_MODE, &cull_mode_);
     gl_->GetIntegerv(GL_FRONT_FACE, &front_face_);
+    gl_->GetIntegerv(GL_PROVOKING_VERTEX, &provoking_vertex_);
     gl_->GetIntegerv(GL_DEPTH_FUNC, &depth_func_);
     gl_->GetIntegerv(GL_CLIP_ORIGIN, &clip_origin_);
     gl_->GetIntegerv(GL_CLIP_DEPTH_MODE, &clip_depth_);
     gl_->GetIntegerv(GL_POLYGON_MODE, polygon_mode_.data());
-    gl_->GetFloatv(GL_VIEWPORT, viewport_.data());
+    gl_->GetFloati_v(GL_VIEWPORT, 0, viewport_.data());
     gl_->GetFloatv(GL_BLEND_COLOR, blend_color_.data());
-    gl_->GetDoublev(GL_DEPTH_RANGE, depth_range_.data());
+    gl_->GetDoublei_v(GL_DEPTH_RANGE, 0, depth_range_.data());
+    scissor_ = gl_->IsEnabledi(GL_SCISSOR_TEST, 0);
+    gl_->Disablei(GL_SCISSOR_TEST, 0);
     gl_->GetFloatv(GL_POLYGON_OFFSET_FACTOR, &offset_factor_);
     gl_->GetFloatv(GL_POLYGON_OFFSET_UNITS, &offset_units_);
     gl_->GetBooleanv(GL_DEPTH_WRITEMASK, &depth_mask_);
@@ -87,8 +90,9 @@ StateGuard::StateGuard(const Device& device, int units, int blocks)
     }
     gl_->PolygonMode(GL_FRONT_AND_BACK, GL_FILL);
     gl_->ClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
-    gl_->DepthRange(0.0, 1.0);
+    gl_->DepthRangeIndexed(0, 0.0, 1.0);
     gl_->FrontFace(GL_CCW);
+    gl_->ProvokingVertex(GL_LAST_VERTEX_CONVENTION);  // it decides a triangle's last bits
     gl_->DepthMask(GL_FALSE);
 }
 
@@ -136,12 +140,15 @@ StateGuard::~StateGuard()
     gl_->DepthMask(depth_mask_);
     gl_->DepthFunc(static_cast<GLenum>(depth_func_));
     gl_->PolygonOffset(offset_factor_, offset_units_);
-    gl_->DepthRange(depth_range_[0], depth_range_[1]);
+    gl_->DepthRangeIndexed(0, depth_range_[0], depth_range_[1]);
+    if (scissor_ == GL_TRUE)
+        gl_->Enablei(GL_SCISSOR_TEST, 0);
     gl_->BlendColor(blend_color_[0], blend_color_[1], blend_color_[2], blend_color_[3]);
     gl_->ViewportIndexedf(0, viewport_[0], viewport_[1], viewport_[2], viewport_[3]);
     gl_->PolygonMode(GL_FRONT_AND_BACK, static_cast<GLenum>(polygon_mode_[0]));
     gl_->ClipControl(static_cast<GLenum>(clip_origin_), static_cast<GLenum>(clip_depth_));
     gl_->FrontFace(static_cast<GLenum>(front_face_));
+    gl_->ProvokingVertex(static_cast<GLenum>(provoking_vertex_));
     gl_->CullFace(static_cast<GLenum>(cull_mode_));
     gl_->BindVertexArray(static_cast<GLuint>(vertex_array_));
     gl_->UseProgram(static_cast<GLuint>(program_));

@@ -12,7 +12,8 @@ namespace fumarole::gl {
 /// everything back when it dies. Buffers, textures and programs of the host are left alone.
 ///
 /// Our passes rely on: no test, no mask, no blending, both faces drawn, clip space of OpenGL's
-/// default ([-1,1] depth, lower left), no sampler object on our texture units.
+/// default ([-1,1] depth, lower left), no sampler object on our texture units. They draw through
+/// viewport 0 to two attachments at most: set state by index, as what lies past them is not noted.
 class StateGuard {
 public:
     /// Texture units 0..units-1 and uniform blocks 0..blocks-1 are ours while it lives.
@@ -44,14 +45,14 @@ private:
     std::vector<Block> blocks_;
     std::array<Blend, kDrawBuffers> blend_{};
     GLint draw_framebuffer_ = 0, program_ = 0, vertex_array_ = 0, active_texture_ = 0;
-    GLint uniform_buffer_ = 0;
+    GLint uniform_buffer_ = 0, provoking_vertex_ = 0;
     GLint cull_mode_ = 0, front_face_ = 0, depth_func_ = 0, clip_origin_ = 0, clip_depth_ = 0;
     std::array<GLint, 2> polygon_mode_{};
     std::array<GLfloat, 4> viewport_{};
     std::array<GLfloat, 4> blend_color_{};
     std::array<GLdouble, 2> depth_range_{};
     GLfloat offset_factor_ = 0, offset_units_ = 0;
-    GLboolean depth_mask_ = GL_FALSE;
+    GLboolean depth_mask_ = GL_FALSE, scissor_ = GL_FALSE;
 };
 
 }  // namespace fumarole::gl

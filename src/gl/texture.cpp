@@ -1,5 +1,6 @@
 #include "gl/texture.h"
 
+#include <array>
 #include <cassert>
 #include <fmt/format.h>
 
@@ -45,6 +46,57 @@ std::int64_t texture_bytes(const Device& gl, GLuint id)
     gl->GetTextureLevelParameteriv(id, 0, GL_TEXTURE_INTERNAL_FORMAT, &format);
     return std::int64_t{width} * height * depth * texel_bytes(static_cast<GLenum>(format));
 }
+
+/// While it lives, texels go tightly packed to and from our own memory, whatever packing and pixel
+/// buffer the host has bound.
+class TightTransfer {
+public:
+    enum class Direction { pack, unpack };
+
+    TightTransfer(const Device& gl, Direction direction)
+        : gl_{gl}, pack_{direction == Direction::pack}
+    {
+        gl->GetIntegerv(pack_ ? GL_PIXEL_PACK_BUFFER_BINDING : GL_PIXEL_UNPACK_BUFFER_BINDING,
+                        &buffer_);
+        gl->BindBuffer(target(), 0);
+        for (std::size_t i = 0; i < kNames; ++i) {
+            gl->GetIntegerv(names().at(i), &values_.at(i));
+            gl->PixelStorei(names().at(i), i == 0 ? 1 : 0);
+        }
+    }
+    TightTransfer(const TightTransfer&) = delete;
+    TightTransfer& operator=(const TightTransfer&) = delete;
+    ~TightTransfer()
+    {
+        for (std::size_t i = 0; i < kNames; ++i)
+            gl_->PixelStorei(names().at(i), values_.at(i));
+        gl_->BindBuffer(target(), static_cast<GLuint>(buffer_));
+    }
+
+private:
+    static constexpr std::size_t kNames = 7;
+    [[nodiscard]] GLenum target() const
+    {
+        return pack_ ? GL_PIXEL_PACK_BUFFER : GL_PIXEL_UNPACK_BUFFER;
+    }
+    /// The alignment, then all that is 0 for tight rows.
+    [[nodiscard]] const std::array<GLenum, kNames>& names() const
+    {
+        static constexpr std::array<GLenum, kNames> kPack{
+            GL_PACK_ALIGNMENT, GL_PACK_ROW_LENGTH,  GL_PACK_IMAGE_HEIGHT, GL_PACK_SKIP_PIXELS,
+            GL_PACK_SKIP_ROWS, GL_PACK_SKIP_IMAGES, GL_PACK_SWAP_BYTES};
+        static constexpr std::array<GLenum, kNames> kUnpack{
+            GL_UNPACK_ALIGNMENT,   GL_UNPACK_ROW_LENGTH, GL_UNPACK_IMAGE_HEIGHT,
+            GL_UNPACK_SKIP_PIXELS, GL_UNPACK_SKIP_ROWS,  GL_UNPACK_SKIP_IMAGES,
+            GL_UNPACK_SWAP_BYTES};
+        return pack_ ? kPack : kUnpack;
+    }
+
+    const Device& gl_;
+    bool pack_;
+    GLint buffer_ = 0;
+    std::array<GLint, kNames> values_{};
+};
 
 }  // namespace
 
@@ -104,21 +156,11 @@ Texture Texture::make_3d(const Device& gl, std::string_view label, glm::ivec3 si
 void Texture::upload(GLenum format, GLenum type, const void* data)
 {
     const Device& gl = handle_.device();
-    // The host may have left any unpacking behind; ours are tight rows.
-    GLint alignment = 4, row = 0, image = 0;
-    gl->GetIntegerv(GL_UNPACK_ALIGNMENT, &alignment);
-    gl->GetIntegerv(GL_UNPACK_ROW_LENGTH, &row);
-    gl->GetIntegerv(GL_UNPACK_IMAGE_HEIGHT, &image);
-    gl->PixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    gl->PixelStorei(GL_UNPACK_ROW_LENGTH, 0);
-    gl->PixelStorei(GL_UNPACK_IMAGE_HEIGHT, 0);
+    const TightTransfer tight(gl, TightTransfer::Direction::unpack);
     if (target_ == GL_TEXTURE_2D)
         gl->TextureSubImage2D(id(), 0, 0, 0, size_.x, size_.y, format, type, data);
     else
         gl->TextureSubImage3D(id(), 0, 0, 0, 0, size_.x, size_.y, size_.z, format, type, data);
-    gl->PixelStorei(GL_UNPACK_ALIGNMENT, alignment);
-    gl->PixelStorei(GL_UNPACK_ROW_LENGTH, row);
-    gl->PixelStorei(GL_UNPACK_IMAGE_HEIGHT, image);
 }
 
 std::vector<float> Texture::read(int channels) const
@@ -134,12 +176,9 @@ std::vector<float> read_texture(const Device& gl, TextureView texture, int chann
                                           : GL_RGBA;
     std::vector<float> texels(static_cast<std::size_t>(texture.size.x) * texture.size.y *
                               texture.size.z * channels);
-    GLint alignment = 4;
-    gl->GetIntegerv(GL_PACK_ALIGNMENT, &alignment);
-    gl->PixelStorei(GL_PACK_ALIGNMENT, 1);
+    const TightTransfer tight(gl, TightTransfer::Direction::pack);
     gl->GetTextureImage(texture.id, 0, format, GL_FLOAT,
                         static_cast<GLsizei>(texels.size() * sizeof(float)), texels.data());
-    gl->PixelStorei(GL_PACK_ALIGNMENT, alignment);
     return texels;
 }
 

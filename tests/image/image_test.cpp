@@ -1,0 +1,188 @@
+#include "image_test.h"
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <fmt/format.h>
+#include <numbers>
+
+namespace fumarole::test {
+
+Settings ImageTest::plain_settings(int resolution)
+{
+    Settings settings;
+    settings.resolution = resolution;
+    settings.jitter = Settings::Jitter::none;
+    settings.format = Settings::Format::rgba32f;
+    settings.storage = medium::Storage::r32f;
+    settings.shadow_map = 256;  // large ones are cleared at a cost, and no test here looks closely
+    return settings;
+}
+
+PixelRay ImageTest::ray_at(const Scene& scene, glm::dvec2 at)
+{
+    const Camera& camera = scene.camera;
+    const glm::dvec2 size(scene.resolution);
+    const glm::dvec2 ndc(2 * at.x / size.x - 1, 1 - 2 * at.y / size.y);
+    const double aspect = size.x / size.y;
+    const glm::dvec3 forward = glm::normalize(camera.look_at - camera.position);
+    const glm::dvec3 right = glm::normalize(glm::cross(forward, camera.up));
+    const glm::dvec3 up = glm::cross(right, forward);
+    if (camera.projection == Camera::Projection::orthographic) {
+        const double half = camera.ortho_height / 2;
+        return {camera.position + right * (ndc.x * half * aspect) + up * (ndc.y * half), forward,
+                1};
+    }
+    const double tangent = std::tan(camera.vfov_deg * std::numbers::pi / 360);
+    const glm::dvec3 direction =
+        forward + right * (ndc.x * tangent * aspect) + up * (ndc.y * tangent);
+    return {camera.position, glm::normalize(direction), glm::length(direction)};
+}
+
+Image ImageTest::picture_of(const Still& still, const std::vector<float>& rgb)
+{
+    return {still.width, still.height, {"R", "G", "B"}, rgb};
+}
+
+Image ImageTest::ideal(const Scene& scene, const PictureField& field)
+{
+    const glm::ivec2 size(scene.resolution);
+    Image image{size.x, size.y, {"R", "G", "B"}, {}};
+    for (int y = 0; y < size.y; ++y)
+        for (int x = 0; x < size.x; ++x) {
+            const glm::dvec3 value = field({x + 0.5, y + 0.5});
+            for (int c = 0; c < 3; ++c)
+                image.pixels.push_back(static_cast<float>(value[c]));
+        }
+    return image;
+}
+
+Image ImageTest::resolved(const Scene& scene, int resolution, const PictureField& field)
+{
+    const glm::ivec2 size(scene.resolution);
+    const glm::ivec2 layer = (size + resolution - 1) / resolution;
+    // Layer rows are counted from the bottom, as GL does: it matters where the height is odd.
+    std::vector<glm::dvec3> texels;
+    for (int y = 0; y < layer.y; ++y)
+        for (int x = 0; x < layer.x; ++x)
+            texels.push_back(field({(x + 0.5) * resolution, size.y - (y + 0.5) * resolution}));
+    const auto texel = [&](int x, int y) {
+        x = std::clamp(x, 0, layer.x - 1);
+        y = std::clamp(y, 0, layer.y - 1);
+        return texels[static_cast<std::size_t>(y) * static_cast<std::size_t>(layer.x) +
+                      static_cast<std::size_t>(x)];
+    };
+    return ideal(scene, [&](glm::dvec2 at) {
+        const glm::dvec2 position = glm::dvec2(at.x, size.y - at.y) / double(resolution) - 0.5;
+        const glm::dvec2 low = glm::floor(position);
+        const glm::dvec2 f = position - low;
+        const int x = static_cast<int>(low.x), y = static_cast<int>(low.y);
+        return glm::mix(glm::mix(texel(x, y), texel(x + 1, y), f.x),
+                        glm::mix(texel(x, y + 1), texel(x + 1, y + 1), f.x), f.y);
+    });
+}
+
+double ImageTest::max_difference(const Image& a, const Image& b)
+{
+    double worst = 0;
+    for (std::size_t i = 0; i < a.pixels.size(); ++i)
+        worst = std::max(worst, std::abs(double(a.pixels[i]) - double(b.pixels[i])));
+    return worst;
+}
+
+double ImageTest::rms_difference(const Image& a, const Image& b)
+{
+    double sum = 0;
+    for (std::size_t i = 0; i < a.pixels.size(); ++i)
+        sum += std::pow(double(a.pixels[i]) - double(b.pixels[i]), 2);
+    return std::sqrt(sum / static_cast<double>(a.pixels.size()));
+}
+
+void ImageTest::figure(std::string_view name, double value)
+{
+    RecordProperty(std::string(name), fmt::format("{:.3g}", value));
+    if (std::getenv("FUM_TEST_FIGURES") != nullptr)
+        fmt::print("[  figure  ] {} = {:.3g}\n", name, value);
+}
+
+Segment box_segment(const PixelRay& ray, glm::dvec3 min, glm::dvec3 max, double near)
+{
+    Segment inside{near, 1e300};
+    for (int axis = 0; axis < 3; ++axis) {
+        const double a = (min[axis] - ray.origin[axis]) / ray.direction[axis];
+        const double b = (max[axis] - ray.origin[axis]) / ray.direction[axis];
+        if (ray.direction[axis] == 0) {
+            if (ray.origin[axis] < min[axis] || ray.origin[axis] > max[axis])
+                return {};
+            continue;
+        }
+        inside.begin = std::max(inside.begin, std::min(a, b));
+        inside.end = std::min(inside.end, std::max(a, b));
+    }
+    return inside;
+}
+
+double integrate(double begin, double end, int panels, const std::function<double(double)>& f)
+{
+    // Abramowitz and Stegun 25.4.30, n = 5.
+    constexpr std::array kNode{-0.906179845938664, -0.538469310105683, 0.0, 0.538469310105683,
+                               0.906179845938664};
+    constexpr std::array kWeight{0.236926885056189, 0.478628670499366, 0.568888888888889,
+                                 0.478628670499366, 0.236926885056189};
+    const double half = (end - begin) / panels / 2;
+    double sum = 0;
+    for (int i = 0; i < panels; ++i)
+        for (std::size_t k = 0; k < kNode.size(); ++k)
+            sum += kWeight[k] * f(begin + half * (2 * i + 1 + kNode[k]));
+    return sum * half;
+}
+
+double henyey_greenstein(double cos_theta, double g)
+{
+    return (1 - g * g) / (4 * std::numbers::pi * std::pow(1 + g * g - 2 * g * cos_theta, 1.5));
+}
+
+std::shared_ptr<VoxelGrid> make_grid(glm::ivec3 bricks, const glm::dmat4& world_from_index,
+                                     const std::function<double(glm::ivec3)>& value,
+                                     glm::ivec3 first)
+{
+    auto grid = std::make_shared<VoxelGrid>();
+    grid->name = "density";
+    grid->world_from_index = world_from_index;
+    glm::ivec3 low{1 << 30}, high{-(1 << 30)};
+    for (int bz = 0; bz < bricks.z; ++bz)
+        for (int by = 0; by < bricks.y; ++by)
+            for (int bx = 0; bx < bricks.x; ++bx) {
+                const glm::ivec3 brick = first + glm::ivec3(bx, by, bz);
+                grid->bricks.push_back(brick);
+                for (int i = 0; i < VoxelGrid::kBrickVoxels; ++i) {
+                    const glm::ivec3 at = brick * 8 + glm::ivec3(i & 7, (i >> 3) & 7, i >> 6);
+                    const auto v = static_cast<float>(value(at));
+                    grid->values.push_back(v);
+                    if (v == 0)
+                        continue;
+                    low = glm::min(low, at);
+                    high = glm::max(high, at);
+                    grid->max_value = std::max(grid->max_value, v);
+                    ++grid->active_voxels;
+                }
+            }
+    if (grid->active_voxels > 0) {
+        grid->index_min = low;
+        grid->index_max = high;
+    }
+    return grid;
+}
+
+double grid_column(const VoxelLookup& grid, const glm::dmat4& index_from_world, glm::dvec3 p,
+                   glm::dvec3 direction, Segment segment, int panels)
+{
+    const glm::dvec3 from(index_from_world * glm::dvec4(p, 1));
+    const glm::dvec3 along(index_from_world * glm::dvec4(direction, 0));
+    if (segment.length() == 0)
+        return 0;
+    return integrate(segment.begin, segment.end, panels,
+                     [&](double t) { return grid.sample(from + along * t).x; });
+}
+
+}  // namespace fumarole::test

@@ -1,0 +1,424 @@
+// What must not change the picture: nothing to see, the grid's layout, the layer's targets, units,
+// the origin, and how a VDB's transform is turned, sheared, mirrored or stretched. And what a
+// coarser storage may change, measured.
+
+#include <cmath>
+#include <cstring>
+#include <fmt/format.h>
+#include <glm/gtc/matrix_transform.hpp>
+#include <random>
+
+#include "image_test.h"
+
+namespace fumarole::test {
+namespace {
+
+class Invariance : public ImageTest {};
+
+// -- nothing to see ------------------------------------------------------------------------------
+
+/// A host's picture of any bits that a colour may have: tiny, huge, negative and odd alphas.
+class EmptyMedia : public ImageTest {
+protected:
+    static constexpr glm::ivec2 kSize{33, 17};
+
+    EmptyMedia()
+        : color_{gl::Texture::make_2d(gl(), "host colour", kSize, GL_RGBA32F, gl::Filter::nearest)},
+          depth_{gl::Texture::make_2d(gl(), "host depth", kSize, GL_DEPTH_COMPONENT32F,
+                                      gl::Filter::nearest)}
+    {
+        std::mt19937 random(5);
+        std::uniform_real_distribution<float> exponent(-140, 120), unit(0, 1);
+        for (int i = 0; i < kSize.x * kSize.y; ++i) {
+            for (int c = 0; c < 4; ++c)
+                bits_.push_back(std::exp2(exponent(random)) * (unit(random) < 0.2f ? -1.0f : 1.0f));
+            depths_.push_back(unit(random) < 0.3f ? 0.0f : unit(random));
+        }
+        bits_[8] = -0.0f;
+        color_.upload(GL_RGBA, GL_FLOAT, bits_.data());
+        depth_.upload(GL_DEPTH_COMPONENT, GL_FLOAT, depths_.data());
+        frame_.color = color_.view();
+        frame_.depth = depth_.view();
+        frame_.depth_convention = {.zero_to_one = true, .reversed = true};
+        const Scene camera = empty_scene();
+        frame_.view_from_world = view_from_world(camera.camera);
+        frame_.clip_from_view = clip_from_view(camera.camera, glm::uvec2(kSize), glm::dvec2(0));
+    }
+    /// Composites; true if every bit is as it was.
+    bool keeps_bits(const Scene& scene, const Settings& settings)
+    {
+        Renderer& renderer = scene_renderer().renderer();
+        renderer.set_scene(scene, settings);
+        renderer.composite(frame_, settings);
+        const std::vector<float> after = color_.read(4);
+        return std::memcmp(after.data(), bits_.data(), bits_.size() * sizeof(float)) == 0;
+    }
+
+    gl::Texture color_, depth_;
+    std::vector<float> bits_, depths_;
+    Frame frame_;
+};
+
+TEST_F(EmptyMedia, LeaveTheHostsPictureBitIdentical)
+{
+    const auto in_view = [](BoxMedium box) {
+        box.min = {-5, -8, -5};
+        box.max = {5, -2, 5};
+        return box;
+    };
+    BoxMedium clear = in_view({});
+    BoxMedium behind;  // dense, but all of it behind the eye
+    behind.min = {-5, 1, -5};
+    behind.max = {5, 9, 5};
+    behind.sigma_s = glm::vec3(10);
+    GridMedium nothing;
+    nothing.density = make_grid({2, 1, 1}, glm::dmat4(1), [](glm::ivec3) { return 0.0; });
+    GridMedium no_grid;
+    GridMedium no_coefficient;
+    no_coefficient.density = make_grid({1, 1, 1}, glm::translate(glm::dmat4(1), {-4, -8, -4}),
+                                       [](glm::ivec3) { return 1.0; });
+    no_coefficient.sigma_s_per_density = glm::vec3(0);
+
+    const std::vector<std::pair<const char*, std::vector<Medium>>> cases{
+        {"no medium", {}},
+        {"sigma 0", {clear}},
+        {"a grid of zeros", {nothing}},
+        {"a grid that was never loaded", {no_grid}},
+        {"a grid with coefficients of 0", {no_coefficient}},
+        {"all of them", {clear, nothing, no_grid, no_coefficient}},
+        {"a medium behind the eye", {behind}},
+    };
+    for (const auto& [name, media] : cases)
+        for (const int resolution : {1, 2}) {
+            Scene scene = empty_scene();
+            scene.media = media;
+            scene.world.radiance = glm::vec3(1);
+            scene.lights = {SunLight{}};
+            Settings settings;
+            settings.resolution = resolution;
+            EXPECT_TRUE(keeps_bits(scene, settings)) << name << ", resolution " << resolution;
+        }
+    BoxMedium fog = in_view({});
+    fog.sigma_a = glm::vec3(1);
+    Scene scene = empty_scene();
+    scene.media = {fog};
+    EXPECT_FALSE(keeps_bits(scene, Settings{}))
+        << "fog in view must show, or this test sees nothing";
+}
+
+TEST_F(EmptyMedia, AlphaAndDepthAreNeverWritten)
+{
+    BoxMedium fog;
+    fog.min = {-5, -8, -5};
+    fog.max = {5, -2, 5};
+    fog.sigma_s = {1, 2, 3};
+    Scene scene = empty_scene();
+    scene.world.radiance = glm::vec3(1);
+    for (const bool grey : {true, false}) {
+        fog.sigma_s = grey ? glm::vec3(1) : glm::vec3(1, 2, 3);
+        scene.media = {fog};
+        EXPECT_FALSE(keeps_bits(scene, Settings{}));
+        const std::vector<float> after = color_.read(4);
+        for (std::size_t i = 3; i < after.size(); i += 4)
+            ASSERT_EQ(std::memcmp(&after[i], &bits_[i], sizeof(float)), 0)
+                << "alpha of pixel " << i / 4;
+    }
+    EXPECT_EQ(gl::read_texture(gl(), depth_.view(), 1, true), depths_);
+}
+
+// -- layouts and storage -------------------------------------------------------------------------
+
+/// Looks at about (0, -5, 0), sun from the side.
+Scene lit_scene()
+{
+    Scene scene = empty_scene(32);
+    scene.camera.vfov_deg = 40;
+    scene.lights = {SunLight{{0.7, 0.3, 0.6}, glm::vec3(3)}};
+    scene.world.radiance = glm::vec3(0.2f);
+    return scene;
+}
+
+/// Bricks of noise, one missing, one constant, on both sides of index 0.
+GridMedium ragged_smoke(float largest = 1)
+{
+    std::mt19937 random(7);
+    std::uniform_real_distribution<float> unit(0, largest);
+    const glm::dmat4 world_from_index(0.15, 0, 0, 0, 0, 0.15, 0, 0, 0, 0, 0.15, 0, 0, -5, 0, 1);
+    GridMedium smoke;
+    smoke.density =
+        make_grid({3, 2, 3}, world_from_index,
+                  [&](glm::ivec3 v) {
+                      const glm::ivec3 brick = v >> 3;
+                      if (brick == glm::ivec3(0, 0, 0))
+                          return 0.0;
+                      return brick == glm::ivec3(-1, 0, -1) ? 0.4 * largest : double(unit(random));
+                  },
+                  {-2, -1, -2});
+    smoke.sigma_s_per_density = glm::vec3(0.6f / largest);
+    smoke.sigma_a_per_density = glm::vec3(0.3f / largest);
+    smoke.g = 0.3f;
+    return smoke;
+}
+
+TEST_F(Invariance, DenseOrBricks)
+{
+    Scene scene = lit_scene();
+    GridMedium smoke = ragged_smoke();
+    for (const bool colored : {false, true}) {
+        if (colored)
+            smoke.sigma_a_per_density = {0.1f, 0.3f, 0.9f};
+        scene.media = {smoke};
+        Settings settings = plain_settings();
+        settings.layout = medium::Layout::dense;
+        const Still dense = render(scene, settings);
+        settings.layout = medium::Layout::bricks;
+        const Still bricks = render(scene, settings);
+        for (const auto layer : {&Still::scattering, &Still::transmittance, &Still::composite}) {
+            EXPECT_TRUE(images_near(picture_of(bricks, bricks.*layer),
+                                    picture_of(dense, dense.*layer), 1e-5, 2e-6,
+                                    "32-bit texel coordinates, larger in the atlas"));
+            figure("bricks - dense", max_difference(picture_of(bricks, bricks.*layer),
+                                                    picture_of(dense, dense.*layer)));
+        }
+        EXPECT_LT(*std::min_element(dense.transmittance.begin(), dense.transmittance.end()), 0.3f);
+    }
+}
+
+TEST_F(Invariance, ADenseGridBesideOneOfBricks)
+{
+    Scene scene = lit_scene();
+    GridMedium dense = ragged_smoke(), sparse = ragged_smoke();
+    // Two bricks with much nothing between them: bricks are smaller.
+    sparse.density = make_grid(
+        {16, 1, 1}, glm::dmat4(0.03, 0, 0, 0, 0, 0.06, 0, 0, 0, 0, 0.06, 0, -1.9, -5, 0.4, 1),
+        [](glm::ivec3 v) { return v.x < 8 || v.x >= 120 ? 1.0 : 0.0; });
+    auto trimmed = std::make_shared<VoxelGrid>(*sparse.density);
+    trimmed->bricks = {{0, 0, 0}, {15, 0, 0}};
+    trimmed->values.resize(2 * VoxelGrid::kBrickVoxels, 1.0f);
+    sparse.density = trimmed;
+    sparse.sigma_a_per_density = glm::vec3(4);
+    const medium::Limits limits;
+    ASSERT_EQ(medium::plan_layout(*sparse.density, medium::Layout::automatic, medium::Storage::r32f,
+                                  limits)
+                  .layout,
+              medium::Layout::bricks);
+    for (const bool turned : {false, true}) {
+        scene.media =
+            turned ? std::vector<Medium>{sparse, dense} : std::vector<Medium>{dense, sparse};
+        Settings settings = plain_settings();
+        const Still mixed = render(scene, settings);
+        settings.layout = medium::Layout::dense;
+        const Still one = render(scene, settings);
+        EXPECT_TRUE(images_near(picture_of(mixed, mixed.composite), picture_of(one, one.composite),
+                                1e-5, 2e-6, "32-bit texel coordinates, larger in the atlas"))
+            << (turned ? "bricks first" : "dense first");
+        Scene alone = scene;
+        alone.media = {dense};
+        EXPECT_GT(max_difference(picture_of(one, one.composite),
+                                 picture_of(one, render(alone, settings).composite)),
+                  0.05)
+            << "the second grid is to be seen";
+    }
+}
+
+TEST_F(Invariance, StorageCostsItsRoundingAndNoMore)
+{
+    Scene scene = lit_scene();
+    scene.media = {ragged_smoke(1000)};
+    Settings settings = plain_settings();
+    const Still exact = render(scene, settings);
+    const auto error = [&](medium::Storage storage, const char* name) {
+        settings.storage = storage;
+        const Still still = render(scene, settings);
+        const double e = max_difference(picture_of(still, still.transmittance),
+                                        picture_of(exact, exact.transmittance));
+        figure(name, e);
+        return e;
+    };
+    // T changes by T * dtau. Rounding to 11 bits: dtau < tau * 2^-12, and tau exp(-tau) < 0.37.
+    EXPECT_LT(error(medium::Storage::r16f, "r16f"), 0.37 * std::ldexp(1, -12) + 2e-6);
+    // To 8 bits of the largest value: dtau < sigma_t * length / 510 at the worst, with 5 m at the
+    // most along a ray; rounding of neighbours is independent, so a twentieth of that is seen.
+    EXPECT_LT(error(medium::Storage::r8, "r8"), 0.9 * 5 / 510);
+    EXPECT_EQ(error(medium::Storage::r32f, "r32f"), 0);
+}
+
+TEST_F(Invariance, OneTargetOrTwoForAGreyMedium)
+{
+    Scene scene = lit_scene();
+    scene.media = {ragged_smoke()};
+    for (const int resolution : {1, 2}) {
+        Settings settings = plain_settings(resolution);
+        settings.targets = Settings::Targets::mono;
+        const Still mono = render(scene, settings);
+        settings.targets = Settings::Targets::two;
+        const Still two = render(scene, settings);
+        EXPECT_TRUE(images_near(picture_of(mono, mono.composite), picture_of(two, two.composite),
+                                1e-6, 1e-7, "c * t + s in one blend or in two"));
+        EXPECT_TRUE(images_near(picture_of(mono, mono.transmittance),
+                                picture_of(two, two.transmittance), 1e-6, 1e-7,
+                                "the mean of three equal numbers"));
+    }
+}
+
+TEST_F(Invariance, MonoOfAColouredMediumIsItsMean)
+{
+    Scene scene = lit_scene();
+    BoxMedium box;
+    box.min = {-9, -6, -9};
+    box.max = {9, -4, 9};
+    box.sigma_a = {0.2f, 0.5f, 1.0f};
+    scene.media = {box};
+    Settings settings = plain_settings();
+    settings.targets = Settings::Targets::mono;
+    const Still mono = render(scene, settings);
+    settings.targets = Settings::Targets::two;
+    const Still two = render(scene, settings);
+    for (const int x : {0, 16}) {
+        const glm::vec3 t = pixel(two.transmittance, 32, x, x);
+        EXPECT_NEAR(pixel(mono.transmittance, 32, x, x).g, (t.r + t.g + t.b) / 3, 1e-6);
+        EXPECT_EQ(pixel(mono.scattering, 32, x, x), pixel(two.scattering, 32, x, x));
+    }
+}
+
+// -- units and origin ----------------------------------------------------------------------------
+
+/// Everything that a scene can hold, and in `unit`s of that many metres, at `origin`.
+Scene full_scene(double unit, glm::dvec3 origin)
+{
+    const auto at = [&](double x, double y, double z) {
+        return origin + glm::dvec3(x, y, z) * unit;
+    };
+    const auto per_metre = [&](float r, float g, float b) {
+        return glm::vec3(r, g, b) / static_cast<float>(unit);
+    };
+    Scene scene = empty_scene(32);
+    scene.camera.position = at(0, 0, 1);
+    scene.camera.look_at = at(0, -5, 0.5);
+    scene.camera.vfov_deg = 50;
+    scene.camera.near *= unit;
+    scene.camera.far *= unit;
+    scene.world.radiance = {0.1f, 0.2f, 0.3f};
+    const auto intensity = static_cast<float>(unit * unit);
+    scene.lights = {SunLight{{0.7, 0.3, 0.6}, glm::vec3(3)},
+                    PointLight{at(1.2, -4, 1.5), glm::vec3(4, 3, 2) * intensity},
+                    SpotLight{at(-1, -4, 3), {0.1, -0.1, -1}, 50, 0.4, glm::vec3(6) * intensity}};
+
+    GridMedium smoke;
+    const double v = 0.19 * unit;
+    const glm::dvec3 p = at(-1.57, -7.03, 0.13);
+    smoke.density =
+        make_grid({2, 2, 2}, glm::dmat4(v, 0, 0, 0, 0, v, 0, 0, 0, 0, v, 0, p.x, p.y, p.z, 1),
+                  [](glm::ivec3 i) {
+                      const glm::dvec3 q = (glm::dvec3(i) - 7.5) / 8.0;
+                      return std::max(0.0, 1 - glm::dot(q, q));
+                  });
+    smoke.sigma_s_per_density = per_metre(0.5f, 0.7f, 1.0f);
+    smoke.sigma_a_per_density = per_metre(0.2f, 0.2f, 0.2f);
+    smoke.g = 0.4f;
+    BoxMedium fog;
+    fog.min = at(-20, -20, 0);
+    fog.max = at(20, 2, 8);
+    fog.sigma_s = per_metre(0.05f, 0.05f, 0.05f);
+    fog.emission = per_metre(0.01f, 0, 0);
+    fog.profile = ExpHeightProfile{.scale_height = 1.5 * unit, .z0 = origin.z};
+    fog.g = 0.6f;
+    scene.media = {smoke, fog};
+    scene.surfaces = {SphereSurface{at(0.5, -5.5, 0.6), 0.5 * unit, glm::vec3(0.5f)},
+                      BoxSurface{at(-20, -20, -1), at(20, 20, 0), glm::vec3(0.3f)}};
+    return scene;
+}
+
+TEST_F(Invariance, MillimetresAndAMillionMetresFromTheOrigin)
+{
+    const auto expect_same = [](bool surfaces, const Settings& settings, double max_abs,
+                                double mean_abs, const char* why) {
+        const auto scene_of = [&](double unit, glm::dvec3 origin) {
+            Scene scene = full_scene(unit, origin);
+            if (!surfaces)
+                scene.surfaces.clear();
+            return scene;
+        };
+        const Still here = render(scene_of(1, glm::dvec3(0)), settings);
+        const auto compare = [&](double unit, glm::dvec3 origin, const char* name) {
+            const Still there = render(scene_of(unit, origin), settings);
+            const Image a = picture_of(there, there.composite);
+            const Image b = picture_of(here, here.composite);
+            figure(fmt::format("{}{}, max", name, surfaces ? " with surfaces" : ""),
+                   max_difference(a, b));
+            EXPECT_TRUE(images_near(a, b, max_abs, mean_abs, why)) << name;
+        };
+        compare(1e-3, glm::dvec3(0), "millimetres");
+        compare(1, {1234567.89, -987654.321, 1e6 + 0.1}, "far from the origin");
+        compare(1e3, glm::dvec3(0), "kilometres");
+    };
+    expect_same(false, plain_settings(), 2e-5, 2e-6, "32-bit rounding at another scale");
+    for (const Settings& settings : {plain_settings(), Settings{}})
+        expect_same(true, settings, 0.02, 5e-5,
+                    "and a silhouette or a shadow's edge may cross the middle of a pixel, which a "
+                    "maximum sees and the mean does not");
+}
+
+// -- a grid's transform --------------------------------------------------------------------------
+
+TEST_F(Invariance, ATurnedShearedMirroredOrStretchedGridIsWhereItsTransformPutsIt)
+{
+    // Not symmetric in any axis, so a swap or a mirror shows.
+    const auto value = [](glm::ivec3 v) {
+        return 0.1 + 0.05 * v.x + 0.02 * v.y * (v.z > 9 ? 2 : 1);
+    };
+    const glm::dmat4 to_view = glm::translate(glm::dmat4(1), {0.1, -5, -0.1});
+    const glm::dmat4 centre = glm::translate(glm::dmat4(1), glm::dvec3(-7.5));
+    glm::dmat4 shear(1);
+    shear[1][0] = 0.4;
+    shear[2][1] = -0.3;
+    const glm::dmat4 turn = glm::rotate(glm::dmat4(1), 0.6, glm::normalize(glm::dvec3(1, 2, 3)));
+    const auto scale = [](double x, double y, double z) {
+        return glm::scale(glm::dmat4(1), glm::dvec3(x, y, z));
+    };
+    const std::vector<std::pair<const char*, glm::dmat4>> cases{
+        {"straight", scale(0.15, 0.15, 0.15)},
+        {"turned", turn * scale(0.15, 0.15, 0.15)},
+        {"sheared", shear * scale(0.15, 0.15, 0.15)},
+        {"mirrored", scale(-0.15, 0.15, 0.15)},
+        {"stretched", scale(0.3, 0.1, 0.05)},
+        {"turned, sheared, mirrored and stretched", turn * shear * scale(0.12, -0.2, 0.1)},
+    };
+    Scene scene = empty_scene(16);
+    scene.camera.vfov_deg = 45;
+    Settings settings = plain_settings();
+    settings.steps = 256;
+    for (const auto& [name, map] : cases)
+        for (const medium::Layout layout : {medium::Layout::dense, medium::Layout::bricks}) {
+            GridMedium smoke;
+            smoke.density = make_grid({2, 2, 2}, to_view * map * centre, value);
+            smoke.translate = {0.2, 0.1, 0};
+            smoke.scale = 0.9;
+            smoke.sigma_s_per_density = glm::vec3(0);
+            smoke.sigma_a_per_density = glm::vec3(1.5f);
+            scene.media = {smoke};
+            settings.layout = layout;
+            const Still still = render(scene, settings);
+
+            const VoxelLookup lookup(*smoke.density);
+            const glm::dmat4 world = glm::scale(glm::translate(glm::dmat4(1), smoke.translate),
+                                                glm::dvec3(smoke.scale)) *
+                                     smoke.density->world_from_index;
+            const Image truth = ideal(scene, [&](glm::dvec2 at) {
+                const PixelRay ray = ray_at(scene, at);
+                const double column = grid_column(lookup, glm::inverse(world), ray.origin,
+                                                  ray.direction, {0.1, 12}, 600);
+                return glm::dvec3(std::exp(-1.5 * column));
+            });
+            EXPECT_LT(*std::min_element(truth.pixels.begin(), truth.pixels.end()), 0.8f) << name;
+            EXPECT_TRUE(
+                images_near(picture_of(still, still.transmittance), truth, 2e-3, 3e-4,
+                            "256 midpoints over kinks at each voxel; 8 bits between voxels"))
+                << name;
+            figure(fmt::format("{}: max", name),
+                   max_difference(picture_of(still, still.transmittance), truth));
+        }
+}
+
+}  // namespace
+}  // namespace fumarole::test
