@@ -134,8 +134,7 @@ bool Renderer::Parts::begin(const Frame& frame, const Settings& s)
     device->BindBufferBase(GL_UNIFORM_BUFFER, FRAME_BLOCK, frame_block.id());
     media.bind(eye.position);
     lights.bind(eye.position);
-    targets.resize(pass::layer_size(glm::ivec2(frame.color.size), s.resolution), format(s),
-                   monochrome(s));
+    targets.resize(pass::layer_size(glm::ivec2(frame.color.size), s), format(s), monochrome(s));
     const pass::VolumeLayer layer = targets.layer();
     device->BindTextureUnit(SCENE_DEPTH_UNIT, frame.depth.id);
     device->BindTextureUnit(LAYER_DEPTH_UNIT, layer.depth.id);

@@ -6,7 +6,8 @@
 //     m      its number in media[]
 //     value  coefficient at a point: dense_scalar, bricks_scalar, dense_rgb, bricks_rgb (k: its grid),
 //            homogeneous, exp_height, noise (k: m)
-//     depth  coefficient summed along a ray: marched_depth, homogeneous_depth, exp_height_depth
+//     depth  coefficient summed along a ray: marched_depth, homogeneous_depth, exp_height_depth, or
+//            no_depth of a medium that only glows
 //     tint   of sigma_s: white, or dense_rgb, bricks_rgb (c: its grid)
 //   #define FOR_EACH_EMISSION(X)  X(m, value, k) ...
 // and says whether extinction has a colour (COLORED_EXTINCTION) and whether media differ in g (MIXED_G).
@@ -160,6 +161,7 @@ extinction_t optical_depth(vec3 p, vec3 wi, float range, int steps)
 #else
 #define SHADOW_SEGMENT(m) medium_segment(m, p, wi, 0.0, range)
 #endif
+#define no_depth(m, value, k) ;
 #define homogeneous_depth(m, value, k) tau += u_media.media[m].sigma_t.EXTINCTION * (t.y - t.x);
 // The integral of exp((z0 - z) / scale_height) along the segment, from its lower end: from the upper
 // one, exp of many heights down would overflow.

@@ -23,8 +23,9 @@ struct FrameParams {
 
     vec4 full_size;   // x, y: pixels of the scene; z, w: 1 / pixels
     vec4 layer_size;  // x, y: texels of the volume layer; z, w: 1 / texels
-    // x, y: where in its texel a layer sample lies, from the middle, in texels; z, w: the same in whole
-    // pixels. Varied from frame to frame where frames are averaged, else 0.
+    // x, y: from the middle of texel i to its sample at (i + 1/2 + offset) texels of the picture: less the
+    // layer's guard band, plus what varies from frame to frame where frames are averaged; z, w: the same
+    // in whole pixels.
     vec4 layer_offset;
 
     vec4 step_range;   // view_z [m] of the first and the last step's end; z: last / first; w unused

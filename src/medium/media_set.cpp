@@ -135,7 +135,7 @@ void MediaSet::add(const GridMedium& medium, Layout layout, Storage storage)
         entry.emission = place(medium.emission, world_from_grid, layout, storage);
     if (dims && !is_zero(medium.sigma_s_per_density))
         entry.tint = place(medium.color, world_from_grid, layout, storage);
-    entry.depth = "marched_depth";
+    entry.depth = dims ? "marched_depth" : "no_depth";
 
     const auto field_bounds = [&](int placed) {
         const PlacedGrid& grid = placed_[static_cast<std::size_t>(placed)];

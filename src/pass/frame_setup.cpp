@@ -69,6 +69,25 @@ glm::dvec2 view_z_range(const Eye& eye, const Bounds& bounds)
     return range;
 }
 
+int layer_guard(const Settings& settings)
+{
+    if (settings.resolution == 1)
+        return 0;
+    switch (settings.upsample) {
+    case Settings::Upsample::tent4x4:
+        return 2;
+    case Settings::Upsample::bilinear2x2:
+        return 1;
+    default:
+        return 0;
+    }
+}
+
+glm::ivec2 layer_size(glm::ivec2 full, const Settings& settings)
+{
+    return (full + settings.resolution - 1) / settings.resolution + 2 * layer_guard(settings);
+}
+
 float format_limit(Settings::Format format)
 {
     switch (format) {
@@ -115,11 +134,13 @@ shared::FrameParams make_frame_params(const Frame& frame, const Eye& eye, const 
     params.view_z_from_depth = glm::vec4(view_z_from_depth(frame));
     params.sky_depth.x = frame.depth_convention.reversed ? 0.0f : 1.0f;
     const glm::ivec2 full(frame.color.size);
-    const glm::ivec2 layer = layer_size(full, settings.resolution);
+    const glm::ivec2 layer = layer_size(full, settings);
     params.full_size = glm::vec4(full, 1.0f / glm::vec2(full));
     params.layer_size = glm::vec4(layer, 1.0f / glm::vec2(layer));
-    params.layer_offset = glm::vec4(glm::vec2(frame.layer_offset),
-                                    glm::round(frame.layer_offset * double(settings.resolution)));
+    const double scale = settings.resolution;
+    const glm::dvec2 guard(layer_guard(settings));
+    params.layer_offset = glm::vec4(glm::vec2(frame.layer_offset - guard),
+                                    glm::round(frame.layer_offset * scale) - guard * scale);
 
     glm::dvec2 media_range(eye.near, eye.far);
     if (!media.empty()) {

@@ -31,10 +31,11 @@ float format_limit(Settings::Format format);
 shared::FrameParams make_frame_params(const Frame& frame, const Eye& eye, const Bounds& media,
                                       const Settings& settings);
 
+/// Texels of the volume layer beyond the picture on each side, so that the upsample finds all its
+/// taps at the picture's edge; 2017 had none and repeated its last.
+int layer_guard(const Settings& settings);
+
 /// Texels of the volume layer: half a texel at an odd edge counts whole.
-inline glm::ivec2 layer_size(glm::ivec2 full, int resolution)
-{
-    return (full + resolution - 1) / resolution;
-}
+glm::ivec2 layer_size(glm::ivec2 full, const Settings& settings);
 
 }  // namespace fumarole::pass

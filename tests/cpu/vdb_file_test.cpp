@@ -864,7 +864,8 @@ TEST(VdbFile, ForgedSizesAreRefusedBeforeTheyAreBelieved)
           std::numeric_limits<std::int64_t>::max(), std::numeric_limits<std::int64_t>::min()}) {
         std::string forged = bytes;
         std::memcpy(forged.data() + forged.size() - 12, &lie, 8);
-        EXPECT_THAT(load_error(folder.write("forged.vdb", forged)), HasSubstr("damaged"))
+        EXPECT_THAT(load_error(folder.write("forged.vdb", forged)),
+                    HasSubstr(lie > 0 ? "runs past the end" : "where 4 belong"))
             << "a chunk of " << lie << " bytes";
     }
 
@@ -887,6 +888,10 @@ TEST(VdbFile, ForgedSizesAreRefusedBeforeTheyAreBelieved)
     EXPECT_THAT(load_error(folder.write("forged.vdb", forge(bytes, root, 16, 1))),
                 HasSubstr("no multiple of 4096"));
 
+    // Behind the first child's origin stand its masks of children and of values, 4096 bytes each.
+    EXPECT_THAT(load_error(folder.write("forged.vdb", forge(bytes, root, 28 + 4096, char(1)))),
+                HasSubstr("a child and a value in one place"));
+
     // A grid in the middle of itself, and one without end. Offsets follow the descriptor's names.
     const std::string descriptor = std::string("Tree_float_5_4_3\0\0\0\0", 20);
     for (const std::int64_t lie : {std::int64_t(-1), std::int64_t(0), std::int64_t(1) << 50})
@@ -895,6 +900,20 @@ TEST(VdbFile, ForgedSizesAreRefusedBeforeTheyAreBelieved)
                 load_error(folder.write("forged.vdb", forge(bytes, descriptor, which, lie))),
                 HasSubstr("damaged"))
                 << "offset " << which << ": " << lie;
+}
+
+TEST(VdbFile, TwoTilesInOnePlaceAreRefused)
+{
+    const TempFolder folder;
+    const auto file = folder.path() / "tiles.vdb";
+    VdbGrid made;
+    made.boxes = {{glm::ivec3(0), glm::ivec3(4095), glm::dvec3(1)},
+                  {{4096, 0, 0}, {8191, 4095, 4095}, glm::dvec3(1)}};
+    write_vdb(file, {made});
+    const std::string bytes = test::read_bytes(file);
+    // A tile of the root: 12 bytes of origin, 4 of value, 1 of whether it is active.
+    const std::string forged = forge(bytes, before_tree(bytes), 16 + 17, glm::ivec3(0));
+    EXPECT_THAT(load_error(folder.write("tiles.vdb", forged)), HasSubstr("two nodes in one place"));
 }
 
 TEST(VdbFile, ForgedBloscHeadersAreRefused)

@@ -166,6 +166,7 @@ TEST_F(Extremes, ASampleOnALightToTheBit)
         expect_finite(still, "a light at the sample");
         EXPECT_GT(still.scattering[0], 1.0f) << "it is very bright there";
         EXPECT_LT(still.scattering[0], 1e12f) << "as bright as 10 micrometres away, no more";
+        figure("radiance at a light", still.scattering[0]);
     }
 }
 

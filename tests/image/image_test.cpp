@@ -60,17 +60,16 @@ Image ImageTest::ideal(const Scene& scene, const PictureField& field)
 Image ImageTest::resolved(const Scene& scene, int resolution, const PictureField& field)
 {
     const glm::ivec2 size(scene.resolution);
-    const glm::ivec2 layer = (size + resolution - 1) / resolution;
+    // One texel around the picture is the layer's guard band.
+    const glm::ivec2 layer = (size + resolution - 1) / resolution + 2;
     // Layer rows are counted from the bottom, as GL does: it matters where the height is odd.
     std::vector<glm::dvec3> texels;
-    for (int y = 0; y < layer.y; ++y)
-        for (int x = 0; x < layer.x; ++x)
+    for (int y = -1; y < layer.y - 1; ++y)
+        for (int x = -1; x < layer.x - 1; ++x)
             texels.push_back(field({(x + 0.5) * resolution, size.y - (y + 0.5) * resolution}));
     const auto texel = [&](int x, int y) {
-        x = std::clamp(x, 0, layer.x - 1);
-        y = std::clamp(y, 0, layer.y - 1);
-        return texels[static_cast<std::size_t>(y) * static_cast<std::size_t>(layer.x) +
-                      static_cast<std::size_t>(x)];
+        return texels[static_cast<std::size_t>(y + 1) * static_cast<std::size_t>(layer.x) +
+                      static_cast<std::size_t>(x + 1)];
     };
     return ideal(scene, [&](glm::dvec2 at) {
         const glm::dvec2 position = glm::dvec2(at.x, size.y - at.y) / double(resolution) - 0.5;

@@ -317,8 +317,8 @@ Scene full_scene(double unit, glm::dvec3 origin)
     smoke.sigma_a_per_density = per_metre(0.2f, 0.2f, 0.2f);
     smoke.g = 0.4f;
     BoxMedium fog;
-    fog.min = at(-20, -20, 0);
-    fog.max = at(20, 2, 8);
+    fog.min = at(-19.97, -20.06, 0);
+    fog.max = at(20.03, 2.04, 7.98);
     fog.sigma_s = per_metre(0.05f, 0.05f, 0.05f);
     fog.emission = per_metre(0.01f, 0, 0);
     fog.profile = ExpHeightProfile{.scale_height = 1.5 * unit, .z0 = origin.z};
