@@ -335,9 +335,10 @@ void add_render(CLI::App& app)
     auto options = std::make_shared<Options>();
     Options& o = *options;
     command->add_option("INPUT", o.input, "a .vdb file, or a scene file (.json)")->required();
-    command->add_option("-o,--output", o.outputs,
-                        "x.exr: linear, all targets; x.png: for a screen; may be repeated "
-                        "[INPUT's name.png]")
+    command
+        ->add_option("-o,--output", o.outputs,
+                     "x.exr: linear, all targets; x.png: for a screen; may be repeated "
+                     "[INPUT's name.png]")
         ->allow_extra_args(false);
     command->add_option("--size", o.size, "WIDTHxHEIGHT in pixels [480x270, or the scene's]");
     command->add_option("--grid", o.grid, "of a .vdb: name or name[n] [the first fog volume]");

@@ -22,8 +22,8 @@ int main(int, char** argv)
 
     // [README]
     fumarole::GridMedium smoke;
-    smoke.density = std::make_shared<fumarole::VoxelGrid>(
-        fumarole::asset::load_grid(argv[1], "density").grid);
+    smoke.density =
+        std::make_shared<fumarole::VoxelGrid>(fumarole::asset::load_grid(argv[1], "density").grid);
     smoke.sigma_s_per_density = {6, 6, 6};  // 1/m per unit of density
     fumarole::Scene scene;
     scene.media = {smoke};

@@ -20,8 +20,8 @@ Shared& shared()
     return one;
 }
 
-void GLAD_API_PTR on_message(GLenum, GLenum type, GLuint, GLenum, GLsizei length, const GLchar* text,
-                         const void*)
+void GLAD_API_PTR on_message(GLenum, GLenum type, GLuint, GLenum, GLsizei length,
+                             const GLchar* text, const void*)
 {
     if (type == GL_DEBUG_TYPE_ERROR || type == GL_DEBUG_TYPE_UNDEFINED_BEHAVIOR)
         shared().errors.emplace_back(text, static_cast<std::size_t>(length));
