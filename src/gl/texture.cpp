@@ -24,6 +24,7 @@ std::int64_t texel_bytes(GLenum format)
     case GL_R32UI:
     case GL_R11F_G11F_B10F:
     case GL_RGBA8:
+    case GL_DEPTH_COMPONENT24:
     case GL_DEPTH_COMPONENT32F:
         return 4;
     case GL_RGBA16F:
