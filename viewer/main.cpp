@@ -1,6 +1,7 @@
 #include <cstdio>
 #include <exception>
 #include <fmt/format.h>
+#include <iostream>
 
 #include "command.h"
 #include "error.h"
@@ -16,13 +17,17 @@ int main(int argc, char** argv)
     command::add_render(app);
     command::add_compare(app);
     try {
-        app.parse(argc, argv);
+        try {
+            app.parse(argc, argv);
+        } catch (const CLI::ParseError& error) {  // --help and --version too
+            if (app.exit(error) != 0)
+                return 2;
+        }
         // A full disk behind a redirection shows only now.
-        if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+        std::cout.flush();
+        if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0 || !std::cout)
             throw fumarole::Error("standard output: can't be written; is the disk full?");
         return 0;
-    } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? 0 : 2;
     } catch (const command::UsageError& error) {
         fmt::print(stderr, "fumarole: {}\n", error.what());
         return 2;

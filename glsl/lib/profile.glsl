@@ -11,8 +11,11 @@ bool inside_bounds(MediumParams medium, vec3 p)
 
 float profile_homogeneous(MediumParams medium, vec3 p) { return inside_bounds(medium, p) ? 1.0 : 0.0; }
 
-// exp(-(z - z0) / scale_height)
+// exp(-(z - z0) / scale_height), held at 40 heights below z0: 1e17 times as thick is a wall, and 88 would
+// be an infinity.
+float exp_height_at(vec4 profile, float z) { return exp(min((profile.y - z) * profile.x, 40.0)); }
+
 float profile_exp_height(MediumParams medium, vec3 p)
 {
-    return inside_bounds(medium, p) ? exp((medium.profile.y - p.z) * medium.profile.x) : 0.0;
+    return inside_bounds(medium, p) ? exp_height_at(medium.profile, p.z) : 0.0;
 }

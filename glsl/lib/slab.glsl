@@ -7,10 +7,13 @@
 // Frostbite", improved scattering integration. Here (S - S exp(-tau)) / sigma_t is written as
 // S ds * slab_weight(tau), which has the right limit where sigma_t is 0.
 
-// (1 - exp(-tau)) / tau. Below 1e-2 its series: the first term left out, tau^3/24, is 4e-8.
+// (1 - exp(-tau)) / tau. Below 0.1 its series: the first term left out, tau^5/720, is 1.4e-8, where the
+// difference 1 - exp(-tau) would already have lost 6e-7.
 float slab_weight(float tau)
 {
-    return abs(tau) < 1e-2 ? 1.0 - tau * (0.5 - tau * (1.0 / 6.0)) : (1.0 - exp(-tau)) / tau;
+    return abs(tau) < 0.1
+               ? 1.0 - tau * (1.0 / 2.0 - tau * (1.0 / 6.0 - tau * (1.0 / 24.0 - tau * (1.0 / 120.0))))
+               : (1.0 - exp(-tau)) / tau;
 }
 
 vec3 slab_weight(vec3 tau) { return vec3(slab_weight(tau.r), slab_weight(tau.g), slab_weight(tau.b)); }

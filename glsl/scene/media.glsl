@@ -170,7 +170,7 @@ extinction_t optical_depth(vec3 p, vec3 wi, float range, int steps)
         vec4 profile = u_media.media[m].profile;                                           \
         float ds = t.y - t.x;                                                              \
         float low = p.z + wi.z * (wi.z < 0.0 ? t.y : t.x);                                 \
-        tau += u_media.media[m].sigma_t.EXTINCTION * ds * exp((profile.y - low) * profile.x) * \
+        tau += u_media.media[m].sigma_t.EXTINCTION * ds * exp_height_at(profile, low) *     \
                slab_weight(abs(wi.z) * ds * profile.x);                                    \
     }
 #define marched_depth(m, value, k)                                                 \

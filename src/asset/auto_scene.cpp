@@ -18,20 +18,22 @@ namespace fumarole::asset {
 
 namespace {
 
-constexpr double kOpacity = 0.75;  // of the average line of sight: dense, with soft edges
-constexpr double kAlbedo = 0.9;    // of smoke that reads as white
-constexpr float kG = 0.3f;         // a little forward, so that it glows against the sun
-constexpr double kFill = 0.8;      // of the picture, in the direction that binds
-constexpr double kVfovDeg = 30;    // a portrait lens: little perspective
-constexpr float kGroundAlbedo = 0.1f;
-constexpr double kGroundReach = 40;  // to each side, in distances of the camera: to the horizon
-constexpr double kFaint = 0.01;      // columns under this share of the mean one are haze
-constexpr double kUnseen = 0.02;     // opacity, or share of sunlit smoke, that nobody sees
+constexpr double kOpacity = 0.75;       // of the average line of sight: dense, with soft edges
+constexpr double kAlbedo = 0.9;         // of smoke that reads as white
+constexpr float kG = 0.3f;              // a little forward, so that it glows against the sun
+constexpr double kFill = 0.8;           // of the picture, in the direction that binds
+constexpr double kVfovDeg = 30;         // a portrait lens: little perspective
+constexpr float kGroundAlbedo = 0.06f;  // dark, so that pale smoke stands out
+constexpr double kGroundReach = 40;     // to each side, in distances of the camera: to the horizon
+constexpr double kFaint = 0.01;         // columns under this share of the mean one are haze
+constexpr double kUnseen = 0.02;        // opacity, or share of sunlit smoke, that nobody sees
 
 // From the side of the viewer's left shoulder. Rational, so that it is of unit length as written.
 constexpr glm::dvec3 kSunRightFrontUp{-0.744, 0.192, 0.64};
-constexpr glm::vec3 kSunIrradiance{8, 7.6f, 6.8f};      // W/m^2
-constexpr glm::vec3 kWorldRadiance{0.15f, 0.2f, 0.3f};  // W/m^2/sr
+constexpr glm::vec3 kSunIrradiance{8, 7.6f, 6.8f};  // W/m^2
+// W/m^2/sr. A hundredth of the sun: more would drown the sun's shading, which is the form of the
+// smoke.
+constexpr glm::vec3 kWorldRadiance{0.05f, 0.07f, 0.11f};
 // The camera stands to the right of the front and a little above: three faces are seen, the lit one
 // among them.
 constexpr double kAzimuthDeg = 30;

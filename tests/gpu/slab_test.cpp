@@ -131,5 +131,25 @@ TEST_F(OpticalDepth, ExponentialHeightAgreesWithDoubleUpAndDown)
     }
 }
 
+TEST_F(OpticalDepth, AnExponentialFarBelowItsZeroHeightIsAWallAndNoInfinity)
+{
+    Scene scene = empty_scene(16);
+    scene.camera.position = {0, 20, 6};
+    scene.camera.look_at = {0, 0, 0};
+    scene.camera.vfov_deg = 90;  // down to the box's floor
+    scene.lights = {SunLight{{0, 0.3, 1}, {3, 3, 3}}};
+    scene.world.radiance = glm::vec3(0.1f);
+    BoxMedium fog;
+    fog.min = {-50, -50, -60};  // 120 heights down: exp is past any float
+    fog.max = {50, 50, 60};
+    fog.profile = ExpHeightProfile{0.5, 0.0};
+    fog.sigma_s = glm::vec3(0.1f);
+    scene.media = {fog};
+    const Still still = render(scene, Settings{});
+    for (const float s : still.scattering)
+        ASSERT_LT(s, 3) << "no more than the sun gives";
+    EXPECT_LT(pixel(still.transmittance, 16, 8, 15).r, 1e-3f);
+}
+
 }  // namespace
 }  // namespace fumarole::test

@@ -1,0 +1,211 @@
+// Files that are not there, not what they say, damaged or not to be written: exit code 1, one line
+// that names the file, and nothing half done.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "cli/run_program.h"
+
+namespace fumarole::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+void expect_refused(const Outcome& run, const std::string& what,
+                    const std::vector<std::string>& named)
+{
+    EXPECT_EQ(run.code, 1) << what << '\n' << run;
+    EXPECT_EQ(run.error_lines(), 1) << what << '\n' << run;
+    EXPECT_EQ(run.err.rfind("fumarole: ", 0), 0u) << what << '\n' << run;
+    for (const std::string& name : named)
+        EXPECT_NE(run.err.find(name), std::string::npos) << what << ": no " << name << '\n' << run;
+}
+
+constexpr const char* kSmall = "--size=32x18";
+
+/// A fog over nothing: the quickest scene there is.
+std::string scene(const std::string& extra = "", const std::string& medium_extra = "")
+{
+    return fmt::format(R"({{
+ "camera": {{"position": [0,-10,0], "look_at": [0,0,0], "vfov_deg": 30}},
+ "lights": [{{"type": "sun", "direction_to_light": [0,0,1], "irradiance_W_per_m2": [3,3,3]}}],
+ {}
+ "media": [{{"type": "box", "min": [-1,-1,-1], "max": [1,1,1], "profile": "homogeneous",
+            "sigma_s": [1,1,1], {} "sigma_a": [0,0,0]}}]
+}})",
+                       extra, medium_extra);
+}
+
+TEST(Input, ThatIsNoVdbIsNamed)
+{
+    const TempFolder folder;
+    folder.write("empty.vdb", "");
+    folder.write("text.vdb", "this is no volume\n");
+    fs::create_directory(folder.path() / "folder.vdb");
+    const std::string whole = read_bytes(sample("fire_plume.vdb"));
+    std::vector<std::string> names{"none.vdb", "empty.vdb", "text.vdb", "folder.vdb",
+                                   "no/where.vdb"};
+    for (const std::size_t bytes : {4u, 30u, 200u, 3000u, 60000u, 470000u}) {
+        names.push_back(fmt::format("cut_at_{}.vdb", bytes));
+        folder.write(names.back(), whole.substr(0, bytes));
+    }
+    std::vector<Arguments> arguments;
+    for (const std::string& name : names) {
+        arguments.push_back({"render", name, kSmall, "-o", "x.png"});
+        arguments.push_back({"info", name});
+    }
+    const std::vector<Outcome> runs = run_all(folder.path(), arguments);
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        expect_refused(runs[i], joined(arguments[i]), {arguments[i][1]});
+        EXPECT_EQ(runs[i].out, "") << joined(arguments[i]);
+    }
+    EXPECT_FALSE(fs::exists(folder.path() / "x.png"));
+}
+
+TEST(Input, DamagedAnywhereNeverCrashes)
+{
+    const TempFolder folder;
+    const std::string whole = read_bytes(sample("fire_plume.vdb"));
+    std::vector<Arguments> arguments;
+    for (std::size_t i = 0; i < 12; ++i) {
+        std::string damaged = whole;
+        // Heads and trees lie at the file's beginning, compressed values all over.
+        const std::size_t at = i < 6 ? 20 + i * 131 : whole.size() * (i - 5) / 7;
+        for (std::size_t k = 0; k < 4; ++k)
+            damaged[at + k] = static_cast<char>(damaged[at + k] ^ (0x5a + 37 * k));
+        const std::string name = fmt::format("damaged_at_{}.vdb", at);
+        folder.write(name, damaged);
+        arguments.push_back({"render", name, kSmall, "-o", name + ".png"});
+    }
+    const std::vector<Outcome> runs = run_all(folder.path(), arguments);
+    int refused = 0;
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        const bool written = fs::exists(folder.path() / arguments[i].back());
+        EXPECT_EQ(written, runs[i].code == 0) << joined(arguments[i]) << '\n' << runs[i];
+        if (runs[i].code == 0)
+            continue;  // a value or a comment: nothing to notice
+        ++refused;
+        expect_refused(runs[i], joined(arguments[i]), {arguments[i][1]});
+    }
+    EXPECT_GT(refused, 0);
+}
+
+TEST(Input, GridsThatAreNotThereAreNamedWithThoseThatAre)
+{
+    const TempFolder folder;
+    const Outcome run = run_program(folder.path(), {"render", sample("fire_plume.vdb"), "--grid",
+                                                    "smoke", kSmall, "-o", "x.png"});
+    expect_refused(run, "--grid smoke", {"fire_plume.vdb", "smoke", "density", "flame"});
+}
+
+TEST(SceneFile, ThatIsWrongIsNamedWithThePlace)
+{
+    const TempFolder folder;
+    struct Case {
+        std::string file, text;
+        std::vector<std::string> named;
+    };
+    const std::vector<Case> cases{
+        {"unknown_key.json", scene("\"fog\": 1,"), {"fog"}},
+        {"unknown_medium_key.json", scene("", "\"sigma_x\": 1,"), {"media[0]", "sigma_x"}},
+        {"negative.json", scene("", "\"g\": 1.5,"), {"media[0]", "g"}},
+        {"no_json.json", "{ \"media\": [ }", {"line 1"}},
+        {"empty.json", "", {}},
+        {"list.json", "[1, 2]", {}},
+        {"no_file.json",
+         R"({"camera": {"position": [0,-10,0], "look_at": [0,0,0], "vfov_deg": 30},
+             "media": [{"type": "vdb", "file": "not_there.vdb", "grid": "density",
+             "sigma_s_per_density": [1,1,1], "sigma_a_per_density": [0,0,0]}]})",
+         {"not_there.vdb"}},
+    };
+    std::vector<Arguments> arguments;
+    for (const Case& c : cases) {
+        folder.write(c.file, c.text);
+        arguments.push_back({"render", c.file, kSmall, "-o", "x.png"});
+    }
+    arguments.push_back({"render", "none.json", "-o", "x.png"});
+    const std::vector<Outcome> runs = run_all(folder.path(), arguments);
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+        std::vector<std::string> named = cases[i].named;
+        if (cases[i].file != "no_file.json")
+            named.push_back(cases[i].file);
+        expect_refused(runs[i], joined(arguments[i]), named);
+    }
+    expect_refused(runs.back(), "none.json", {"none.json"});
+    EXPECT_FALSE(fs::exists(folder.path() / "x.png"));
+}
+
+TEST(Output, ThatCantBeWrittenIsNamedAndLeavesNothing)
+{
+    const TempFolder folder;
+    folder.write("fog.json", scene());
+    folder.write("file", "");
+    fs::create_directory(folder.path() / "folder.png");
+    for (const std::string output :
+         {"no_folder/x.png", "no_folder/x.exr", "file/x.png", "folder.png"}) {
+        const std::vector<std::string> before = list(folder.path());
+        expect_refused(run_program(folder.path(), {"render", "fog.json", kSmall, "-o", output}),
+                       output, {output});
+        EXPECT_EQ(list(folder.path()), before);
+    }
+    expect_refused(run_program(folder.path(), {"render", "fog.json", kSmall, "-o", "x.png",
+                                               "--save-scene", "no_folder/s.json"}),
+                   "--save-scene", {"no_folder/s.json"});
+}
+
+TEST(Output, OnAFullDiskKeepsTheOldFileWhole)
+{
+    const TempFolder folder;
+    folder.write("fog.json", scene());
+    for (const std::string output : {"x.png", "x.exr"}) {
+        const Arguments command{"render", "fog.json", "--size=160x90", "-o", output};
+        RunOptions full;
+        full.file_limit = 500;
+        const std::vector<std::string> before = list(folder.path());
+        expect_refused(run_program(folder.path(), command, full), output, {output});
+        EXPECT_EQ(list(folder.path()), before) << "nothing half written";
+
+        ASSERT_EQ(run_program(folder.path(), command).code, 0);
+        const std::string old = read_bytes(folder.path() / output);
+        EXPECT_GT(old.size(), 500u);
+        const std::vector<std::string> with_old = list(folder.path());
+        expect_refused(run_program(folder.path(), command, full), output, {output});
+        EXPECT_EQ(list(folder.path()), with_old);
+        EXPECT_EQ(read_bytes(folder.path() / output), old);
+    }
+}
+
+TEST(Output, StdoutThatIsFullIsAnError)
+{
+    if (!fs::exists("/dev/full"))
+        GTEST_SKIP() << "no /dev/full here";
+    const TempFolder folder;
+    folder.write("fog.json", scene());
+    for (const Arguments& command :
+         {Arguments{"info", sample("smoke_plume.vdb"), "--json"}, Arguments{"--help"},
+          Arguments{"render", "fog.json", kSmall, "-o", "x.png", "--json"}}) {
+        RunOptions full;
+        full.out = "/dev/full";
+        const Outcome run = run_program(folder.path(), command, full);
+        expect_refused(run, joined(command), {"standard output"});
+    }
+}
+
+TEST(Output, NamesMayHaveSpacesAndAnyLetters)
+{
+    const TempFolder folder;
+    const fs::path odd = folder.path() / "Rauch \xc3\xbc\x62\x65r 'allem' $x";
+    fs::create_directory(odd);
+    fs::copy_file(sample("fire_plume.vdb"), odd / "f\xc3\xa9u 1.vdb");
+    const Outcome run = run_program(
+        odd, {"render", "f\xc3\xa9u 1.vdb", kSmall, "--save-scene", "sc\xc3\xa8ne.json"});
+    EXPECT_EQ(run.code, 0) << run;
+    EXPECT_EQ(list(odd), (std::vector<std::string>{"f\xc3\xa9u 1.png", "f\xc3\xa9u 1.vdb",
+                                                   "sc\xc3\xa8ne.json"}));
+    const Outcome again = run_program(odd, {"render", "sc\xc3\xa8ne.json", kSmall, "-o", "2.png"});
+    EXPECT_EQ(again.code, 0) << again;
+    EXPECT_EQ(read_bytes(odd / "2.png"), read_bytes(odd / "f\xc3\xa9u 1.png"));
+}
+
+}  // namespace
+}  // namespace fumarole::test

@@ -1,0 +1,475 @@
+// `fumarole render` and `fumarole info` as a user runs them: what they write and what they say.
+
+#include <OpenImageIO/imageio.h>
+#include <cmath>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "cli/run_program.h"
+#include "settings.h"
+#include "write/image_writer.h"
+
+namespace fumarole::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+constexpr const char* kSmall = "--size=96x54";
+const std::vector<std::string> kTargets{"composite", "scattering",  "transmittance",
+                                        "surface",   "surface_lit", "depth"};
+
+/// Channels of an EXR that `render` writes, as all_targets: a name to the picture's floats.
+struct Channels {
+    explicit Channels(const fs::path& file)
+        : image{write::read_exr(file, {})}, names{image.channels.begin(), image.channels.end()}
+    {
+    }
+    [[nodiscard]] std::vector<float> of(const std::string& name) const
+    {
+        const auto at = std::find(image.channels.begin(), image.channels.end(), name);
+        EXPECT_NE(at, image.channels.end()) << "no channel " << name;
+        std::vector<float> values;
+        for (std::size_t i = std::size_t(at - image.channels.begin()); i < image.pixels.size();
+             i += image.channels.size())
+            values.push_back(image.pixels[i]);
+        return values;
+    }
+    Image image;
+    std::set<std::string> names;
+};
+
+struct Range {
+    float min = std::numeric_limits<float>::infinity(), max = -min;
+    double mean = 0;
+    bool finite = true;
+};
+Range range_of(const std::vector<float>& values)
+{
+    Range range;
+    for (const float v : values) {
+        range.finite &= std::isfinite(v);
+        range.min = std::min(range.min, v);
+        range.max = std::max(range.max, v);
+        range.mean += v / double(values.size());
+    }
+    return range;
+}
+
+/// Runs that must succeed, quietly.
+Outcome must(const TempFolder& folder, const Arguments& arguments)
+{
+    Outcome run = run_program(folder.path(), arguments);
+    EXPECT_EQ(run.code, 0) << joined(arguments) << '\n' << run;
+    EXPECT_EQ(run.err, "") << joined(arguments);
+    return run;
+}
+
+// Facts of vdb_samples, from the program that made them (pyopenvdb), in report.json beside them.
+struct GridFacts {
+    const char* file;
+    const char* grid;
+    double voxel;
+    glm::ivec3 index_min, index_max;
+    glm::dvec3 world_min, world_max;
+    std::uint64_t active_voxels;
+    double max, mean;
+    std::uint64_t file_bytes;
+};
+const std::vector<GridFacts> kFacts{
+    {"smoke_plume.vdb",
+     "density",
+     0.035714,
+     {7, 5, 7},
+     {110, 110, 150},
+     {-1.75, -1.8214, 0.25},
+     {1.9643, 1.9643, 5.3929},
+     393196,
+     1.13086,
+     0.12788,
+     1012810},
+    {"fire_plume.vdb",
+     "density",
+     0.0625,
+     {2, 1, 4},
+     {58, 59, 104},
+     {-1.875, -1.9375, 0.25},
+     {1.6875, 1.75, 6.5625},
+     76665,
+     0.66943,
+     0.07151,
+     473765},
+    {"fire_plume.vdb",
+     "flame",
+     0.0625,
+     {20, 19, 4},
+     {43, 40, 53},
+     {-0.75, -0.8125, 0.25},
+     {0.75, 0.5625, 3.375},
+     4917,
+     0.91309,
+     0.38585,
+     473765},
+    {"fire_plume.vdb",
+     "temperature",
+     0.0625,
+     {1, 1, 4},
+     {58, 60, 104},
+     {-1.9375, -1.9375, 0.25},
+     {1.6875, 1.8125, 6.5625},
+     85556,
+     2.83984,
+     0.32318,
+     473765},
+    {"cloud.vdb",
+     "density",
+     2.0,
+     {13, 12, 31},
+     {111, 114, 108},
+     {-102, -104, 62},
+     {96, 102, 218},
+     176556,
+     1.0,
+     0.62801,
+     370772},
+};
+
+TEST(Info, NumbersAreTheFiles)
+{
+    const TempFolder folder;
+    std::map<std::string, Json> files;
+    for (const GridFacts& facts : kFacts) {
+        if (!files.contains(facts.file))
+            files[facts.file] =
+                Json::parse(must(folder, {"info", sample(facts.file), "--json"}).out);
+        const Json& info = files[facts.file];
+        EXPECT_EQ(info.at("file_bytes"), facts.file_bytes);
+        const auto& grids = info.at("grids");
+        const auto grid = std::find_if(grids.begin(), grids.end(),
+                                       [&](const Json& g) { return g.at("name") == facts.grid; });
+        ASSERT_NE(grid, grids.end()) << facts.file << ' ' << facts.grid;
+        const std::string what = fmt::format("{} {}", facts.file, facts.grid);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const auto i = glm::length_t(axis);
+            EXPECT_EQ(grid->at("index_min").at(axis), facts.index_min[i]) << what;
+            EXPECT_EQ(grid->at("index_max").at(axis), facts.index_max[i]) << what;
+            EXPECT_NEAR(grid->at("world_min_m").at(axis), facts.world_min[i], 6e-5) << what;
+            EXPECT_NEAR(grid->at("world_max_m").at(axis), facts.world_max[i], 6e-5) << what;
+            EXPECT_NEAR(grid->at("voxel_size_m").at(axis), facts.voxel, 1e-6) << what;
+        }
+        EXPECT_EQ(grid->at("active_voxels"), facts.active_voxels) << what;
+        EXPECT_NEAR(grid->at("max"), facts.max, 1e-5) << what;
+        EXPECT_NEAR(grid->at("mean"), facts.mean, 1e-5) << what;
+        EXPECT_EQ(grid->at("nan"), 0) << what;
+        EXPECT_EQ(grid->at("refusal"), "") << what;
+        EXPECT_GT(grid->at("gpu_bytes"), facts.active_voxels) << what;
+    }
+    const std::string text = must(folder, {"info", sample("fire_plume.vdb")}).out;
+    for (const char* said : {"'density'", "'flame'", "'temperature'", "76665", "0.0625"})
+        EXPECT_NE(text.find(said), std::string::npos) << text;
+}
+
+TEST(Info, GpuBytesAreThoseThatRenderingTakes)
+{
+    const TempFolder folder;
+    const Json info = Json::parse(must(folder, {"info", sample("smoke_plume.vdb"), "--json"}).out);
+    const Json& grid = info.at("grids").at(0);
+    const Json render = Json::parse(
+        must(folder, {"render", sample("smoke_plume.vdb"), kSmall, "--json", "-o", "x.png"}).out);
+    EXPECT_GT(render.at("gpu_bytes"), grid.at("gpu_bytes"));
+    const std::string said = fmt::format("{:.2f} MB", grid.at("gpu_bytes").get<double>() * 1e-6);
+    EXPECT_NE(render.at("explain").dump().find(said), std::string::npos) << render.at("explain");
+}
+
+TEST(Render, ABareVdbGivesAPictureBesideAndSaysWhatItChose)
+{
+    const TempFolder folder;
+    const Outcome run = must(folder, {"render", sample("smoke_plume.vdb"), kSmall});
+    EXPECT_EQ(list(folder.path()), std::vector<std::string>{"smoke_plume.png"});
+    for (const char* said : {"coefficient", "ray march", "all that the volume adds", "samples",
+                             "on the GPU", "wrote smoke_plume.png"})
+        EXPECT_NE(run.out.find(said), std::string::npos) << said << '\n' << run.out;
+    const auto png = OIIO::ImageInput::open((folder.path() / "smoke_plume.png").string());
+    ASSERT_NE(png, nullptr);
+    EXPECT_EQ(png->spec().width, 96);
+    EXPECT_EQ(png->spec().height, 54);
+    EXPECT_EQ(png->spec().nchannels, 3);
+    std::vector<unsigned char> pixels(96 * 54 * 3);
+    ASSERT_TRUE(png->read_image(0, 0, 0, 3, OIIO::TypeDesc::UINT8, pixels.data()));
+    EXPECT_GT(std::set<unsigned char>(pixels.begin(), pixels.end()).size(), 60u) << "a picture";
+}
+
+TEST(Render, ExrHasTheNamedChannelsAndTheyCompose)
+{
+    const TempFolder folder;
+    must(folder, {"render", sample("smoke_plume.vdb"), kSmall, "-o", "x.exr"});
+    const Channels exr(folder.path() / "x.exr");
+    std::set<std::string> expected{"R", "G", "B", "depth.Z"};
+    for (const char* target : {"scattering", "transmittance", "surface", "surface_lit"})
+        for (const char* c : {".R", ".G", ".B"})
+            expected.insert(std::string(target) + c);
+    EXPECT_EQ(exr.names, expected);
+    EXPECT_EQ(exr.image.width, 96);
+    EXPECT_EQ(exr.image.height, 54);
+    for (const std::string& name : exr.names) {
+        const Range range = range_of(exr.of(name));
+        EXPECT_TRUE(range.finite) << name;
+        EXPECT_GE(range.min, 0) << name;
+        EXPECT_LT(range.min, range.max) << name << " is one constant";
+    }
+    EXPECT_LT(range_of(exr.of("transmittance.R")).min, 0.5f) << "smoke hides something";
+    EXPECT_EQ(range_of(exr.of("transmittance.R")).max, 1);
+    EXPECT_EQ(range_of(exr.of("depth.Z")).max, 1e10f) << "the sky";
+    for (const char* c : {"R", "G", "B"}) {
+        const auto of = [&](const char* target) { return exr.of(target + std::string(".") + c); };
+        const std::vector<float> composite = exr.of(c), lit = of("surface_lit"),
+                                 t = of("transmittance"), s = of("scattering");
+        for (std::size_t i = 0; i < t.size(); ++i)
+            ASSERT_NEAR(composite[i], lit[i] * t[i] + s[i], 1e-5 * (1 + composite[i]));
+    }
+}
+
+TEST(Render, SavedSceneRendersTheSameBits)
+{
+    const TempFolder folder;
+    for (const char* name : {"smoke_plume", "fire_plume", "cloud"}) {
+        const std::string scene = fmt::format("{}.json", name);
+        must(folder, {"render", sample(name + std::string(".vdb")), kSmall, "-o", "a.exr",
+                      "--save-scene", scene});
+        must(folder, {"render", scene, "-o", "b.exr"});
+        EXPECT_EQ(read_bytes(folder.path() / "a.exr"), read_bytes(folder.path() / "b.exr")) << name;
+        // And a saved scene that is saved again says the same.
+        must(folder, {"render", scene, "-o", "b.exr", "--save-scene", "again.json"});
+        EXPECT_EQ(read_bytes(folder.path() / scene), read_bytes(folder.path() / "again.json"));
+    }
+}
+
+TEST(Render, TheSamplesScenesRender)
+{
+    const TempFolder folder;
+    for (const auto& entry : fs::directory_iterator(FUM_TEST_DATA)) {
+        if (entry.path().extension() != ".json")
+            continue;
+        must(folder, {"render", entry.path().string(), kSmall, "-o", "x.exr"});
+        const Range range = range_of(Channels(folder.path() / "x.exr").of("scattering.G"));
+        EXPECT_TRUE(range.finite && range.max > 0) << entry.path();
+    }
+}
+
+TEST(Render, SameCommandSameBytesAndAnotherSeedAnother)
+{
+    const TempFolder folder;
+    Arguments command{"render", sample("fire_plume.vdb"), kSmall, "--aa=2", "-o", "1.exr", "-o",
+                      "1.png"};
+    must(folder, command);
+    command[5] = "2.exr";
+    command[7] = "2.png";
+    must(folder, command);
+    EXPECT_EQ(read_bytes(folder.path() / "1.exr"), read_bytes(folder.path() / "2.exr"));
+    EXPECT_EQ(read_bytes(folder.path() / "1.png"), read_bytes(folder.path() / "2.png"));
+    command[5] = "3.exr";
+    command.emplace_back("--seed=7");
+    must(folder, command);
+    const Channels one(folder.path() / "1.exr"), other(folder.path() / "3.exr");
+    EXPECT_NE(one.of("scattering.R"), other.of("scattering.R"));
+    EXPECT_EQ(one.of("surface.R"), other.of("surface.R"));
+    const double mean = range_of(one.of("scattering.R")).mean;
+    EXPECT_NEAR(range_of(other.of("scattering.R")).mean, mean, 0.03 * mean);
+}
+
+TEST(Render, OneTargetIsThatOfAllTargets)
+{
+    const TempFolder folder;
+    const std::string input = sample("smoke_plume.vdb");
+    must(folder, {"render", input, kSmall, "-o", "all.exr"});
+    const Channels all(folder.path() / "all.exr");
+    std::vector<Arguments> commands;
+    for (const std::string& target : kTargets)
+        commands.push_back({"render", input, kSmall, "--target", target, "-o", target + ".exr",
+                            "-o", target + ".png"});
+    for (const Outcome& run : run_all(folder.path(), commands))
+        EXPECT_EQ(run.code, 0) << run;
+    for (const std::string& target : kTargets) {
+        const Channels one(folder.path() / (target + ".exr"));
+        EXPECT_EQ(one.names, (std::set<std::string>{"R", "G", "B"})) << target;
+        for (const char* c : {"R", "G", "B"}) {
+            const std::string name = target == "composite" ? c
+                                     : target == "depth"   ? "depth.Z"
+                                                           : target + "." + c;
+            EXPECT_EQ(one.of(c), all.of(name)) << name;
+        }
+        EXPECT_GT(fs::file_size(folder.path() / (target + ".png")), 100u);
+    }
+}
+
+TEST(Render, AlphaLeavesTheSkyOut)
+{
+    const TempFolder folder;
+    const std::string input = sample("smoke_plume.vdb");
+    must(folder, {"render", input, kSmall, "--alpha", "-o", "x.exr", "-o", "x.png"});
+    const Channels exr(folder.path() / "x.exr");
+    ASSERT_TRUE(exr.names.contains("A"));
+    const std::vector<float> alpha = exr.of("A"), depth = exr.of("depth.Z"), red = exr.of("R"),
+                             transmittance = exr.of("transmittance.R"),
+                             scattering = exr.of("scattering.R"), lit = exr.of("surface_lit.R");
+    int sky = 0;
+    for (std::size_t i = 0; i < alpha.size(); ++i) {
+        const bool is_sky = depth[i] == 1e10f;
+        sky += is_sky ? 1 : 0;
+        ASSERT_NEAR(alpha[i], is_sky ? 1 - transmittance[i] : 1, 1e-5);
+        ASSERT_NEAR(red[i], scattering[i] + (is_sky ? 0 : transmittance[i] * lit[i]), 1e-5);
+    }
+    EXPECT_GT(sky, 100);
+    const auto png = OIIO::ImageInput::open((folder.path() / "x.png").string());
+    ASSERT_NE(png, nullptr);
+    EXPECT_EQ(png->spec().nchannels, 4);
+}
+
+TEST(Render, SizeOfASceneCanBeAsked)
+{
+    const TempFolder folder;
+    for (const char* size : {"1x1", "7x31", "33x2"}) {
+        must(folder, {"render", sample("smoke_plume.json"), "--size", size, "-o", "x.exr"});
+        const Image image = write::read_exr(folder.path() / "x.exr", {"R"});
+        EXPECT_EQ(fmt::format("{}x{}", image.width, image.height), size);
+        EXPECT_TRUE(range_of(image.pixels).finite);
+    }
+}
+
+TEST(Render, AaAveragesFrames)
+{
+    const TempFolder folder;
+    const std::string input = sample("fire_plume.vdb");
+    must(folder, {"render", input, kSmall, "-o", "1.exr"});
+    must(folder, {"render", input, kSmall, "--aa", "16", "-o", "16.exr"});
+    const std::vector<float> one = Channels(folder.path() / "1.exr").of("surface.G");
+    const std::vector<float> many = Channels(folder.path() / "16.exr").of("surface.G");
+    EXPECT_NE(one, many);
+    // A hard edge has values between only where frames are averaged.
+    EXPECT_GT(std::set<float>(many.begin(), many.end()).size(),
+              std::set<float>(one.begin(), one.end()).size());
+    const double mean = range_of(one).mean;
+    EXPECT_NEAR(range_of(many).mean, mean, 0.03 * mean);
+}
+
+TEST(Render, JsonHasWhatTheTableHas)
+{
+    const TempFolder folder;
+    const Outcome run =
+        must(folder, {"render", sample("smoke_plume.vdb"), kSmall, "--json", "--frames", "3",
+                      "--steps", "17", "--target-format", "rgba32f", "-o", "x.exr", "-o", "y.png"});
+    const Json json = Json::parse(run.out);
+    EXPECT_EQ(json.at("size"), Json({96, 54}));
+    EXPECT_EQ(json.at("outputs"), Json({"x.exr", "y.png"}));
+    EXPECT_EQ(json.at("frames"), 3);
+    EXPECT_EQ(json.at("preset"), "default");
+    EXPECT_EQ(json.at("settings").at("steps"), "17");
+    EXPECT_EQ(json.at("settings").at("target-format"), "rgba32f");
+    for (const SettingInfo& setting : setting_table())
+        EXPECT_TRUE(json.at("settings").contains(std::string(setting.name))) << setting.name;
+    EXPECT_GT(json.at("volume_ms"), 0);
+    EXPECT_GT(json.at("samples"), 1000);
+    EXPECT_GT(json.at("gpu_bytes"), 1000000);
+    EXPECT_GT(json.at("setup_ms"), 0);
+    EXPECT_FALSE(json.at("timing").get<std::string>().empty());
+    EXPECT_GE(json.at("passes").size(), 3u);
+    std::set<std::string> names;
+    for (const Json& pass : json.at("passes")) {
+        names.insert(pass.at("name"));
+        EXPECT_LE(pass.at("min_ms"), pass.at("median_ms"));
+        EXPECT_LE(pass.at("median_ms"), pass.at("max_ms"));
+    }
+    EXPECT_TRUE(names.contains("ray march"));
+    EXPECT_EQ(json.at("volume_ms"), json.at("volume").at("median_ms"));
+}
+
+TEST(Render, SamplesGrowWithTheSteps)
+{
+    const TempFolder folder;
+    const auto samples = [&](const Arguments& more) {
+        Arguments command{"render", sample("smoke_plume.vdb"), kSmall, "--json", "-o", "x.png"};
+        command.insert(command.end(), more.begin(), more.end());
+        return Json::parse(must(folder, command).out).at("samples").get<double>();
+    };
+    const double base = samples({});
+    EXPECT_NEAR(samples({"--steps=128"}) / base, 2, 0.2);
+    EXPECT_LT(samples({"--volume-shadows=off"}), 0.3 * base);
+    EXPECT_GT(samples({"--resolution=full"}), 3 * base);
+}
+
+TEST(Render, ExplainSaysWhatWasChosen)
+{
+    const TempFolder folder;
+    const Outcome run =
+        must(folder, {"render", sample("smoke_plume.vdb"), kSmall, "--explain", "-o", "x.png"});
+    for (const char* said : {"what this scene needs:", "media: 1", "extinction:", "phase:",
+                             "emission: none", "lights: 1 sun", "grid 'density'"})
+        EXPECT_NE(run.out.find(said), std::string::npos) << said << '\n' << run.out;
+}
+
+TEST(Render, EveryValueOfEverySettingWorks)
+{
+    const TempFolder folder;
+    // Run i takes value i of every setting at once; then the ends of the numbers.
+    constexpr std::size_t kMostValues = 4;
+    std::vector<Arguments> commands(kMostValues);
+    for (const SettingInfo& setting : setting_table()) {
+        if (setting.values.find("..") != std::string_view::npos)
+            continue;
+        std::vector<std::string> values;
+        std::istringstream names{std::string(setting.values)};
+        for (std::string name; std::getline(names, name, '|');)
+            values.push_back(name);
+        ASSERT_LE(values.size(), kMostValues) << setting.name;
+        for (std::size_t i = 0; i < kMostValues; ++i)
+            commands[i].push_back(fmt::format("--{}={}", setting.name, values[i % values.size()]));
+    }
+    commands.push_back({"--steps=1", "--shadow-steps=1", "--distribution=0", "--g-clamp=0",
+                        "--shadow-map=16", "--depth-threshold=1e-6"});
+    commands.push_back({"--steps=1000", "--shadow-steps=64", "--distribution=1", "--g-clamp=0.9999",
+                        "--shadow-map=8192", "--depth-threshold=1e6", "--least-extinction=1e-3"});
+    commands.push_back({"--preset=eevee2017"});
+    commands.push_back({"--preset=default"});
+    for (std::size_t i = 0; i < commands.size(); ++i) {
+        const Arguments common{"render", sample("fire_plume.vdb"), "--size=48x27", "-o",
+                               fmt::format("{}.exr", i)};
+        commands[i].insert(commands[i].begin(), common.begin(), common.end());
+    }
+    const std::vector<Outcome> runs = run_all(folder.path(), commands);
+    ASSERT_EQ(runs.back().code, 0) << runs.back();
+    const double plain = range_of(Channels(folder.path() / commands.back()[4]).of("G")).mean;
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        ASSERT_EQ(runs[i].code, 0) << joined(commands[i]) << '\n' << runs[i];
+        const Range range = range_of(Channels(folder.path() / commands[i][4]).of("G"));
+        EXPECT_TRUE(range.finite) << joined(commands[i]);
+        // The same scene: no setting makes it night.
+        EXPECT_GT(range.mean, 0.3 * plain) << joined(commands[i]);
+        EXPECT_LT(range.mean, 3 * plain) << joined(commands[i]);
+    }
+}
+
+TEST(Render, OtherBackendsDrawTheSameOrSayWhyNot)
+{
+    const TempFolder folder;
+    const std::string input = sample("smoke_plume.vdb");
+    must(folder, {"render", input, kSmall, "-o", "osmesa.exr"});
+    const Outcome egl =
+        run_program(folder.path(), {"render", input, kSmall, "--backend=egl", "-o", "egl.exr"});
+    if (egl.code != 0) {
+        EXPECT_EQ(egl.code, 1) << egl;
+        EXPECT_NE(egl.err.find("EGL"), std::string::npos) << egl;
+        GTEST_SKIP() << "no EGL here: " << egl.err;
+    }
+    const std::vector<float> a = Channels(folder.path() / "osmesa.exr").of("G");
+    const std::vector<float> b = Channels(folder.path() / "egl.exr").of("G");
+    double difference = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        difference += std::abs(a[i] - b[i]) / double(a.size());
+    EXPECT_LT(difference, 2e-3 * range_of(a).mean);
+}
+
+}  // namespace
+}  // namespace fumarole::test

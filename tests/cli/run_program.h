@@ -1,0 +1,125 @@
+#pragma once
+
+#include <algorithm>
+#include <csignal>
+#include <cstdlib>
+#include <fcntl.h>
+#include <filesystem>
+#include <future>
+#include <string>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <vector>
+
+#include "support/temp_folder.h"
+
+namespace fumarole::test {
+
+using Arguments = std::vector<std::string>;
+
+/// What a run of the program left.
+struct Outcome {
+    int code = -1;  ///< exit code, or 1000 + the signal that ended it
+    std::string out, err;
+
+    /// Lines of what it said on stderr.
+    [[nodiscard]] long error_lines() const { return std::count(err.begin(), err.end(), '\n'); }
+};
+
+inline std::ostream& operator<<(std::ostream& to, const Outcome& run)
+{
+    return to << "exit code " << run.code << "\nstdout: " << run.out.substr(0, 2000)
+              << "\nstderr: " << run.err.substr(0, 2000);
+}
+
+struct RunOptions {
+    std::string out;       ///< file for stdout instead of Outcome::out, e.g. /dev/full
+    long file_limit = -1;  ///< bytes that it may write to a file, as if the disk were full then
+};
+
+/// Runs fumarole as a user does, with `folder` as its working directory.
+inline Outcome run_program(const std::filesystem::path& folder, const Arguments& arguments,
+                           const RunOptions& options = {})
+{
+    std::string out = (folder / "stdout.XXXXXX").string();
+    std::string err = (folder / "stderr.XXXXXX").string();
+    const int out_file =
+        options.out.empty() ? mkstemp(out.data()) : open(options.out.c_str(), O_WRONLY | O_CLOEXEC);
+    const int err_file = mkstemp(err.data());
+    std::vector<char*> argv{const_cast<char*>(FUM_PROGRAM)};
+    for (const std::string& argument : arguments)
+        argv.push_back(const_cast<char*>(argument.c_str()));
+    argv.push_back(nullptr);
+    const pid_t child = fork();
+    if (child == 0) {
+        // Only what is safe after fork in a program of many threads.
+        if (options.file_limit >= 0) {
+            const auto limit = static_cast<rlim_t>(options.file_limit);
+            const rlimit limits{limit, limit};
+            setrlimit(RLIMIT_FSIZE, &limits);
+            std::signal(SIGXFSZ, SIG_IGN);  // else the signal ends it, where a full disk would not
+        }
+        dup2(out_file, STDOUT_FILENO);
+        dup2(err_file, STDERR_FILENO);
+        if (chdir(folder.c_str()) == 0)
+            execv(FUM_PROGRAM, argv.data());
+        _exit(127);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    close(out_file);
+    close(err_file);
+    Outcome run;
+    run.code = WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
+    if (options.out.empty()) {
+        run.out = read_bytes(out);
+        std::filesystem::remove(out);
+    }
+    run.err = read_bytes(err);
+    std::filesystem::remove(err);
+    return run;
+}
+
+/// Several at a time; answers in the order of the arguments.
+inline std::vector<Outcome> run_all(const std::filesystem::path& folder,
+                                    const std::vector<Arguments>& all)
+{
+    constexpr std::size_t kAtOnce = 4;
+    std::vector<Outcome> runs(all.size());
+    std::vector<std::future<void>> workers;
+    for (std::size_t first = 0; first < kAtOnce; ++first)
+        workers.push_back(std::async(std::launch::async, [&, first] {
+            for (std::size_t i = first; i < all.size(); i += kAtOnce)
+                runs[i] = run_program(folder, all[i]);
+        }));
+    for (std::future<void>& worker : workers)
+        worker.get();
+    return runs;
+}
+
+/// Names in a folder, sorted.
+inline std::vector<std::string> list(const std::filesystem::path& folder)
+{
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        names.push_back(entry.path().filename().string());
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+inline std::string joined(const Arguments& arguments)
+{
+    std::string line = "fumarole";
+    for (const std::string& argument : arguments)
+        line += " " + argument;
+    return line;
+}
+
+/// A sample of vdb_samples/, by its file name.
+inline std::string sample(const std::string& name)
+{
+    return std::string(FUM_TEST_DATA) + "/" + name;
+}
+
+}  // namespace fumarole::test

@@ -1,0 +1,111 @@
+// The command line itself: help, versions, and what it refuses with exit code 2.
+
+#include <array>
+#include <gtest/gtest.h>
+
+#include "cli/run_program.h"
+#include "settings.h"
+
+namespace fumarole::test {
+namespace {
+
+TEST(Help, GoesToStdoutAndNamesTheCommands)
+{
+    const TempFolder folder;
+    const auto runs =
+        run_all(folder.path(),
+                {{"--help"}, {"-h"}, {"render", "--help"}, {"info", "--help"}, {"--version"}});
+    for (const Outcome& run : runs) {
+        EXPECT_EQ(run.code, 0) << run;
+        EXPECT_EQ(run.err, "") << run;
+    }
+    for (const char* command : {"info", "render"})
+        EXPECT_NE(runs[0].out.find(command), std::string::npos) << runs[0];
+    EXPECT_EQ(runs[0].out, runs[1].out);
+    for (const SettingInfo& setting : setting_table()) {
+        EXPECT_NE(runs[2].out.find("--" + std::string(setting.name) + " "), std::string::npos)
+            << setting.name;
+        EXPECT_NE(runs[2].out.find(setting.get(Settings{})), std::string::npos)
+            << setting.name << " without its default";
+    }
+    EXPECT_EQ(std::count(runs[4].out.begin(), runs[4].out.end(), '.'), 2) << runs[4];
+    EXPECT_EQ(list(folder.path()).size(), 0u);
+}
+
+TEST(Usage, IsRefusedWithTwoAndTheNameOfWhatIsWrong)
+{
+    struct Case {
+        Arguments arguments;
+        std::string named;
+    };
+    const std::vector<Case> cases{
+        {{}, "subcommand"},
+        {{"smoke"}, "subcommand"},
+        {{"info"}, "FILE"},
+        {{"render"}, "INPUT"},
+        {{"render", "--no-such-option", "x.vdb"}, "--no-such-option"},
+        {{"render", "x.vdb", "-o", "x.jpg"}, "x.jpg"},
+        {{"render", "x.vdb", "-o", "good.png", "-o", "bad"}, "bad"},
+        {{"render", "x.vdb", "--size", "480"}, "--size"},
+        {{"render", "x.vdb", "--size", "0x270"}, "--size"},
+        {{"render", "x.vdb", "--size", "-4x270"}, "--size"},
+        {{"render", "x.vdb", "--size", "480x270x3"}, "--size"},
+        {{"render", "x.vdb", "--size", "99999x9"}, "--size"},
+        {{"render", "x.vdb", "--aa", "0"}, "--aa"},
+        {{"render", "x.vdb", "--aa", "many"}, "--aa"},
+        {{"render", "x.vdb", "--frames", "0"}, "--frames"},
+        {{"render", "x.vdb", "--seed", "-1"}, "--seed"},
+        {{"render", "x.vdb", "--target", "albedo"}, "--target"},
+        {{"render", "x.vdb", "--display", "hdr"}, "--display"},
+        {{"render", "x.vdb", "--exposure", "bright"}, "--exposure"},
+        {{"render", "x.vdb", "--exposure", "nan"}, "--exposure"},
+        {{"render", "x.vdb", "--backend", "vulkan"}, "--backend"},
+        {{"render", "x.vdb", "--up", "x"}, "--up"},
+        {{"render", "x.vdb", "--mode", "magic"}, "--mode"},
+        {{"render", "x.vdb", "--preset", "eevee2016"}, "--preset"},
+        {{"render", "x.vdb", "--alpha", "--target", "depth"}, "--alpha"},
+        {{"render", "x.json", "--grid", "density"}, "--grid"},
+        {{"render", "x.vdb", "--size"}, "--size"},
+    };
+    const TempFolder folder;
+    std::vector<Arguments> arguments;
+    for (const Case& c : cases)
+        arguments.push_back(c.arguments);
+    const std::vector<Outcome> runs = run_all(folder.path(), arguments);
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+        EXPECT_EQ(runs[i].code, 2) << joined(arguments[i]) << '\n' << runs[i];
+        EXPECT_NE(runs[i].err.find(cases[i].named), std::string::npos)
+            << joined(arguments[i]) << '\n'
+            << runs[i];
+        EXPECT_EQ(runs[i].out, "") << joined(arguments[i]);
+        EXPECT_LE(runs[i].error_lines(), 2) << joined(arguments[i]) << '\n' << runs[i];
+    }
+    EXPECT_EQ(list(folder.path()).size(), 0u) << "nothing is written";
+}
+
+TEST(Usage, EverySettingNamesItselfAndWhatItTakes)
+{
+    const TempFolder folder;
+    std::vector<Arguments> arguments;
+    std::vector<const SettingInfo*> settings;
+    for (const SettingInfo& setting : setting_table()) {
+        // A number is refused for each reason in turns.
+        constexpr std::array kBad{"nonsense", "-1", "1e9", "nan"};
+        const bool number = setting.values.find("..") != std::string_view::npos;
+        arguments.push_back(
+            {"render", "x.vdb",
+             "--" + std::string(setting.name) + "=" + kBad.at(number ? settings.size() % 4 : 0)});
+        settings.push_back(&setting);
+    }
+    const std::vector<Outcome> runs = run_all(folder.path(), arguments);
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        const std::string& err = runs[i].err;
+        EXPECT_EQ(runs[i].code, 2) << joined(arguments[i]) << '\n' << runs[i];
+        EXPECT_EQ(runs[i].error_lines(), 1) << joined(arguments[i]) << '\n' << runs[i];
+        EXPECT_NE(err.find("--" + std::string(settings[i]->name) + ":"), std::string::npos) << err;
+        EXPECT_NE(err.find(settings[i]->values), std::string::npos) << err;
+    }
+}
+
+}  // namespace
+}  // namespace fumarole::test
