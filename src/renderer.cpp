@@ -5,7 +5,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <numeric>
 
-#include "error.h"
+#include "errors.h"
 #include "gl/framebuffer.h"
 #include "gl/state_guard.h"
 #include "gl/timer.h"

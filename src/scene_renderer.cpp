@@ -7,7 +7,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <map>
 
-#include "error.h"
+#include "errors.h"
 #include "pass/frame_setup.h"
 
 namespace fumarole {

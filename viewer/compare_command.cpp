@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "command.h"
-#include "error.h"
+#include "errors.h"
 #include "study/false_color.h"
 #include "study/flip.h"
 #include "study/metrics.h"

@@ -4,7 +4,7 @@
 
 #include "asset/vdb_file.h"
 #include "command.h"
-#include "error.h"
+#include "errors.h"
 #include "medium/grid_layout.h"
 
 namespace fumarole::command {

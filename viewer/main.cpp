@@ -4,7 +4,7 @@
 #include <iostream>
 
 #include "command.h"
-#include "error.h"
+#include "errors.h"
 
 int main(int argc, char** argv)
 {

@@ -10,7 +10,7 @@
 #include "asset/auto_scene.h"
 #include "asset/scene_file.h"
 #include "command.h"
-#include "error.h"
+#include "errors.h"
 #include "gl/headless_context.h"
 #include "scene_renderer.h"
 #include "settings.h"

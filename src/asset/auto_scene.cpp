@@ -12,7 +12,7 @@
 #include <unordered_map>
 
 #include "asset/printable.h"
-#include "error.h"
+#include "errors.h"
 
 namespace fumarole::asset {
 

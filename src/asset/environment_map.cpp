@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "asset/printable.h"
-#include "error.h"
+#include "errors.h"
 
 namespace fumarole::asset {
 

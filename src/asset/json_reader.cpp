@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "asset/printable.h"
-#include "error.h"
+#include "errors.h"
 
 namespace fumarole::asset {
 

@@ -18,7 +18,7 @@
 
 #include "asset/ply_check.h"
 #include "asset/printable.h"
-#include "error.h"
+#include "errors.h"
 
 namespace fumarole::asset {
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "asset/printable.h"
-#include "error.h"
+#include "errors.h"
 
 namespace fumarole::asset {
 

@@ -18,7 +18,7 @@
 #include "asset/json_reader.h"
 #include "asset/mesh_file.h"
 #include "asset/vdb_file.h"
-#include "error.h"
+#include "errors.h"
 
 namespace fumarole::asset {
 

@@ -21,7 +21,7 @@
 
 #include "asset/printable.h"
 #include "asset/vdb_layout.h"
-#include "error.h"
+#include "errors.h"
 
 // vdb_layout.h finds the trees in a file and proves that they are whole; OpenVDB expands them; here
 // they become bricks and tiles, which are 0 outside of what is stored, finite, and >= 0.

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <string_view>
 
-#include "error.h"
+#include "errors.h"
 
 namespace fumarole::gl {
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <fmt/format.h>
 
-#include "error.h"
+#include "errors.h"
 #include "gl/label.h"
 
 namespace fumarole::gl {

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <vector>
 
-#include "error.h"
+#include "errors.h"
 
 namespace fumarole::gl {
 

@@ -4,7 +4,7 @@
 #include <regex>
 #include <set>
 
-#include "error.h"
+#include "errors.h"
 #include "gl/label.h"
 
 namespace fumarole::gl {

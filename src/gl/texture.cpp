@@ -4,7 +4,7 @@
 #include <cassert>
 #include <fmt/format.h>
 
-#include "error.h"
+#include "errors.h"
 #include "gl/label.h"
 
 namespace fumarole::gl {

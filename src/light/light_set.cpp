@@ -6,7 +6,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
 
-#include "error.h"
+#include "errors.h"
 #include "light/world_light.h"
 
 namespace fumarole::light {

@@ -15,7 +15,7 @@
 #include <limits>
 #include <string>
 
-#include "error.h"
+#include "errors.h"
 
 namespace fumarole::medium {
 

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "error.h"
+#include "errors.h"
 
 namespace fumarole::medium {
 

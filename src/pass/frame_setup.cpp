@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "error.h"
+#include "errors.h"
 
 namespace fumarole::pass {
 

@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-#include "error.h"
+#include "errors.h"
 #include "study/label_font.h"
 #include "study/srgb.h"
 

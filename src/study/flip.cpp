@@ -18,7 +18,7 @@
 #include <glm/glm.hpp>
 #include <tbb/parallel_for.h>
 
-#include "error.h"
+#include "errors.h"
 #include "study/srgb.h"
 
 namespace fumarole::study {

@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-#include "error.h"
+#include "errors.h"
 
 namespace fumarole::study {
 namespace {

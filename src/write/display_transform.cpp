@@ -19,7 +19,7 @@
 
 #include <fmt/format.h>
 
-#include "error.h"
+#include "errors.h"
 
 namespace fumarole::write {
 namespace {

@@ -27,7 +27,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "error.h"
+#include "errors.h"
 
 namespace fumarole::write {
 namespace {

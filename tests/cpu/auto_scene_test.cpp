@@ -13,7 +13,7 @@
 #include <string>
 
 #include "asset/scene_file.h"
-#include "error.h"
+#include "errors.h"
 
 namespace fumarole::asset {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "error.h"
+#include "errors.h"
 #include "support/temp_folder.h"
 
 namespace fumarole {

@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-#include "error.h"
+#include "errors.h"
 #include "study/label_font.h"
 #include "study/metrics.h"
 

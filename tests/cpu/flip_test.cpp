@@ -13,7 +13,7 @@
 #include <glm/glm.hpp>
 #include <gtest/gtest.h>
 
-#include "error.h"
+#include "errors.h"
 
 namespace fumarole::study {
 namespace {

@@ -13,7 +13,7 @@
 #include <random>
 #include <string>
 
-#include "error.h"
+#include "errors.h"
 #include "voxel_grid.h"
 
 namespace fumarole::medium {

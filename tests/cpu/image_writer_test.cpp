@@ -26,7 +26,7 @@
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
-#include "error.h"
+#include "errors.h"
 
 namespace fumarole::write {
 namespace {

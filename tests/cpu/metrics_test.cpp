@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "error.h"
+#include "errors.h"
 
 namespace fumarole::study {
 namespace {

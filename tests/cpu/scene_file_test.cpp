@@ -14,7 +14,7 @@
 #include <variant>
 #include <vector>
 
-#include "error.h"
+#include "errors.h"
 #include "support/temp_folder.h"
 
 namespace fumarole {

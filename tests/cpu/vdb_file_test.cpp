@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "error.h"
+#include "errors.h"
 #include "support/make_vdb.h"
 #include "support/temp_folder.h"
 #include "voxel_grid.h"

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "error.h"
+#include "errors.h"
 #include "shared/bindings.h"
 #include "support/gl_test.h"
 

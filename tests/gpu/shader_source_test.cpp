@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <set>
 
-#include "error.h"
+#include "errors.h"
 #include "gl/program.h"
 #include "medium/media_set.h"
 #include "support/gl_test.h"
