@@ -49,6 +49,7 @@ struct Renderer::Parts {
             offsets.push_back((static_cast<float>(rank) + 0.5f) /
                               static_cast<float>(pass::kBlueNoise.size()));
         blue_noise.upload(GL_RED, GL_FLOAT, offsets.data());
+        depth_sampler = {device, "scene depth"};
     }
 
     [[nodiscard]] bool monochrome(const Settings& s) const
@@ -68,7 +69,8 @@ struct Renderer::Parts {
     /// False if no medium can be seen: nothing is drawn then.
     bool begin(const Frame& frame, const Settings& s);
     void draw_fullscreen(const gl::Program& program) const;
-    void draw_layer(const Frame& frame, const Settings& s);
+    void draw_layer_depth(const Settings& s);
+    void draw_march(const Settings& s);
     void upsample(const Settings& s, gl::TextureView target);
 
     gl::Device device;
@@ -83,6 +85,7 @@ struct Renderer::Parts {
     gl::UniformBuffer<shared::FrameParams> frame_block;
     gl::UniformBuffer<shared::DrawParams> draw_block;
     gl::Texture blue_noise;
+    gl::Sampler depth_sampler;  ///< so that the host's filter and comparison don't matter
 };
 
 gl::Defines Renderer::Parts::march_defines(const Settings& s) const
@@ -137,21 +140,24 @@ bool Renderer::Parts::begin(const Frame& frame, const Settings& s)
     targets.resize(pass::layer_size(glm::ivec2(frame.color.size), s), format(s), monochrome(s));
     const pass::VolumeLayer layer = targets.layer();
     device->BindTextureUnit(SCENE_DEPTH_UNIT, frame.depth.id);
+    device->BindSampler(SCENE_DEPTH_UNIT, depth_sampler.id());
     device->BindTextureUnit(LAYER_DEPTH_UNIT, layer.depth.id);
     device->BindTextureUnit(BLUE_NOISE_UNIT, blue_noise.id());
     return true;
 }
 
-void Renderer::Parts::draw_layer(const Frame&, const Settings& s)
+void Renderer::Parts::draw_layer_depth(const Settings& s)
 {
-    {
-        const auto time = timers.scope("layer depth");
-        gl::Defines defines{{"LAYER_SCALE", fmt::format("{}", s.resolution)}};
-        if (s.layer_depth == Settings::LayerDepth::checkerboard)
-            defines.emplace_back("CHECKERBOARD", "");
-        targets.depth_framebuffer().bind(targets.size());
-        draw_fullscreen(programs.get({"pass/fullscreen.vert", "pass/layer_depth.frag"}, defines));
-    }
+    const auto time = timers.scope("layer depth");
+    gl::Defines defines{{"LAYER_SCALE", fmt::format("{}", s.resolution)}};
+    if (s.layer_depth == Settings::LayerDepth::checkerboard)
+        defines.emplace_back("CHECKERBOARD", "");
+    targets.depth_framebuffer().bind(targets.size());
+    draw_fullscreen(programs.get({"pass/fullscreen.vert", "pass/layer_depth.frag"}, defines));
+}
+
+void Renderer::Parts::draw_march(const Settings& s)
+{
     const auto time = timers.scope("ray march");
     targets.framebuffer().bind(targets.size());
     draw_fullscreen(
@@ -173,10 +179,16 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 void Renderer::set_scene(const Scene& scene, const Settings& settings)
 {
     const gl::StateGuard guard(parts_->device, GRID_UNIT, BLOCK_COUNT);
-    parts_->media.set(scene, settings.layout, settings.storage);
-    parts_->surfaces.set(scene.surfaces);
-    const auto time = parts_->timers.scope("shadow map");
-    parts_->lights.set(scene, parts_->surfaces, parts_->media.bounds(), settings.shadow_map);
+    try {
+        parts_->media.set(scene, settings.layout, settings.storage);
+        parts_->surfaces.set(scene.surfaces);
+        parts_->lights.set(scene, parts_->surfaces, parts_->media.bounds(), settings.shadow_map);
+    } catch (...) {  // half a scene is none
+        parts_->media.clear();
+        parts_->surfaces.set({});
+        parts_->lights.clear();
+        throw;
+    }
 }
 
 void Renderer::composite(const Frame& frame, const Settings& settings)
@@ -190,7 +202,8 @@ void Renderer::composite(const Frame& frame, const Settings& settings)
     if (!parts.begin(frame, settings))
         return;
     parts.host.attach_color({frame.color});
-    parts.draw_layer(frame, settings);
+    parts.draw_layer_depth(settings);
+    parts.draw_march(settings);
 
     const pass::VolumeLayer layer = parts.targets.layer();
     parts.host.bind(glm::ivec2(frame.color.size));
@@ -255,7 +268,7 @@ double Renderer::count_samples(const Frame& frame, const Settings& settings)
     const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT);
     if (!parts.begin(frame, settings))
         return 0;
-    parts.draw_layer(frame, settings);  // for its depth
+    parts.draw_layer_depth(settings);
     const glm::ivec2 size = parts.targets.size();
     const gl::Texture counts =
         gl::Texture::make_2d(parts.device, "sample counts", size, GL_R32F, gl::Filter::nearest);
@@ -278,7 +291,7 @@ void Renderer::draw_surfaces(const Frame& frame, const Settings& settings, bool 
     const bool dimmed = through_media && settings.volume_shadows && !parts.media.empty() &&
                         parts.lights.count() > 0;
     const gl::StateGuard guard(gl, parts.texture_units(), BLOCK_COUNT);
-    const auto time = parts.timers.scope(dimmed ? "surfaces through media" : "surfaces");
+    const auto time = parts.timers.scope(through_media ? "surfaces through media" : "surfaces");
     const pass::Eye eye = pass::make_eye(frame);
     Settings surface_settings = settings;
     surface_settings.shadow_steps *= kSurfaceShadowFactor;
@@ -301,10 +314,10 @@ void Renderer::draw_surfaces(const Frame& frame, const Settings& settings, bool 
     gl->ClearNamedFramebufferfv(parts.host.id(), GL_DEPTH, 0, &sky);
 
     gl::Defines defines = parts.lights.defines();
-    if (parts.lights.has_environment())
+    if (parts.lights.has_environment()) {
         defines.emplace_back("ENVIRONMENT", "");
-    if (parts.lights.has_environment())
         parts.lights.bind_environment();
+    }
     parts.draw_fullscreen(parts.programs.get({"pass/fullscreen.vert", "pass/sky.frag"}, defines));
 
     if (parts.lights.has_environment())

@@ -24,7 +24,7 @@ struct Frame {
     /// Linear colour, colour-renderable, one level, no multisampling; composited in place. Its
     /// alpha stays.
     gl::TextureView color;
-    /// 2-D depth of the same size, sampled without comparison; only read.
+    /// 2-D depth of the same size; only read, whatever its filter and comparison are set to.
     gl::TextureView depth;
     DepthConvention depth_convention;
     glm::dmat4 view_from_world{1.0};  ///< rigid; right-handed, the eye looks along -z
@@ -62,9 +62,11 @@ public:
     Renderer& operator=(Renderer&&) noexcept;
 
     /// Media, lights, world and surfaces; here surfaces only hide light from the media (and are
-    /// drawn by draw_surfaces). Uploads what differs from the last call: a grid is known by its
-    /// pointer. The camera and the resolution of the scene are not used.
-    /// @throws Error if the scene needs more than this GL has (texture units, sizes), naming both.
+    /// drawn by draw_surfaces). A grid or a mesh is uploaded once, known by its pointer; the shadow
+    /// map is drawn anew: call this when the scene changes, not every frame. The camera and the
+    /// resolution of the scene are not used.
+    /// @throws Error if the scene needs more than this GL has (texture units, sizes, memory),
+    /// naming both; the renderer then holds no scene.
     void set_scene(const Scene& scene, const Settings& settings);
 
     /// Composites the media over frame.color: color * transmittance + scattering.

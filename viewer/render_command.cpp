@@ -121,6 +121,14 @@ Image single_target(const Still& still, const Target& target)
     return image;
 }
 
+/// Depth with the sky, which would rule any exposure, made 0.
+Image without_sky(Image depth)
+{
+    for (float& value : depth.pixels)
+        value = value >= Still::kSkyDepth ? 0.0f : value;
+    return depth;
+}
+
 Image with_alpha(const Still& still)
 {
     Image image = empty_image(still);
@@ -287,6 +295,8 @@ void run(Options options)
                                                      : parse_exposure(options.exposure);
     if (options.target == "transmittance" && options.exposure == "auto")
         display.exposure_ev = 0;  // it has a white of its own
+    if (options.target == "depth" && options.exposure == "auto")
+        display.exposure_ev = write::auto_exposure(without_sky(picture));
     for (const std::string& output : options.outputs) {
         if (fs::path(output).extension() == ".png")
             write::write_png(picture, display, output);

@@ -27,8 +27,8 @@ layout(binding = BLUE_NOISE_UNIT) uniform sampler2D u_blue_noise_tx;
 layout(location = 0) out vec4 out_scattering;
 layout(location = 1) out vec4 out_transmittance;
 
-// Radiance scattered towards the eye per metre of ray at p, and emitted. wo: unit length, to the eye.
-vec3 source_at(vec3 p, vec3 wo, MediumSample medium)
+// Radiance scattered towards the eye at p, per metre of ray and unit of sigma_s. wo: unit length, to the eye.
+vec3 in_scattering_at(vec3 p, vec3 wo, float g)
 {
     vec3 in_scattering = vec3(0.0);
 #ifdef WORLD_LIGHT
@@ -36,6 +36,8 @@ vec3 source_at(vec3 p, vec3 wo, MediumSample medium)
 #endif
     for (int i = 0; i < LIGHT_COUNT; ++i) {
         LightSample light = light_sample(i, p);
+        if (light.irradiance == vec3(0.0))  // outside a spot's cone
+            continue;
         float visibility = surface_visibility(i, p, vec3(0.0));
         if (visibility == 0.0)
             continue;
@@ -43,7 +45,7 @@ vec3 source_at(vec3 p, vec3 wo, MediumSample medium)
         float phase = phase_isotropic();
 #else
         float g_clamp = u_frame.resolve.z;
-        float phase = phase_henyey_greenstein(dot(-light.wi, wo), clamp(medium.g, -g_clamp, g_clamp));
+        float phase = phase_henyey_greenstein(dot(-light.wi, wo), clamp(g, -g_clamp, g_clamp));
 #endif
         vec3 arriving = light.irradiance * (visibility * phase);
 #ifdef VOLUME_SHADOWS
@@ -51,7 +53,7 @@ vec3 source_at(vec3 p, vec3 wo, MediumSample medium)
 #endif
         in_scattering += arriving;
     }
-    return medium.sigma_s * in_scattering + medium.emission;
+    return in_scattering;
 }
 
 void main()
@@ -100,9 +102,9 @@ void main()
         vec3 p = ray.origin + ray.direction * z_sample;
         float ds = (z_next - z) * length_per_z;
         MediumSample medium = sample_media(p);
-        vec3 source = vec3(0.0);
-        if (medium.sigma_s != vec3(0.0) || medium.emission != vec3(0.0))
-            source = source_at(p, wo, medium);
+        vec3 source = medium.emission;
+        if (medium.sigma_s != vec3(0.0))
+            source += medium.sigma_s * in_scattering_at(p, wo, medium.g);
         extinction_t tau = medium.sigma_t * ds;
         scattering += transmittance * source * (ds * slab_weight(tau));
         transmittance *= exp(-tau);

@@ -33,7 +33,7 @@ void main()
     for (int i = 0; i < LIGHT_COUNT; ++i) {
         LightSample light = light_sample(i, p_world);
         float cos_theta = dot(n, light.wi);
-        if (cos_theta <= 0.0)
+        if (cos_theta <= 0.0 || light.irradiance == vec3(0.0))
             continue;
         float visibility = surface_visibility(i, p_world, n);
         if (visibility == 0.0)

@@ -50,6 +50,7 @@ void main()
     }
 #else
     scene_z = media_view_z(scene_z);
+    float reach = u_frame.media_range.z > 0.0 ? u_frame.media_range.z : scene_z;
     // In texels; the layer's samples lie at integers.
     vec2 position = gl_FragCoord.xy / float(LAYER_SCALE) - 0.5 - u_frame.layer_offset.xy;
     ivec2 first = ivec2(floor(position)) - (UPSAMPLE_TAPS / 2 - 1);
@@ -62,7 +63,7 @@ void main()
             // Falls with the fourth power of the relative difference: 1 well inside the threshold,
             // and where no texel fits, the nearest in depth outweighs the rest.
             // Held to where that power has a 32-bit value: 0 / 0 where it has none for all texels.
-            float miss = min(abs(layer_z - scene_z) / (threshold * scene_z), 1e8);
+            float miss = min(abs(layer_z - scene_z) / (threshold * reach), 1e8);
             float weight = tent.x * tent.y / (1.0 + miss * miss * miss * miss);
             sum += weight * texelFetch(u_layer_tx, texel, 0);
             weight_sum += weight;

@@ -25,6 +25,6 @@
 #define MAX_MEDIA 16
 #define MAX_GRIDS 12
 #define MAX_LIGHTS 16
-#define MAX_SHADOW_VIEWS 48
+#define MAX_SHADOW_VIEWS 96  // 16 points, 6 each
 #define MAX_OCTAVES 16
 #define BLUE_NOISE_SIZE 64

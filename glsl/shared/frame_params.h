@@ -29,7 +29,7 @@ struct FrameParams {
     vec4 layer_offset;
 
     vec4 step_range;   // view_z [m] of the first and the last step's end; z: last / first; w unused
-    vec4 media_range;  // view_z [m] within which media can be: nearest, farthest; z, w unused
+    vec4 media_range;  // view_z [m] within which media can be: nearest, farthest; z: their difference if orthographic, else 0
     vec4 march;        // x: steps; y: lambda, 0 linear .. 1 exponential; z: shadow steps; w: jitter offset
     vec4 resolve;      // x: depth threshold; y: largest value the layer's format holds; z: g clamp; w: least sigma_t [1/m]
 };

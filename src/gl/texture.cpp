@@ -122,6 +122,16 @@ Texture Texture::make(const Device& gl, std::string_view label, GLenum target, g
         gl->TextureStorage2D(id, 1, format, size.x, size.y);
     else
         gl->TextureStorage3D(id, 1, format, size.x, size.y, size.z);
+    GLint made = GL_FALSE;
+    gl->GetTextureParameteriv(id, GL_TEXTURE_IMMUTABLE_FORMAT, &made);
+    if (made != GL_TRUE) {
+        while (gl->GetError() != GL_NO_ERROR) {  // ours, not to be left to the host
+        }
+        throw Error(
+            fmt::format("OpenGL: no memory for '{}', {} x {} x {} texels of {} bytes; try a "
+                        "coarser grid, a smaller picture or a smaller --shadow-map",
+                        label, size.x, size.y, size.z, texel_bytes(format)));
+    }
     gl.account(texture_bytes(gl, id));
 
     const bool smooth = filter != Filter::nearest;
@@ -162,6 +172,17 @@ void Texture::upload(GLenum format, GLenum type, const void* data)
         gl->TextureSubImage2D(id(), 0, 0, 0, size_.x, size_.y, format, type, data);
     else
         gl->TextureSubImage3D(id(), 0, 0, 0, 0, size_.x, size_.y, size_.z, format, type, data);
+}
+
+Sampler::Sampler(const Device& gl, std::string_view label)
+{
+    GLuint id = 0;
+    gl->CreateSamplers(1, &id);
+    handle_ = {gl, id};
+    set_label(gl, GL_SAMPLER, id, label);
+    gl->SamplerParameteri(id, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    gl->SamplerParameteri(id, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    gl->SamplerParameteri(id, GL_TEXTURE_COMPARE_MODE, GL_NONE);
 }
 
 std::vector<float> Texture::read(int channels) const

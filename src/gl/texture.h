@@ -51,6 +51,18 @@ private:
     glm::ivec3 size_{0};
 };
 
+/// Fetches texels as they are, whatever the parameters of the texture that it is bound with.
+class Sampler {
+public:
+    Sampler() = default;
+    Sampler(const Device& device, std::string_view label);
+    [[nodiscard]] GLuint id() const { return handle_.id(); }
+
+private:
+    static void destroy(const Device& gl, GLuint id) { gl->DeleteSamplers(1, &id); }
+    Handle<&Sampler::destroy> handle_;
+};
+
 /// floats of a colour or depth texture that we may not own, as Texture::read.
 std::vector<float> read_texture(const Device& device, TextureView texture, int channels,
                                 bool depth = false);

@@ -17,6 +17,8 @@ namespace {
 /// ground would spread it over itself. They are in the outer view.
 constexpr double kLargeSurface = 4;
 
+static_assert(MAX_SHADOW_VIEWS >= 6 * MAX_LIGHTS, "a point light takes six views");
+
 /// Two unit vectors square to n and to each other.
 std::pair<glm::dvec3, glm::dvec3> basis(glm::dvec3 n)
 {
@@ -158,11 +160,21 @@ void LightSet::add_spot_view(const SpotLight& spot, double range, int map_size)
     views_.push_back(view);
 }
 
+void LightSet::clear()
+{
+    lights_.clear();
+    first_view_.clear();
+    views_.clear();
+    suns_ = points_ = spots_ = 0;
+    shadow_map_ = {};
+}
+
 void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, const Bounds& media,
                    int map_size)
 {
+    clear();
     set_world(scene.world);
-    lights_.clear();
+    map_size = std::min(map_size, device_.capabilities().max_texture_2d);
     for (const Light& light : scene.lights)
         if (intensity_of(light) != glm::vec3(0.0f))
             lights_.push_back(light);
@@ -179,13 +191,6 @@ void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, cons
         throw Error(
             fmt::format("the scene has {} lights, and {} is the most at once; leave some out",
                         lights_.size(), MAX_LIGHTS));
-    if (block_.id() == 0) {
-        block_ = {device_, "lights"};
-        draw_block_ = {device_, "shadow draw"};
-    }
-    views_.clear();
-    first_view_.clear();
-    shadow_map_ = {};
     if (surfaces.empty() || lights_.empty())
         return;
     for (const Light& light : lights_) {
@@ -198,16 +203,12 @@ void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, cons
         else if (const auto* spot = std::get_if<SpotLight>(&light))
             add_spot_view(*spot, 1.01 * farthest(spot->position, surfaces.bounds()), map_size);
     }
-    if (views_.size() > MAX_SHADOW_VIEWS)
-        throw Error(fmt::format("the scene's lights need {} shadow views (2 a sun, 6 a point, 1 a "
-                                "spot), and {} is the most at once; leave some out",
-                                views_.size(), MAX_SHADOW_VIEWS));
     draw_shadow_map(surfaces, map_size);
 }
 
 void LightSet::draw_shadow_map(const surface::SurfaceSet& surfaces, int map_size)
 {
-    const int size = std::min(map_size, device_.capabilities().max_texture_2d);
+    const int size = map_size;
     const auto layers = static_cast<int>(views_.size());
     shadow_map_ = gl::Texture::make_2d_array(device_, "shadow map", {size, size, layers},
                                              GL_DEPTH_COMPONENT32F, gl::Filter::depth_compare);

@@ -19,7 +19,8 @@ namespace fumarole::light {
 class LightSet {
 public:
     LightSet(const gl::Device& device, gl::ProgramCache& programs)
-        : device_{device}, programs_{programs}
+        : device_{device}, programs_{programs}, block_{device, "lights"},
+          draw_block_{device, "shadow draw"}
     {
     }
 
@@ -27,11 +28,14 @@ public:
     /// call it under a StateGuard.
     /// @param media what the media fill, so that their shadows get the map's detail
     /// @param map_size texels along an edge of each view
-    /// @throws Error if the scene has more lights or views than the blocks hold.
+    /// @throws Error if the scene has more lights than the block holds.
     void set(const Scene& scene, const surface::SurfaceSet& surfaces, const Bounds& media,
              int map_size);
 
-    /// The lines that glsl/scene/lights.glsl needs, and ENVIRONMENT if the world is a map.
+    /// Leaves no light: what is right after set() has thrown.
+    void clear();
+
+    /// The lines that glsl/scene/lights.glsl needs.
     [[nodiscard]] gl::Defines defines() const;
 
     /// Binds block and shadow map for an eye at `eye` (metres, world).

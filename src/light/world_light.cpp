@@ -40,12 +40,13 @@ Environment shrink(const Environment& map, int width, int height)
         for (int x = 0; x < width; ++x) {
             glm::dvec3 sum(0);
             double weight = 0;
-            for (int j = y * map.height / height; j < (y + 1) * map.height / height; ++j)
+            for (int j = y * map.height / height; j < (y + 1) * map.height / height; ++j) {
+                const double w = texel_solid_angle(j, map.width, map.height);
                 for (int i = x * map.width / width; i < (x + 1) * map.width / width; ++i) {
-                    const double w = texel_solid_angle(j, map.width, map.height);
                     sum += w * glm::dvec3(texel(map, i, j));
                     weight += w;
                 }
+            }
             small.radiance[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
                            static_cast<std::size_t>(x)] = glm::vec3(sum / weight);
         }
@@ -58,9 +59,11 @@ Environment shrink(const Environment& map, int width, int height)
 glm::vec3 mean_radiance(const Environment& map)
 {
     glm::dvec3 sum(0);
-    for (int y = 0; y < map.height; ++y)
+    for (int y = 0; y < map.height; ++y) {
+        const double solid_angle = texel_solid_angle(y, map.width, map.height);
         for (int x = 0; x < map.width; ++x)
-            sum += texel_solid_angle(y, map.width, map.height) * glm::dvec3(texel(map, x, y));
+            sum += solid_angle * glm::dvec3(texel(map, x, y));
+    }
     return glm::vec3(sum / (4 * kPi));
 }
 
@@ -69,6 +72,10 @@ Environment irradiance_map(const Environment& map, int width, int height)
     const Environment lit = shrink(map, std::min(map.width, 128), std::min(map.height, 64));
     Environment out{width, height, {}};
     out.radiance.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+    std::vector<glm::dvec3> directions;
+    for (int y = 0; y < lit.height; ++y)
+        for (int x = 0; x < lit.width; ++x)
+            directions.push_back(direction((x + 0.5) / lit.width, (y + 0.5) / lit.height));
     oneapi::tbb::parallel_for(0, height, [&](int row) {
         for (int column = 0; column < width; ++column) {
             const glm::dvec3 n = direction((column + 0.5) / width, (row + 0.5) / height);
@@ -77,7 +84,7 @@ Environment irradiance_map(const Environment& map, int width, int height)
                 const double solid_angle = texel_solid_angle(y, lit.width, lit.height);
                 for (int x = 0; x < lit.width; ++x) {
                     const double cosine =
-                        glm::dot(n, direction((x + 0.5) / lit.width, (y + 0.5) / lit.height));
+                        glm::dot(n, directions[static_cast<std::size_t>(y) * lit.width + x]);
                     if (cosine > 0)
                         sum += solid_angle * cosine * glm::dvec3(texel(lit, x, y));
                 }

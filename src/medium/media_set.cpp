@@ -157,6 +157,7 @@ void MediaSet::add(const GridMedium& medium, Layout layout, Storage storage)
     media_.push_back(entry);
 
     ++traits_.heterogeneous;
+    traits_.marched += dims ? 1 : 0;
     traits_.colored_density |= dims && main->channels == 3;
 }
 
@@ -187,16 +188,24 @@ void MediaSet::add(const BoxMedium& medium)
         entry.params.profile = {noise->threshold, noise->gain, 1.0 / amplitudes, noise->octaves};
         ++traits_.heterogeneous;
     }
+    if (is_zero(medium.sigma_s + medium.sigma_a))
+        entry.depth = "no_depth";
+    traits_.marched += std::string_view(entry.depth) == "marched_depth" ? 1 : 0;
     media_.push_back(entry);
+}
+
+void MediaSet::clear()
+{
+    grids_.clear();
+    placed_.clear();
+    media_.clear();
+    traits_ = {};
 }
 
 void MediaSet::set(const Scene& scene, Layout layout, Storage storage)
 {
     old_grids_ = std::move(grids_);
-    grids_.clear();
-    placed_.clear();
-    media_.clear();
-    traits_ = {};
+    clear();
     time_ = scene.time;
     for (const Medium& medium : scene.media) {
         if (const auto* grid = std::get_if<GridMedium>(&medium))
@@ -231,8 +240,6 @@ void MediaSet::set(const Scene& scene, Layout layout, Storage storage)
     traits_.colored_extinction |= traits_.colored_density;
     traits_.bricked_grids = static_cast<int>(std::count_if(
         grids_.begin(), grids_.end(), [](const Grid& g_) { return static_cast<bool>(g_.pages); }));
-    if (!media_.empty() && block_.id() == 0)
-        block_ = {device_, "media"};
 }
 
 const char* MediaSet::value_name(int placed) const
@@ -249,14 +256,6 @@ Bounds MediaSet::bounds() const
     Bounds all;
     for (const Entry& entry : media_)
         all.add(entry.world_bounds);
-    return all;
-}
-
-std::vector<Bounds> MediaSet::each_bounds() const
-{
-    std::vector<Bounds> all;
-    for (const Entry& entry : media_)
-        all.push_back(entry.world_bounds);
     return all;
 }
 

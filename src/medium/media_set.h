@@ -18,8 +18,9 @@ namespace fumarole::medium {
 
 /// What the media of a scene have, and so what a shader must do for them.
 struct MediaTraits {
-    int media = 0;  ///< that scatter, absorb or emit at all
-    int heterogeneous = 0;
+    int media = 0;          ///< that scatter, absorb or emit at all
+    int heterogeneous = 0;  ///< that change from place to place
+    int marched = 0;        ///< whose optical depth towards a light has no closed form
     int bricked_grids = 0;
     bool colored_extinction = false;
     bool colored_density = false;
@@ -30,19 +31,20 @@ struct MediaTraits {
 
 class MediaSet {
 public:
-    explicit MediaSet(const gl::Device& device) : device_{device} {}
+    explicit MediaSet(const gl::Device& device) : device_{device}, block_{device, "media"} {}
 
     /// Uploads the grids that are not there yet (known by pointer, layout and storage) and frees
     /// those that the scene no longer has.
     /// @throws Error if a grid or their number is too large for this GL.
     void set(const Scene& scene, Layout layout, Storage storage);
 
+    /// Leaves nothing: what is right after set() has thrown.
+    void clear();
+
     [[nodiscard]] const MediaTraits& traits() const { return traits_; }
     [[nodiscard]] bool empty() const { return media_.empty(); }
     /// What is not 0 of all media, world space.
     [[nodiscard]] Bounds bounds() const;
-    /// The same for each medium.
-    [[nodiscard]] std::vector<Bounds> each_bounds() const;
 
     /// The lines that glsl/scene/media.glsl needs.
     [[nodiscard]] gl::Defines defines() const;
@@ -59,7 +61,7 @@ private:
         std::shared_ptr<const VoxelGrid> source;
         Layout asked_layout = Layout::automatic;
         Storage asked_storage = Storage::automatic;
-        GridLayout plan;  ///< its vectors emptied after the upload
+        GridLayout plan;  ///< its texels and pages emptied after the upload
         gl::Texture texels, pages;
     };
     /// A grid as one medium places it.

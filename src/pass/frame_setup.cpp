@@ -151,7 +151,9 @@ shared::FrameParams make_frame_params(const Frame& frame, const Eye& eye, const 
     if (settings.range == Settings::Range::camera)
         steps = {eye.near, std::isfinite(eye.far) ? eye.far : media_range.y};
     params.step_range = glm::vec4(steps, steps.y / steps.x, 0.0f);
-    params.media_range = glm::vec4(media_range, 0.0f, 0.0f);
+    // Relative depth means nothing where rays are parallel: there an edge is judged by the media's.
+    params.media_range = glm::vec4(
+        media_range, eye.perspective ? 0.0 : std::max(media_range.y - media_range.x, 1e-30), 0.0);
     const float lambda = eye.perspective ? settings.distribution : 0.0f;
     params.march = {settings.steps, lambda, settings.shadow_steps,
                     static_cast<float>(frame.jitter_offset)};

@@ -1,7 +1,9 @@
 #include "surface/surface_set.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
+#include <iterator>
 #include <numbers>
 
 namespace fumarole::surface {
@@ -104,8 +106,15 @@ int SurfaceSet::mesh_index(const std::shared_ptr<const Mesh>& mesh)
     for (std::size_t i = kCubeMesh + 1; i < meshes_.size(); ++i)
         if (meshes_[i].source == mesh)
             return static_cast<int>(i);
-    meshes_.push_back(upload(*mesh, "mesh"));
-    meshes_.back().source = mesh;
+    const auto old = std::find_if(old_meshes_.begin(), old_meshes_.end(),
+                                  [&](const GpuMesh& m) { return m.source == mesh; });
+    if (old != old_meshes_.end()) {
+        meshes_.push_back(std::move(*old));
+        old_meshes_.erase(old);
+    } else {
+        meshes_.push_back(upload(*mesh, "mesh"));
+        meshes_.back().source = mesh;
+    }
     return static_cast<int>(meshes_.size()) - 1;
 }
 
@@ -120,6 +129,10 @@ void SurfaceSet::set(const std::vector<Surface>& surfaces)
         meshes_.push_back(upload(unit_sphere(), "unit sphere"));
         meshes_.push_back(upload(unit_cube(), "unit cube"));
     }
+    // Meshes that no surface names any more go with old_meshes_.
+    old_meshes_.assign(std::make_move_iterator(meshes_.begin() + kCubeMesh + 1),
+                       std::make_move_iterator(meshes_.end()));
+    meshes_.resize(kCubeMesh + 1);
     for (const Surface& surface : surfaces) {
         Instance instance;
         if (const auto* sphere = std::get_if<SphereSurface>(&surface)) {
@@ -142,6 +155,7 @@ void SurfaceSet::set(const std::vector<Surface>& surfaces)
             instance.world_from_object);
         instances_.push_back(instance);
     }
+    old_meshes_.clear();
 }
 
 Bounds SurfaceSet::bounds() const

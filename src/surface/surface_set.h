@@ -47,6 +47,7 @@ private:
 
     const gl::Device& device_;
     std::vector<GpuMesh> meshes_;
+    std::vector<GpuMesh> old_meshes_;  ///< of the scene before, while set() runs
     std::vector<Instance> instances_;
 };
 

@@ -278,9 +278,10 @@ TEST_F(Lighting, WhiteFurnace)
             EXPECT_LT(*std::min_element(still.transmittance.begin(), still.transmittance.end()),
                       0.7f)
                 << "there is a medium to see";
-            const double tolerance = plain ? 3e-6 : 5e-4;
+            const double tolerance = plain ? 64 * 0x1p-24 : 5e-4;
             EXPECT_TRUE(images_near(picture_of(still, still.composite), one, tolerance, tolerance,
-                                    "rounding: of 32-bit sums, or of two 16-bit values under 1"))
+                                    "rounding: of 64 steps' 32-bit sums, 2^-24 each, or of two "
+                                    "16-bit values under 1"))
                 << "medium of kind " << medium.index();
             figure(plain ? "furnace error, 32-bit" : "furnace error, default",
                    max_difference(picture_of(still, still.composite), one));
