@@ -19,8 +19,8 @@ namespace fumarole::light {
 class LightSet {
 public:
     LightSet(const gl::Device& device, gl::ProgramCache& programs)
-        : device_{device}, programs_{programs}, block_{device, "lights"},
-          draw_block_{device, "shadow draw"}
+        : device_{device}, programs_{programs}, block_{device, "lights"}, draw_block_{device,
+                                                                                      "shadow draw"}
     {
     }
 
