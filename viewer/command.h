@@ -16,5 +16,6 @@ public:
 void add_info(CLI::App& app);
 void add_render(CLI::App& app);
 void add_compare(CLI::App& app);
+void add_chart(CLI::App& app);
 
 }  // namespace fumarole::command

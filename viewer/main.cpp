@@ -16,6 +16,7 @@ int main(int argc, char** argv)
     command::add_info(app);
     command::add_render(app);
     command::add_compare(app);
+    command::add_chart(app);
     try {
         try {
             app.parse(argc, argv);

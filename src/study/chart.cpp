@@ -1,0 +1,590 @@
+#include "study/chart.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <random>
+
+#include "errors.h"
+#include "study/flip.h"
+#include "write/image_writer.h"
+
+namespace fumarole::study {
+
+namespace {
+
+constexpr std::string_view kDefault = "default";
+constexpr std::string_view kRaymarch = "raymarch";
+
+/// One setting alone, from the default preset.
+Sweep alone(std::string_view setting, std::vector<std::string_view> values,
+            std::vector<std::string_view> quick)
+{
+    return {kRaymarch, kDefault, {{setting, std::move(values), std::move(quick)}}};
+}
+
+std::vector<Sweep> make_sweeps()
+{
+    return {
+        {kRaymarch, "default", {}},
+        {kRaymarch, "eevee2017", {}},
+        alone("steps", {"8", "16", "32", "64", "128", "256"}, {"16", "256"}),
+        alone("shadow-steps", {"2", "4", "8", "16", "32", "64"}, {"4", "64"}),
+        alone("resolution", {"full", "half", "quarter"}, {"full", "quarter"}),
+        alone("upsample", {"2x2", "4x4", "4x4-box"}, {"4x4"}),
+        alone("distribution", {"0", "0.5", "0.8", "1"}, {}),
+        alone("jitter", {"blue", "none"}, {"none"}),
+        alone("range", {"media", "camera"}, {}),
+        alone("shadow-range", {"media", "light"}, {}),
+        alone("layer-depth", {"checkerboard", "corner"}, {}),
+        alone("depth-threshold", {"0.01", "0.05", "0.2"}, {}),
+        alone("targets", {"auto", "two", "mono"}, {}),
+        alone("target-format", {"r11g11b10f", "rgba16f", "rgba32f"}, {}),
+        alone("storage", {"auto", "r32f", "r16f", "r8"}, {"r8"}),
+        alone("layout", {"auto", "dense", "bricks"}, {"bricks"}),
+        alone("volume-shadows", {"on", "off"}, {"off"}),
+        alone("world-light", {"on", "off"}, {}),
+        alone("shadow-map", {"256", "1024", "4096"}, {}),
+        {kRaymarch,
+         "default",
+         {{"steps", {"8", "16", "32", "64", "128"}, {"16", "128"}},
+          {"shadow-steps", {"2", "4", "8", "16", "32"}, {"4", "16"}},
+          {"resolution", {"full", "half", "quarter"}, {"full", "half"}}}},
+    };
+}
+
+/// The settings of a point in words: what differs from its preset.
+ChartPoint make_point(const Sweep& sweep, const Settings& settings)
+{
+    ChartPoint point;
+    point.mode = sweep.mode;
+    point.preset = sweep.preset;
+    point.settings = settings;
+    const Settings preset = find_preset(sweep.preset);
+    for (const SettingInfo& info : setting_table())
+        if (info.get(settings) != info.get(preset))
+            point.changes.emplace_back(info.name, info.get(settings));
+    point.alone = point.preset == kDefault && point.changes.size() <= 1;
+    return point;
+}
+
+/// Adds what an axis makes of each of these settings.
+std::vector<Settings> spread(const std::vector<Settings>& from, const Axis& axis, bool quick)
+{
+    std::vector<Settings> to;
+    for (const Settings& settings : from)
+        for (const std::string_view value : quick ? axis.quick : axis.values) {
+            to.push_back(settings);
+            find_setting(axis.setting).set(to.back(), value);
+        }
+    return to;
+}
+
+double seconds_since(std::chrono::steady_clock::time_point begin)
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+double median(std::vector<double> values)
+{
+    std::sort(values.begin(), values.end());
+    const std::size_t n = values.size();
+    return (values[(n - 1) / 2] + values[n / 2]) / 2;
+}
+
+std::vector<float>& target_of(Still& still, std::size_t target)
+{
+    const std::array pixels{&Still::composite, &Still::scattering, &Still::transmittance};
+    return still.*pixels[target];
+}
+
+const std::vector<float>& target_of(const ReferenceStill& still, std::size_t target)
+{
+    const std::array pixels{&ReferenceStill::composite, &ReferenceStill::scattering,
+                            &ReferenceStill::transmittance};
+    return still.*pixels[target];
+}
+
+Display display_of(const ReferenceStill& reference)
+{
+    Image image;
+    image.width = reference.width;
+    image.height = reference.height;
+    image.channels = {"R", "G", "B"};
+    image.pixels = reference.composite;
+    return {.exposure_ev = write::auto_exposure(image)};
+}
+
+/// Goes to points and measures them.
+class Visitor {
+public:
+    Visitor(const Scene& scene, const ReferenceStill& reference, SceneRenderer& renderer,
+            const ChartOptions& options)
+        : scene_{scene}, reference_{reference}, renderer_{renderer}, options_{options},
+          display_{display_of(reference)}
+    {
+    }
+
+    ChartVisit visit(const ChartPoint& point, int round)
+    {
+        const auto begin = std::chrono::steady_clock::now();
+        ChartVisit visit;
+        visit.point = point.name();
+        visit.round = round;
+        try {
+            StillReport report;
+            StillOptions still_options;
+            still_options.timed_frames = options_.frames;
+            Still first = renderer_.render(scene_, point.settings, still_options, &report);
+            visit.volume = report.volume;
+            visit.frames = options_.frames;
+            visit.samples = report.samples;
+            visit.gpu_bytes = report.gpu_bytes;
+            if (round == 0)
+                visit.errors = errors(point, first);
+        } catch (const Error& error) {
+            visit.refusal = error.what();
+        }
+        visit.seconds = seconds_since(begin);
+        return visit;
+    }
+
+private:
+    PointErrors errors(const ChartPoint& point, Still& first)
+    {
+        PointErrors found;
+        found.flip = std::numeric_limits<double>::infinity();
+        if (std::all_of(first.composite.begin(), first.composite.end(),
+                        [](float v) { return std::isfinite(v); }))
+            found.flip = flip_of_radiance(first.composite, reference_.composite, first.width,
+                                          first.height, display_)
+                             .mean;
+        std::array<std::vector<std::vector<float>>, 3> frames;
+        const auto add = [&](Still& still) {
+            for (std::size_t t = 0; t < frames.size(); ++t)
+                frames[t].push_back(std::move(target_of(still, t)));
+        };
+        add(first);
+        // Without jitter every seed gives the same picture.
+        found.seeds = point.settings.jitter == Settings::Jitter::none ? 1 : options_.seeds;
+        for (int seed = 1; seed < found.seeds; ++seed) {
+            StillOptions still_options;
+            still_options.seed = static_cast<std::uint32_t>(seed);
+            Still still = renderer_.render(scene_, point.settings, still_options);
+            add(still);
+        }
+        for (std::size_t t = 0; t < frames.size(); ++t)
+            found.targets[t] = target_error(frames[t], target_of(reference_, t));
+        return found;
+    }
+
+    const Scene& scene_;
+    const ReferenceStill& reference_;
+    SceneRenderer& renderer_;
+    const ChartOptions& options_;
+    Display display_;
+};
+
+/// Visits by point and round.
+class Visits {
+public:
+    void add(const ChartVisit& visit) { found_[{visit.point, visit.round}] = visit; }
+
+    [[nodiscard]] const ChartVisit* find(const std::string& point, int round) const
+    {
+        const auto at = found_.find({point, round});
+        return at == found_.end() ? nullptr : &at->second;
+    }
+
+    /// How long the next visit to a point may take, from the last one.
+    [[nodiscard]] double guess(const std::string& point, int round) const
+    {
+        if (round > 0)
+            if (const ChartVisit* first = find(point, 0))
+                return first->seconds * (round == 1 ? 0.7 : 0.6);
+        double sum = 0;
+        for (const auto& [at, visit] : found_)
+            sum += visit.seconds;
+        return found_.empty() ? 1.0 : sum / static_cast<double>(found_.size());
+    }
+
+private:
+    std::map<std::pair<std::string, int>, ChartVisit> found_;
+};
+
+MeasuredPoint gather(const ChartPoint& point, const Visits& visits, int rounds)
+{
+    MeasuredPoint measured;
+    measured.point = point;
+    std::vector<double> medians;
+    for (int round = 0; round < rounds; ++round) {
+        const ChartVisit* visit = visits.find(point.name(), round);
+        if (visit == nullptr)
+            continue;
+        if (!visit->refusal.empty()) {
+            measured.refusal = visit->refusal;
+            return measured;
+        }
+        if (round == 0) {
+            measured.errors = visit->errors;
+            measured.samples = visit->samples;
+            measured.gpu_bytes = visit->gpu_bytes;
+        }
+        const bool first = medians.empty();
+        measured.min_ms =
+            first ? visit->volume.min_ms : std::min(measured.min_ms, visit->volume.min_ms);
+        measured.max_ms = std::max(measured.max_ms, visit->volume.max_ms);
+        measured.frames += visit->frames;
+        medians.push_back(visit->volume.median_ms);
+    }
+    measured.visits = static_cast<int>(medians.size());
+    if (!medians.empty())
+        measured.median_ms = median(medians);
+    return measured;
+}
+
+bool world_shines(const World& world)
+{
+    if (!world.environment_file.empty() || world.environment)
+        return world.environment_scale > 0;
+    return world.radiance != glm::vec3(0);
+}
+
+/// What to know before believing the numbers, in words.
+std::vector<std::string> limits_of(const Scene& scene, const Chart& chart, bool quick)
+{
+    std::vector<std::string> limits;
+    const MeasuredPoint* best = nullptr;
+    for (const MeasuredPoint& p : chart.points)
+        if (p.finite() &&
+            (best == nullptr || p.error(chart.target).relmse < best->error(chart.target).relmse))
+            best = &p;
+    if (world_shines(scene.world) && chart.target != Target::transmittance && best != nullptr)
+        limits.push_back(fmt::format(
+            "This scene's world shines. This version counts the world's light in media as if "
+            "neither media nor surfaces were in its way; the reference does not. The error that "
+            "this leaves no setting moves: it is part of the floor. Of the best point's relMSE "
+            "{:.2e}, {:.0f} % stays however many seeds are averaged, and its scattering is {:+.1f} "
+            "% off on average. --target transmittance has no such floor.",
+            best->error(chart.target).relmse,
+            100 * best->error(chart.target).bias_part / best->error(chart.target).relmse,
+            100 * best->error(Target::scattering).bias));
+    if (chart.rounds < 2)
+        limits.emplace_back("Each point was visited once: the spread of its times is that of "
+                            "neighbouring frames, without the machine's drift.");
+    if (quick)
+        limits.emplace_back("--quick: few points, few seeds and a coarse reference; the whole "
+                            "chart comes without it.");
+    limits.emplace_back("Points on the front that lie closer together than their bars may change "
+                        "places in another run.");
+    for (const MeasuredPoint& p : chart.points) {
+        if (!p.refusal.empty())
+            limits.push_back(fmt::format("{}: not measured: {}", p.point.name(), p.refusal));
+        else if (!p.finite())
+            limits.push_back(fmt::format("{}: its picture is not finite; it is in the table and "
+                                         "not in the chart.",
+                                         p.point.name()));
+    }
+    return limits;
+}
+
+}  // namespace
+
+// ------------------------------------------------------------------------------------- points
+
+const std::vector<Sweep>& sweep_table()
+{
+    static const std::vector<Sweep> table = make_sweeps();
+    return table;
+}
+
+std::string ChartPoint::name() const
+{
+    std::string text = preset;
+    for (const auto& [setting, value] : changes)
+        text += fmt::format(" {}={}", setting, value);
+    return mode == kRaymarch ? text : mode + " " + text;
+}
+
+std::string ChartPoint::arguments() const
+{
+    std::string text = mode == kRaymarch ? "" : fmt::format("--mode {} ", mode);
+    text += "--preset " + preset;
+    for (const auto& [setting, value] : changes)
+        text += fmt::format(" --{} {}", setting, value);
+    return text;
+}
+
+std::vector<ChartPoint> chart_points(bool quick)
+{
+    std::vector<ChartPoint> points;
+    for (const Sweep& sweep : sweep_table()) {
+        std::vector<Settings> all{find_preset(sweep.preset)};
+        for (const Axis& axis : sweep.axes)
+            all = spread(all, axis, quick);
+        for (const Settings& settings : all) {
+            const bool known = std::any_of(points.begin(), points.end(), [&](const ChartPoint& p) {
+                return p.mode == sweep.mode && p.settings == settings;
+            });
+            if (!known)
+                points.push_back(make_point(sweep, settings));
+        }
+    }
+    return points;
+}
+
+// ----------------------------------------------------------------------------------- measuring
+
+TargetError target_error(const std::vector<std::vector<float>>& frames,
+                         std::span<const float> reference)
+{
+    TargetError error;
+    std::vector<double> sum(reference.size());
+    const double n = static_cast<double>(frames.size());
+    error.relmse_min = std::numeric_limits<double>::infinity();
+    for (const std::vector<float>& frame : frames) {
+        const double relmse = compare(frame, reference).relmse;
+        error.relmse += relmse / n;
+        error.relmse_min = std::min(error.relmse_min, relmse);
+        error.relmse_max = std::max(error.relmse_max, relmse);
+        for (std::size_t i = 0; i < sum.size(); ++i)
+            sum[i] += static_cast<double>(frame[i]) / n;
+    }
+    const std::vector<float> mean(sum.begin(), sum.end());
+    const Metrics of_mean = compare(mean, reference);
+    error.bias = of_mean.bias;
+    error.bias_part = of_mean.relmse;
+    if (frames.size() > 1 && of_mean.finite) {
+        // The mean of n frames still holds 1/n of their variance.
+        error.variance = std::max(0.0, (error.relmse - of_mean.relmse) * n / (n - 1));
+        error.bias_part = std::max(0.0, of_mean.relmse - error.variance / n);
+    }
+    return error;
+}
+
+bool MeasuredPoint::finite() const
+{
+    if (!refusal.empty() || visits == 0)
+        return false;
+    return std::all_of(errors.targets.begin(), errors.targets.end(),
+                       [](const TargetError& e) { return std::isfinite(e.relmse); });
+}
+
+Chart measure_chart(const Scene& scene, const ReferenceStill& reference, SceneRenderer& renderer,
+                    const ChartOptions& options)
+{
+    if (scene.media.empty())
+        throw Error("the scene has no media; there is nothing to chart");
+    const auto begin = std::chrono::steady_clock::now();
+    const std::vector<ChartPoint> points = chart_points(options.quick);
+    Visits visits;
+    for (const ChartVisit& visit : options.known)
+        visits.add(visit);
+
+    // What is still to do: round by round, each in an order of its own, always the same.
+    struct Step {
+        const ChartPoint* point;
+        int round;
+    };
+    std::vector<Step> steps;
+    std::mt19937 random(2017);
+    for (int round = 0; round < options.rounds; ++round) {
+        std::vector<Step> turn;
+        for (const ChartPoint& point : points)
+            turn.push_back({&point, round});
+        std::shuffle(turn.begin(), turn.end(), random);
+        steps.insert(steps.end(), turn.begin(), turn.end());
+    }
+
+    Chart chart;
+    Visitor visitor(scene, reference, renderer, options);
+    const int all = static_cast<int>(steps.size());
+    for (int i = 0; i < all; ++i) {
+        const auto& [point, round] = steps[static_cast<std::size_t>(i)];
+        if (options.cancel != nullptr && *options.cancel)
+            throw ChartCancelled();
+        const std::string name = point->name();
+        const ChartVisit* before = visits.find(name, 0);
+        if (visits.find(name, round) != nullptr || (before != nullptr && !before->refusal.empty()))
+            continue;
+        if (options.progress) {
+            double left = 0;
+            for (std::size_t k = static_cast<std::size_t>(i); k < steps.size(); ++k)
+                if (visits.find(steps[k].point->name(), steps[k].round) == nullptr)
+                    left += visits.guess(steps[k].point->name(), steps[k].round);
+            if (round > 0)
+                left = std::min(left, std::max(0.0, options.seconds - seconds_since(begin)));
+            options.progress(i, all, left);
+        }
+        if (round > 0 && seconds_since(begin) + visits.guess(name, round) > options.seconds)
+            break;
+        const ChartVisit visit = visitor.visit(*point, round);
+        visits.add(visit);
+        ++chart.visited;
+        if (options.keep)
+            options.keep(visit);
+    }
+    if (options.progress)
+        options.progress(all, all, 0);
+
+    chart.target = options.target;
+    chart.size = scene.resolution;
+    chart.timing_method = renderer.renderer().timing_method();
+    chart.rounds = options.rounds;
+    chart.floor = std::numeric_limits<double>::infinity();
+    std::vector<std::pair<double, double>> plane;
+    for (const ChartPoint& point : points) {
+        chart.points.push_back(gather(point, visits, options.rounds));
+        const MeasuredPoint& p = chart.points.back();
+        constexpr double kNone = std::numeric_limits<double>::infinity();
+        plane.emplace_back(p.finite() ? p.median_ms : kNone,
+                           p.finite() ? p.error(chart.target).relmse : kNone);
+        chart.floor = std::min(chart.floor, plane.back().second);
+        if (p.refusal.empty())
+            chart.rounds = std::min(chart.rounds, p.visits);
+    }
+    const std::vector<bool> front = pareto_front(plane);
+    for (std::size_t i = 0; i < front.size(); ++i)
+        chart.points[i].front = front[i];
+    chart.limits = limits_of(scene, chart, options.quick);
+    return chart;
+}
+
+// ------------------------------------------------------------------------------------- reading
+
+std::vector<bool> pareto_front(std::span<const std::pair<double, double>> points)
+{
+    std::vector<bool> front;
+    for (const auto& [cost, error] : points) {
+        const bool beaten = std::any_of(points.begin(), points.end(), [&](const auto& other) {
+            return other.first <= cost && other.second <= error &&
+                   (other.first < cost || other.second < error);
+        });
+        front.push_back(!beaten && std::isfinite(cost) && std::isfinite(error));
+    }
+    return front;
+}
+
+std::vector<const MeasuredPoint*> Chart::front() const
+{
+    std::vector<const MeasuredPoint*> found;
+    for (const MeasuredPoint& p : points)
+        if (p.front)
+            found.push_back(&p);
+    std::stable_sort(found.begin(), found.end(),
+                     [](const auto* a, const auto* b) { return a->median_ms < b->median_ms; });
+    return found;
+}
+
+const MeasuredPoint* Chart::find(std::string_view name) const
+{
+    for (const MeasuredPoint& p : points)
+        if (p.point.name() == name)
+            return &p;
+    return nullptr;
+}
+
+std::vector<SettingEffect> setting_effects(const Chart& chart)
+{
+    std::vector<SettingEffect> effects;
+    for (const Sweep& sweep : sweep_table()) {
+        if (sweep.axes.size() != 1)
+            continue;
+        const Settings preset = find_preset(sweep.preset);
+        const MeasuredPoint* base = chart.find(make_point(sweep, preset).name());
+        if (base == nullptr || !base->finite())
+            continue;
+        const SettingInfo& info = find_setting(sweep.axes[0].setting);
+        for (const std::string_view value : sweep.axes[0].values) {
+            Settings settings = preset;
+            info.set(settings, value);
+            const MeasuredPoint* point = chart.find(make_point(sweep, settings).name());
+            if (point != nullptr && point->finite())
+                effects.push_back({.setting = std::string(info.name),
+                                   .value = std::string(value),
+                                   .point = point,
+                                   .time_ratio = point->median_ms / base->median_ms,
+                                   .error_ratio = point->error(chart.target).relmse /
+                                                  base->error(chart.target).relmse,
+                                   .is_default = point == base});
+        }
+    }
+    // A row for the preset's own value tells something only beside others.
+    std::vector<SettingEffect> useful;
+    for (const SettingEffect& effect : effects)
+        if (std::any_of(effects.begin(), effects.end(), [&](const SettingEffect& other) {
+                return other.setting == effect.setting && !other.is_default;
+            }))
+            useful.push_back(effect);
+    return useful;
+}
+
+std::string csv_field(std::string_view text)
+{
+    if (text.find_first_of(",\"\r\n") == std::string_view::npos)
+        return std::string(text);
+    std::string quoted = "\"";
+    for (const char c : text) {
+        quoted += c;
+        if (c == '"')
+            quoted += c;
+    }
+    return quoted + '"';
+}
+
+std::string chart_csv(const Chart& chart)
+{
+    std::vector<std::string> row{"point", "mode", "preset", "front"};
+    for (const SettingInfo& info : setting_table())
+        row.emplace_back(info.name);
+    for (const char* name : {"volume_ms_min", "volume_ms_median", "volume_ms_max", "visits",
+                             "frames", "samples", "gpu_bytes", "seeds"})
+        row.emplace_back(name);
+    for (const std::string_view target : kTargetNames)
+        for (const char* name :
+             {"relmse", "relmse_min", "relmse_max", "bias_part", "variance", "bias"})
+            row.push_back(fmt::format("{}_{}", target, name));
+    row.emplace_back("composite_flip");
+    row.emplace_back("refusal");
+
+    std::string csv;
+    const auto finish_row = [&] {
+        for (std::size_t i = 0; i < row.size(); ++i)
+            csv += (i > 0 ? "," : "") + csv_field(row[i]);
+        csv += "\r\n";
+        row.clear();
+    };
+    finish_row();
+    for (const MeasuredPoint& p : chart.points) {
+        row = {p.point.name(), p.point.mode, p.point.preset, p.front ? "yes" : "no"};
+        for (const SettingInfo& info : setting_table())
+            row.push_back(info.get(p.point.settings));
+        const bool measured = p.visits > 0;
+        const auto number = [&](double value) {
+            row.push_back(measured ? fmt::format("{:.6g}", value) : "");
+        };
+        for (const double value : {p.min_ms, p.median_ms, p.max_ms})
+            number(value);
+        row.push_back(fmt::format("{}", p.visits));
+        row.push_back(fmt::format("{}", p.frames));
+        number(p.samples);
+        row.push_back(fmt::format("{}", p.gpu_bytes));
+        row.push_back(fmt::format("{}", p.errors.seeds));
+        for (const TargetError& e : p.errors.targets)
+            for (const double value :
+                 {e.relmse, e.relmse_min, e.relmse_max, e.bias_part, e.variance, e.bias})
+                number(value);
+        number(p.errors.flip);
+        row.push_back(p.refusal);
+        finish_row();
+    }
+    return csv;
+}
+
+}  // namespace fumarole::study

@@ -1,0 +1,362 @@
+#include "study/reference.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <mutex>
+#include <numbers>
+#include <oneapi/tbb/blocked_range2d.h>
+#include <oneapi/tbb/parallel_for.h>
+
+#include "errors.h"
+#include "scene_renderer.h"
+#include "study/reference_geometry.h"
+#include "study/reference_lights.h"
+#include "study/reference_media.h"
+#include "study/reference_quadrature.h"
+#include "study/reference_world.h"
+
+namespace fumarole::study {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+/// The scene's camera as rays from its near plane on.
+class EyeRays {
+public:
+    explicit EyeRays(const Scene& scene) : camera_{scene.camera}, size_{scene.resolution}
+    {
+        forward_ = glm::normalize(camera_.look_at - camera_.position);
+        right_ = glm::normalize(glm::cross(forward_, camera_.up));
+        up_ = glm::cross(right_, forward_);
+        const double tangent = std::tan(glm::radians(camera_.vfov_deg) / 2);
+        if (camera_.projection == Camera::Projection::perspective)
+            half_ = tangent;
+        else
+            half_ = camera_.ortho_height > 0
+                        ? camera_.ortho_height / 2
+                        : tangent * glm::length(camera_.look_at - camera_.position);
+    }
+
+    /// A ray through a point of the picture; `per_z`: its metres per metre of view depth.
+    [[nodiscard]] Ray ray(glm::dvec2 point, double& per_z) const
+    {
+        const double aspect = size_.x / size_.y;
+        const glm::dvec2 ndc(2 * point.x / size_.x - 1, 1 - 2 * point.y / size_.y);
+        const glm::dvec3 across = ndc.x * half_ * aspect * right_ + ndc.y * half_ * up_;
+        per_z = 1;
+        if (camera_.projection == Camera::Projection::orthographic)
+            return {camera_.position + across, forward_};
+        const glm::dvec3 d = forward_ + across;
+        per_z = glm::length(d);
+        return {camera_.position, d / per_z};
+    }
+
+    [[nodiscard]] double near() const { return camera_.near; }
+    [[nodiscard]] double far() const { return camera_.far; }
+
+private:
+    const Camera& camera_;
+    glm::dvec2 size_;
+    glm::dvec3 forward_, right_, up_;
+    double half_ = 1;
+};
+
+}  // namespace
+
+class Reference::Impl {
+public:
+    Impl(const Scene& scene, double tolerance, const std::atomic<bool>* cancel)
+        : eye_{scene}, surfaces_{scene.surfaces}, media_{scene, tolerance},
+          world_{scene, surfaces_, media_, tolerance, cancel}, tolerance_{tolerance}
+    {
+        for (const Light& light : scene.lights)
+            if (const ReferenceLight made(light); !made.black())
+                lights_.push_back(made);
+    }
+
+    [[nodiscard]] ReferenceSample sample(glm::dvec2 point, double floor) const
+    {
+        ReferenceSample out;
+        double per_z = 1;
+        const Ray ray = eye_.ray(point, per_z);
+        const double begin = eye_.near() * per_z;
+        const auto hit = surfaces_.intersect(ray, begin, eye_.far() * per_z);
+        const double end = hit ? hit->t : kInfinity;
+        double surface_error = 0;
+        if (hit) {
+            out.view_z = hit->t / per_z;
+            surface_error = shade(*hit, out);
+        } else {
+            out.surface = out.surface_lit = world_.radiance()(ray.direction);
+        }
+        if (media_.empty()) {
+            out.error = surface_error;
+            return out;
+        }
+        MediaAlongRay along(media_);
+        along.set(ray, begin, end);
+        out.transmittance = glm::exp(-along.whole_depth());
+        out.error = surface_error * largest(out.transmittance);
+        if (along.breaks().empty())
+            return out;
+        Integral scattered = from_itself_and_world(ray, along, floor);
+        if (media_.scatters())
+            for (const ReferenceLight& light : lights_)
+                scattered += from_light(ray, along, light, floor);
+        out.scattering = scattered.value;
+        out.error += scattered.error;
+        return out;
+    }
+
+    [[nodiscard]] const ReferenceMedia& media() const { return media_; }
+    [[nodiscard]] const ReferenceWorld& world() const { return world_; }
+
+private:
+    /// A light's irradiance of a plane that faces it, with all that is in its way.
+    [[nodiscard]] glm::dvec3 arriving(const ReferenceLight& light, const Origin& from,
+                                      glm::dvec3& clear) const
+    {
+        clear = light.irradiance(from.p);
+        if (clear == glm::dvec3(0))
+            return clear;
+        const glm::dvec3 wi = light.place().wi(from.p);
+        const double range = light.place().range(from.p);
+        if (surfaces_.hidden(from, wi, range)) {
+            clear = glm::dvec3(0);
+            return clear;
+        }
+        return clear * glm::exp(-media_.optical_depth({from.p, wi}, range));
+    }
+
+    /// Fills in the surfaces' radiance; answers with its estimated error.
+    double shade(const SurfaceHit& hit, ReferenceSample& out) const
+    {
+        const WorldIrradiance world = world_.irradiance(hit);
+        glm::dvec3 clear = world.clear, lit = world.lit;
+        const Origin from = surfaces_.leave(hit);
+        for (const ReferenceLight& light : lights_) {
+            const double cosine = glm::dot(hit.shading, light.place().wi(hit.p));
+            if (cosine <= 0)
+                continue;
+            glm::dvec3 without;
+            lit += cosine * arriving(light, from, without);
+            clear += cosine * without;
+        }
+        const glm::dvec3 reflected = glm::dvec3(hit.albedo) / kPi;
+        out.surface = reflected * clear;
+        out.surface_lit = reflected * lit;
+        return largest(reflected) * world.error;
+    }
+
+    [[nodiscard]] Accuracy accuracy(double floor) const
+    {
+        // Half for the quadrature along the ray, half for what the world's light brings along.
+        const double integrals = 1 + static_cast<double>(lights_.size());
+        return {.relative = tolerance_ / 2, .absolute = floor / 2 / integrals};
+    }
+
+    Integral from_itself_and_world(const Ray& ray, const MediaAlongRay& along, double floor) const
+    {
+        ReferenceWorld::Towards towards(world_, -ray.direction);
+        const bool lit = !world_.radiance().black();
+        const auto source = [&](double t) {
+            const MediumPoint medium = along.at(t);
+            glm::dvec3 light = medium.emission;
+            if (lit && medium.sigma_s != glm::dvec3(0))
+                light += medium.sigma_s * towards(ray.at(t), medium.g);
+            if (light == glm::dvec3(0))
+                return light;
+            return light * glm::exp(-along.optical_depth(t));
+        };
+        Integral sum = integrate(source, along.breaks(), accuracy(floor));
+        if (lit)
+            sum.error +=
+                world_.error_of(largest(sum.value)) * largest(1.0 - glm::exp(-along.whole_depth()));
+        return sum;
+    }
+
+    Integral from_light(const Ray& ray, const MediaAlongRay& along, const ReferenceLight& light,
+                        double floor) const
+    {
+        const std::vector<double>& media_breaks = along.breaks();
+        const double begin = media_breaks.front(), end = media_breaks.back();
+        std::vector<double> breaks;
+        surfaces_.add_shadow_breaks(ray, begin, end, light.place(), breaks);
+        light.add_cone_breaks(ray, breaks);
+        media_.add_light_breaks(ray, light.place(), breaks);
+        std::erase_if(breaks, [&](double t) { return !(t > begin && t < end); });
+        breaks.insert(breaks.end(), media_breaks.begin(), media_breaks.end());
+
+        const Equiangular stretch(ray, light.place());
+        if (!light.place().far)
+            if (const double foot = stretch.to_t(0); foot > begin && foot < end)
+                breaks.push_back(foot);
+        std::sort(breaks.begin(), breaks.end());
+        for (double& t : breaks)
+            t = stretch.from_t(t);
+        const glm::dvec3 wo = -ray.direction;
+        const auto source = [&](double x) {
+            const double t = stretch.to_t(x);
+            const MediumPoint medium = along.at(t);
+            if (medium.sigma_s == glm::dvec3(0))
+                return glm::dvec3(0);
+            const glm::dvec3 p = ray.at(t);
+            glm::dvec3 clear;
+            const glm::dvec3 here = arriving(light, {p, -1, glm::dvec3(0)}, clear);
+            if (here == glm::dvec3(0))
+                return here;
+            const double phase =
+                phase_henyey_greenstein(glm::dot(-light.place().wi(p), wo), medium.g);
+            return medium.sigma_s * here * glm::exp(-along.optical_depth(t)) *
+                   (phase * stretch.dt_dx(x));
+        };
+        return integrate(source, breaks, accuracy(floor));
+    }
+
+    EyeRays eye_;
+    ReferenceSurfaces surfaces_;
+    ReferenceMedia media_;
+    ReferenceWorld world_;
+    double tolerance_;
+    std::vector<ReferenceLight> lights_;
+};
+
+Reference::Reference(const Scene& scene, double tolerance, const std::atomic<bool>* cancel)
+    : impl_{std::make_unique<Impl>(scene, tolerance, cancel)}
+{
+}
+
+Reference::~Reference() = default;
+
+ReferenceSample Reference::sample(glm::dvec2 point, double floor) const
+{
+    return impl_->sample(point, floor);
+}
+
+glm::dvec3 Reference::transmittance(glm::dvec3 p, glm::dvec3 wi, double range) const
+{
+    return glm::exp(-impl_->media().optical_depth({p, wi}, range));
+}
+
+glm::dvec3 Reference::world_in_scattering(glm::dvec3 p, glm::dvec3 wo, double g, bool direct) const
+{
+    if (direct)
+        return impl_->world().in_scattering(p, wo, g);
+    ReferenceWorld::Towards towards(impl_->world(), wo);
+    return towards(p, g);
+}
+
+// ---------------------------------------------------------------------------------- a picture
+
+namespace {
+
+/// Absolute error that is good enough where the picture is dark: the tolerance, of a tenth of its
+/// mean. From few pixels spread over the whole picture, whatever the region.
+double dark_floor(const Scene& scene, double tolerance, const std::atomic<bool>* cancel)
+{
+    constexpr int kColumns = 16, kRows = 9;
+    std::vector<double> found(kColumns * kRows);
+    // The world's light is dear: a guess at it is enough here.
+    Scene unlit = scene;
+    unlit.world = {};
+    const Reference relaxed(unlit, 0.05, cancel);
+    const double world = 0.5 * largest(WorldRadiance(scene.world).mean());
+    oneapi::tbb::parallel_for(0, kColumns * kRows, [&](int i) {
+        const glm::dvec2 share((i % kColumns + 0.5) / kColumns, (i / kColumns + 0.5) / kRows);
+        const ReferenceSample s =
+            relaxed.sample(glm::floor(share * glm::dvec2(scene.resolution)) + 0.5, 0);
+        found[static_cast<std::size_t>(i)] =
+            largest(s.scattering) + world * largest(1.0 - s.transmittance);
+    });
+    double mean = 0;
+    for (const double value : found)
+        mean += value / (kColumns * kRows);
+    return 0.1 * tolerance * mean;
+}
+
+void store(std::vector<float>& to, std::size_t pixel, glm::dvec3 color)
+{
+    for (int c = 0; c < 3; ++c)
+        to[pixel * 3 + static_cast<std::size_t>(c)] = static_cast<float>(color[c]);
+}
+
+}  // namespace
+
+ReferenceStill render_reference(const Scene& scene, const ReferenceOptions& options)
+{
+    const glm::ivec2 size(scene.resolution);
+    const ReferenceRegion region = options.region.value_or(ReferenceRegion{0, 0, size.x, size.y});
+    if (region.x < 0 || region.y < 0 || region.width <= 0 || region.height <= 0 ||
+        region.width > size.x - region.x || region.height > size.y - region.y)
+        throw Error(fmt::format("the region {} {} {} {} (x y width height) lies not within the "
+                                "picture of {} x {}",
+                                region.x, region.y, region.width, region.height, size.x, size.y));
+    if (!(options.tolerance > 0))
+        throw Error(fmt::format("a tolerance of {}: give more than 0", options.tolerance));
+    const int aa = std::max(1, options.aa);
+
+    ReferenceStill still;
+    still.width = region.width;
+    still.height = region.height;
+    const auto pixels =
+        static_cast<std::size_t>(region.width) * static_cast<std::size_t>(region.height);
+    for (auto* rgb : {&still.composite, &still.scattering, &still.transmittance, &still.surface,
+                      &still.surface_lit})
+        rgb->resize(pixels * 3);
+    still.depth.resize(pixels);
+    still.error.resize(pixels);
+
+    const Reference reference(scene, options.tolerance, options.cancel);
+    const double floor = dark_floor(scene, options.tolerance, options.cancel);
+    std::mutex progress;
+    std::size_t done = 0;
+    const auto render_pixel = [&](int x, int y) {
+        if (options.cancel != nullptr && *options.cancel)
+            throw ReferenceCancelled();
+        const std::size_t pixel =
+            static_cast<std::size_t>(y) * static_cast<std::size_t>(region.width) +
+            static_cast<std::size_t>(x);
+        glm::dvec3 composite(0), scattering(0), transmittance(0), surface(0), surface_lit(0);
+        double error = 0;
+        for (int i = 0; i < aa; ++i) {
+            // subpixel_offset counts its y upwards, as OpenGL does.
+            const glm::dvec2 offset = subpixel_offset(i) * glm::dvec2(1, -1);
+            const ReferenceSample s =
+                reference.sample(glm::dvec2(region.x + x, region.y + y) + 0.5 + offset, floor);
+            composite += s.composite();
+            scattering += s.scattering;
+            transmittance += s.transmittance;
+            surface += s.surface;
+            surface_lit += s.surface_lit;
+            error += s.error;
+            if (i == 0)
+                still.depth[pixel] = static_cast<float>(s.view_z);
+        }
+        const double n = aa;
+        store(still.composite, pixel, composite / n);
+        store(still.scattering, pixel, scattering / n);
+        store(still.transmittance, pixel, transmittance / n);
+        store(still.surface, pixel, surface / n);
+        store(still.surface_lit, pixel, surface_lit / n);
+        still.error[pixel] = static_cast<float>(error / n);
+    };
+    constexpr int kTile = 8;
+    oneapi::tbb::parallel_for(
+        oneapi::tbb::blocked_range2d<int>(0, region.height, kTile, 0, region.width, kTile),
+        [&](const oneapi::tbb::blocked_range2d<int>& tile) {
+            for (int y = tile.rows().begin(); y < tile.rows().end(); ++y)
+                for (int x = tile.cols().begin(); x < tile.cols().end(); ++x)
+                    render_pixel(x, y);
+            if (!options.progress)
+                return;
+            const std::lock_guard lock(progress);
+            done += tile.rows().size() * tile.cols().size();
+            options.progress(static_cast<double>(done) / static_cast<double>(pixels));
+        },
+        oneapi::tbb::simple_partitioner());
+    return still;
+}
+
+}  // namespace fumarole::study

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <glm/glm.hpp>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <vector>
+
+#include "scene.h"
+
+// The reference: what a scene looks like with light scattered once, as exactly as asked. Direct
+// light of every light and of the world, dimmed by the media and hidden by surfaces on its way;
+// emission; transmittance. On the CPU, in double precision, sharing nothing with the passes on the
+// GPU but the scene.
+
+namespace fumarole::study {
+
+struct ReferenceRegion {
+    int x = 0, y = 0, width = 0, height = 0;  ///< pixels, from the top left
+};
+
+struct ReferenceOptions {
+    double tolerance = 1e-3;  ///< of each pixel, relative; of a tenth of the picture's mean if dark
+    int aa = 1;               ///< samples of a pixel's square, at subpixel_offset(i)
+    std::optional<ReferenceRegion> region;
+    std::function<void(double)> progress;  ///< share of pixels done, 0..1; one call at a time
+    const std::atomic<bool>* cancel = nullptr;
+};
+
+struct ReferenceCancelled : std::runtime_error {
+    ReferenceCancelled() : std::runtime_error("the reference was cancelled") {}
+};
+
+/// RGB floats, rows from the top, linear, as in Still; of the region alone if one was asked for.
+struct ReferenceStill {
+    int width = 0, height = 0;
+    std::vector<float> composite;      ///< surface_lit * transmittance + scattering, by sample
+    std::vector<float> scattering;     ///< scattered and emitted towards the eye [W/m^2/sr]
+    std::vector<float> transmittance;  ///< 0..1
+    std::vector<float> surface;        ///< the picture with no medium
+    std::vector<float> surface_lit;    ///< surfaces lit through the media, not seen through them
+    std::vector<float> depth;          ///< one channel: view_z [m] at pixel centres
+    std::vector<float>
+        error;  ///< one channel: estimated absolute error of composite's worst channel
+};
+
+/// One sample of the picture.
+struct ReferenceSample {
+    glm::dvec3 scattering{0}, transmittance{1}, surface{0}, surface_lit{0};
+    double view_z = 1e10;  ///< metres; Still::kSkyDepth in the sky
+    double error = 0;      ///< estimated, absolute, of surface_lit * transmittance + scattering
+
+    [[nodiscard]] glm::dvec3 composite() const { return surface_lit * transmittance + scattering; }
+};
+
+/// A scene made ready. Const members may be called from any thread; answers don't depend on what
+/// was asked before.
+class Reference {
+public:
+    /// Keeps a reference to `scene`.
+    Reference(const Scene& scene, double tolerance, const std::atomic<bool>* cancel = nullptr);
+    ~Reference();
+    Reference(const Reference&) = delete;
+    Reference& operator=(const Reference&) = delete;
+
+    /// The sample at a point of the picture, pixels from the top left; pixel centres are at .5.
+    /// @param floor absolute error that is good enough, whatever the value
+    [[nodiscard]] ReferenceSample sample(glm::dvec2 point, double floor) const;
+
+    /// exp(-optical depth) from p along the unit vector wi.
+    [[nodiscard]] glm::dvec3 transmittance(glm::dvec3 p, glm::dvec3 wi, double range) const;
+
+    /// The world's light scattered towards wo per unit of sigma_s at p, for a phase of this g: the
+    /// integral over all directions, from the lattice or, `direct`, from p itself.
+    [[nodiscard]] glm::dvec3 world_in_scattering(glm::dvec3 p, glm::dvec3 wo, double g,
+                                                 bool direct) const;
+
+private:
+    class Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+/// Renders a scene. The same bits whatever the number of threads.
+/// @throws ReferenceCancelled soon after options.cancel becomes true; Error if the region lies
+/// outside of the picture or the tolerance is not above 0.
+ReferenceStill render_reference(const Scene& scene, const ReferenceOptions& options);
+
+}  // namespace fumarole::study

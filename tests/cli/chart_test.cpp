@@ -1,0 +1,204 @@
+// `fumarole chart` as a user runs it: its files, its second run, what it refuses.
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <string>
+#include <sys/wait.h>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "support/temp_folder.h"
+
+namespace fumarole::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A box of uniform fog, lit by a sun, in front of a wall: quick to draw and quick to refer to.
+constexpr const char* kScene = R"({
+  "resolution": [48, 27],
+  "camera": {"position": [0, -8, 1], "look_at": [0, 0, 1], "up": [0, 0, 1], "vfov_deg": 30,
+             "near": 0.1, "far": 100, "projection": "perspective"},
+  "world_radiance": [0, 0, 0],
+  "lights": [
+    {"type": "sun", "direction_to_light": [-1, -1, 1], "irradiance_W_per_m2": [3, 3, 3]}
+  ],
+  "media": [
+    {"type": "box", "min": [-1, -1, 0], "max": [1, 1, 2], "profile": "homogeneous",
+     "sigma_s": [0.5, 0.5, 0.5], "sigma_a": [0.1, 0.2, 0.3], "g": 0.2}
+  ],
+  "surfaces": [{"type": "box", "min": [-9, 2, -9], "max": [9, 3, 9], "albedo": [0.5, 0.5, 0.5]}]
+})";
+
+class ChartCommand : public testing::Test {
+protected:
+    struct Result {
+        int exit_code;
+        std::string out, err;
+    };
+
+    [[nodiscard]] std::string path(const std::string& name) const
+    {
+        return (folder_.path() / name).string();
+    }
+    [[nodiscard]] std::string write(const std::string& name, std::string_view text) const
+    {
+        return folder_.write(name, text).string();
+    }
+
+    [[nodiscard]] Result run(const std::vector<std::string>& arguments,
+                             const std::string& environment = "") const
+    {
+        std::string command = environment + " " FUM_PROGRAM " chart";
+        for (const std::string& argument : arguments)
+            command += " '" + argument + "'";
+        command += " >'" + path("out.txt") + "' 2>'" + path("err.txt") + "'";
+        const int status = std::system(command.c_str());
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_bytes(path("out.txt")),
+                read_bytes(path("err.txt"))};
+    }
+
+    /// Names in a folder, the reference's without its key.
+    [[nodiscard]] static std::set<std::string> names_in(const std::string& folder)
+    {
+        std::set<std::string> names;
+        for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+            const std::string name = entry.path().filename().string();
+            names.insert(name.starts_with("reference_") ? "reference" : name);
+        }
+        return names;
+    }
+
+    TempFolder folder_;
+};
+
+std::vector<std::vector<std::string>> parse_csv(const std::string& text)
+{
+    std::vector<std::vector<std::string>> rows{{""}};
+    bool quoted = false;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (c == '"' && quoted && i + 1 < text.size() && text[i + 1] == '"')
+            rows.back().back() += text[++i];
+        else if (c == '"')
+            quoted = !quoted;
+        else if (c == ',' && !quoted)
+            rows.back().emplace_back();
+        else if (c == '\n' && !quoted)
+            rows.push_back({""});
+        else if (c != '\r' || quoted)
+            rows.back().back() += c;
+    }
+    rows.pop_back();
+    return rows;
+}
+
+TEST_F(ChartCommand, WritesAllAndGoesOnFromWhatIsThere)
+{
+    const std::string scene = write("fog.json", kScene);
+    const std::string folder = path("a chart");
+    const Result first = run({scene, "--quick", "--json", "-o", folder});
+    ASSERT_EQ(first.exit_code, 0) << first.err;
+    EXPECT_EQ(first.err, "") << "no progress where there is no terminal";
+    const auto json = nlohmann::json::parse(first.out);
+    const std::size_t points = json["points"].size();
+    EXPECT_GT(points, 10u);
+    EXPECT_EQ(json["reference"]["reused"], false);
+    EXPECT_GE(json["visits_made"], points);
+    EXPECT_EQ(json["size"], (std::vector<int>{48, 27}));
+
+    const std::set<std::string> files{"chart.csv", "chart.partial.jsonl", "chart.png",
+                                      "chart.svg", "report.html",         "reference"};
+    EXPECT_EQ(names_in(folder), files) << "all of them, and nothing unfinished";
+
+    const auto csv = parse_csv(read_bytes(folder + "/chart.csv"));
+    ASSERT_EQ(csv.size(), points + 1);
+    const auto column = [&](const std::string& name) {
+        return static_cast<std::size_t>(std::find(csv[0].begin(), csv[0].end(), name) -
+                                        csv[0].begin());
+    };
+    std::size_t front = 0;
+    for (std::size_t i = 1; i < csv.size(); ++i) {
+        ASSERT_EQ(csv[i].size(), csv[0].size());
+        EXPECT_GT(std::stod(csv[i][column("volume_ms_median")]), 0);
+        EXPECT_GE(std::stod(csv[i][column("composite_relmse")]), 0);
+        front += csv[i][column("front")] == "yes" ? 1 : 0;
+    }
+    EXPECT_GE(front, 1u);
+
+    const std::string html = read_bytes(folder + "/report.html");
+    EXPECT_EQ(html.find("http://"), std::string::npos);
+    EXPECT_EQ(html.find("https://"), std::string::npos);
+    EXPECT_NE(html.find("fumarole render"), std::string::npos);
+    for (std::size_t at = html.find("src="); at != std::string::npos;
+         at = html.find("src=", at + 1))
+        EXPECT_EQ(html.substr(at, 9), "src=\"data");
+    EXPECT_EQ(read_bytes(folder + "/chart.png").substr(1, 3), "PNG");
+
+    // A line that was torn by a crash spoils neither the others nor what is added.
+    std::ofstream(folder + "/chart.partial.jsonl", std::ios::app) << "{\"key\": \"torn";
+    const Result second = run({scene, "--quick", "--json", "-o", folder});
+    ASSERT_EQ(second.exit_code, 0) << second.err;
+    const auto again = nlohmann::json::parse(second.out);
+    EXPECT_EQ(again["reference"]["reused"], true);
+    EXPECT_EQ(again["visits_made"], 0);
+    EXPECT_EQ(again["points"], json["points"]);
+    EXPECT_EQ(names_in(folder), files);
+
+    // As if the sweep had been interrupted: half of its lines are left.
+    const std::string log = read_bytes(folder + "/chart.partial.jsonl");
+    std::ofstream(folder + "/chart.partial.jsonl") << log.substr(0, log.size() / 2);
+    const Result third = run({scene, "--quick", "--json", "-o", folder});
+    ASSERT_EQ(third.exit_code, 0) << third.err;
+    const auto rest = nlohmann::json::parse(third.out);
+    EXPECT_GT(rest["visits_made"], 0);
+    EXPECT_LT(rest["visits_made"], json["visits_made"]);
+
+    const Result table = run({scene, "--quick", "-o", folder, "--target", "transmittance"});
+    ASSERT_EQ(table.exit_code, 0) << table.err;
+    for (const char* part : {"the front, by the transmittance", "eevee2017", "floor:", "wrote"})
+        EXPECT_NE(table.out.find(part), std::string::npos) << part << '\n' << table.out;
+
+    // gnuplot out of sight: all but the pictures, and a word on what to install.
+    fs::remove(folder + "/chart.png");
+    const Result bare = run({scene, "--quick", "-o", folder}, "PATH=/nowhere");
+    EXPECT_EQ(bare.exit_code, 1);
+    EXPECT_NE(bare.err.find("gnuplot-nox"), std::string::npos) << bare.err;
+    EXPECT_FALSE(fs::exists(folder + "/chart.png"));
+    EXPECT_TRUE(fs::exists(folder + "/report.html"));
+}
+
+TEST_F(ChartCommand, SaysWhatIsWrong)
+{
+    const std::string scene = write("fog.json", kScene);
+    const std::string file = write("file", "");
+    const Result folder = run({scene, "--quick", "-o", file + "/below"});
+    EXPECT_EQ(folder.exit_code, 1);
+    EXPECT_NE(folder.err.find("below"), std::string::npos) << folder.err;
+    EXPECT_EQ(run({scene, "--quick", "-o", file}).exit_code, 1);
+
+    const Result missing = run({path("none.vdb"), "--quick", "-o", path("x")});
+    EXPECT_EQ(missing.exit_code, 1);
+    EXPECT_NE(missing.err.find("none.vdb"), std::string::npos) << missing.err;
+    EXPECT_FALSE(fs::exists(path("x"))) << "no folder for nothing";
+
+    std::string bare = kScene;
+    const std::size_t begin = bare.find("\"media\": ["), end = bare.find("\"surfaces\"");
+    bare.replace(begin, end - begin, "\"media\": [], ");
+    const Result empty = run({write("bare.json", bare), "-o", path("x")});
+    EXPECT_EQ(empty.exit_code, 1);
+    EXPECT_NE(empty.err.find("no media"), std::string::npos) << empty.err;
+
+    EXPECT_EQ(run({scene, "--target", "surface"}).exit_code, 2);
+    EXPECT_EQ(run({scene, "--size", "48"}).exit_code, 2);
+    EXPECT_EQ(run({scene, "--tolerance", "0"}).exit_code, 2);
+    EXPECT_EQ(run({}).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace fumarole::test
