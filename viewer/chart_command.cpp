@@ -18,6 +18,7 @@
 #include "command.h"
 #include "errors.h"
 #include "gl/headless_context.h"
+#include "scene_input.h"
 #include "scene_renderer.h"
 #include "study/chart.h"
 #include "study/chart_plot.h"
@@ -49,40 +50,6 @@ struct Effort {
 constexpr Effort kWhole{.tolerance = 1e-3, .frames = 3, .rounds = 3, .seeds = 4, .seconds = 600};
 constexpr Effort kQuick{.tolerance = 1e-2, .frames = 2, .rounds = 2, .seeds = 2, .seconds = 58};
 constexpr double kWritingSeconds = 6;  ///< of all, for plot and report
-
-glm::uvec2 parse_size(const std::string& text)
-{
-    glm::uvec2 size(0);
-    const char* end = text.data() + text.size();
-    const auto width = std::from_chars(text.data(), end, size.x);
-    if (width.ec == std::errc{} && width.ptr != end && *width.ptr == 'x') {
-        const auto height = std::from_chars(width.ptr + 1, end, size.y);
-        if (height.ec == std::errc{} && height.ptr == end && size.x >= 1 && size.y >= 1 &&
-            size.x <= 16384 && size.y <= 16384)
-            return size;
-    }
-    throw UsageError(fmt::format("--size: '{}' is no size; give WIDTHxHEIGHT, each 1..16384, e.g. "
-                                 "480x270",
-                                 text));
-}
-
-asset::LoadedScene load(const Options& options)
-{
-    if (fs::path(options.input).extension() == ".json") {
-        if (!options.grid.empty() || options.up != "auto")
-            throw UsageError("--grid and --up are for a .vdb; a scene file states its own");
-        asset::LoadedScene loaded = asset::load_scene(options.input);
-        if (!options.size.empty())
-            loaded.scene.resolution = parse_size(options.size);
-        return loaded;
-    }
-    asset::AutoSceneOptions automatic;
-    automatic.grid = options.grid;
-    automatic.up = options.up == "auto" ? '\0' : options.up.front();
-    if (!options.size.empty())
-        automatic.resolution = parse_size(options.size);
-    return asset::make_auto_scene(options.input, automatic);
-}
 
 std::string shell_word(const std::string& text)
 {
@@ -329,7 +296,8 @@ void run(const Options& options)
     const Clock::time_point begin = Clock::now();
     const Effort& effort = options.quick ? kQuick : kWhole;
     const double tolerance = options.tolerance.value_or(effort.tolerance);
-    const asset::LoadedScene loaded = load(options);
+    const asset::LoadedScene loaded =
+        load_input({options.input, options.size, options.grid, options.up});
     const Scene& scene = loaded.scene;
     if (scene.media.empty())
         throw Error(

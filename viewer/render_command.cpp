@@ -12,6 +12,7 @@
 #include "command.h"
 #include "errors.h"
 #include "gl/headless_context.h"
+#include "scene_input.h"
 #include "scene_renderer.h"
 #include "settings.h"
 #include "write/image_writer.h"
@@ -34,22 +35,6 @@ struct Options {
     std::map<std::string, std::string> settings;  ///< by name, as given
 };
 
-glm::uvec2 parse_size(const std::string& text)
-{
-    glm::uvec2 size(0);
-    const char* end = text.data() + text.size();
-    const auto width = std::from_chars(text.data(), end, size.x);
-    if (width.ec == std::errc{} && width.ptr != end && *width.ptr == 'x') {
-        const auto height = std::from_chars(width.ptr + 1, end, size.y);
-        if (height.ec == std::errc{} && height.ptr == end && size.x >= 1 && size.y >= 1 &&
-            size.x <= 16384 && size.y <= 16384)
-            return size;
-    }
-    throw UsageError(fmt::format("--size: '{}' is no size; give WIDTHxHEIGHT, each 1..16384, e.g. "
-                                 "480x270",
-                                 text));
-}
-
 Settings parse_settings(const Options& options)
 {
     try {
@@ -60,30 +45,6 @@ Settings parse_settings(const Options& options)
     } catch (const Error& error) {
         throw UsageError(error.what());
     }
-}
-
-bool is_scene_file(const std::string& input)
-{
-    return fs::path(input).extension() == ".json";
-}
-
-asset::LoadedScene load(const Options& options)
-{
-    asset::LoadedScene loaded;
-    if (is_scene_file(options.input)) {
-        if (!options.grid.empty() || options.up != "auto")
-            throw UsageError("--grid and --up are for a .vdb; a scene file states its own");
-        loaded = asset::load_scene(options.input);
-        if (!options.size.empty())
-            loaded.scene.resolution = parse_size(options.size);
-        return loaded;
-    }
-    asset::AutoSceneOptions automatic;
-    automatic.grid = options.grid;
-    automatic.up = options.up == "auto" ? '\0' : options.up.front();
-    if (!options.size.empty())
-        automatic.resolution = parse_size(options.size);
-    return asset::make_auto_scene(options.input, automatic);
 }
 
 /// The channels of one target, as they are called in an EXR of all of them.
@@ -250,7 +211,8 @@ void run(Options options)
     if (options.outputs.empty())
         options.outputs.push_back(fs::path(options.input).stem().string() + ".png");
 
-    const asset::LoadedScene loaded = load(options);
+    const asset::LoadedScene loaded =
+        load_input({options.input, options.size, options.grid, options.up});
     const Scene& scene = loaded.scene;
     if (!options.save_scene.empty())
         asset::save_scene(scene, options.save_scene);

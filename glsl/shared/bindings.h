@@ -20,8 +20,8 @@
 #define IRRADIANCE_UNIT 6
 #define GRID_UNIT 7  // the first of two units a grid: texels, and pages if it has bricks
 
-// How many of each a scene may hold: uniform blocks are at least 16 KiB and fragment shaders have at
-// least 16 texture units, so 4 bricked grids always fit, more where the driver has more.
+// How many of each a scene may hold: uniform blocks are at least 16 KiB and fragment shaders have
+// at least 16 texture units, so 4 bricked grids always fit, more where the driver has more.
 #define MAX_MEDIA 16
 #define MAX_GRIDS 12
 #define MAX_LIGHTS 16

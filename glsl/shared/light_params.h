@@ -5,7 +5,8 @@
 FUM_SHARED_BEGIN
 
 struct LightParams {
-    vec4 position;   // xyz: metres; for a sun the unit direction to it; w: index of its first shadow view
+    vec4 position;  // xyz: metres; for a sun the unit direction to it; w: index of its first shadow
+                    // view
     vec4 intensity;  // rgb: W/m^2 facing a sun, W/sr of a point or a spot
     vec4 axis;       // a spot's: xyz where it shines, unit length; w: cosine of its half cone
     vec4 edge;       // a spot's: x: 1 / width of its fading edge, in cosine
@@ -16,7 +17,8 @@ struct LightParams {
 struct ShadowView {
     mat4 clip_from_world;
     vec4 origin;  // xyz: metres, where depth is 0; w: 1 / range [1/m]
-    vec4 axis;    // xyz: a sun's direction of travel, or 0 where depth is a distance; w: bias [m] (per m of distance where axis is 0)
+    vec4 axis;    // xyz: a sun's direction of travel, or 0 where depth is a distance; w: bias [m]
+                  // (per m of distance where axis is 0)
 };
 
 struct LightsParams {

@@ -6,8 +6,9 @@ FUM_SHARED_BEGIN
 // A grid's texture. Its index space counts voxels from the texture's first voxel centre.
 struct GridParams {
     mat4 index_from_world;  // voxels from metres
-    vec4 inverse_size;      // xyz: 1 / texels of the dense texture or of the atlas; w: value per stored unit
-    vec4 pages;             // xyz: pages along each axis; 0 for a dense grid
+    vec4 inverse_size;  // xyz: 1 / texels of the dense texture or of the atlas; w: value per stored
+                        // unit
+    vec4 pages;         // xyz: pages along each axis; 0 for a dense grid
 };
 
 // One octave of the noise profile: cell = cell_offset + floor(p * frequency + fraction).

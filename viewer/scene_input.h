@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+#include "asset/scene_file.h"
+
+namespace fumarole::command {
+
+/// What a command is given to show, as it was typed.
+struct SceneInput {
+    std::string file;  ///< a .vdb, or a scene file
+    std::string size;  ///< WIDTHxHEIGHT, or "" for the file's own
+    std::string grid;  ///< of a .vdb; "" for the first fog volume
+    std::string up;    ///< of a .vdb: `auto`, `y`, `z`
+};
+
+bool is_scene_file(const std::string& file);
+
+/// Reads a scene file, or makes a scene for a bare .vdb.
+/// @throws UsageError if the words don't fit; Error as the readers do.
+asset::LoadedScene load_input(const SceneInput& input);
+
+}  // namespace fumarole::command
