@@ -1,6 +1,7 @@
 #include "asset/vdb_sampler.h"
 
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <openvdb/Types.h>
 #include <openvdb/tools/Interpolation.h>
@@ -17,7 +18,7 @@ namespace {
 template <class T> using TreeOf = typename openvdb::tree::Tree4<T, 5, 4, 3>::Type;
 using ScalarTree = TreeOf<float>;
 using VectorTree = TreeOf<openvdb::Vec3f>;
-using MaskTree = TreeOf<bool>;
+using IndexTree = TreeOf<std::int32_t>;
 /// Not registered with its tree, which would lock it: trees here never change.
 template <class Tree> using Accessor = openvdb::tree::ValueAccessor<const Tree, false>;
 
@@ -48,15 +49,16 @@ template <> openvdb::Vec3f value_at<openvdb::Vec3f>(const VoxelGrid& grid, std::
     return {grid.values[3 * voxel], grid.values[3 * voxel + 1], grid.values[3 * voxel + 2]};
 }
 
-template <class Tree> std::unique_ptr<Tree> build(const VoxelGrid& grid, MaskTree& cells)
+/// Which bricks have cells that hold something: one voxel of the index for each.
+constexpr std::int32_t kEmptyBrick = 0, kFilledBrick = -1;  ///< above 0: number of its PaddedBrick
+
+template <class Tree> std::unique_ptr<Tree> build(const VoxelGrid& grid, IndexTree& index)
 {
     using T = typename Tree::ValueType;
     auto tree = std::make_unique<Tree>(T(0));
     const auto touch = [&](glm::ivec3 first_brick, glm::ivec3 last_brick) {
         // A cell reaches one voxel on, so a brick's values fill cells of the bricks before it too.
-        cells.fill({to_coord((first_brick - 1) * kBrickDim),
-                    to_coord(last_brick * kBrickDim + (kBrickDim - 1))},
-                   true, true);
+        index.fill({to_coord(first_brick - 1), to_coord(last_brick)}, kFilledBrick, true);
     };
     for (const VoxelTile& tile : grid.tiles) {
         T value;
@@ -82,6 +84,38 @@ template <class Tree> std::unique_ptr<Tree> build(const VoxelGrid& grid, MaskTre
         touch(grid.bricks[b], grid.bricks[b]);
     }
     return tree;
+}
+
+/// A brick with the first values of the bricks after it: all that its cells need, x running
+/// fastest. Walking a ray takes most of the reference's time, and searching the tree took most of
+/// that.
+struct PaddedBrick {
+    static constexpr int kDim = kBrickDim + 1;
+    std::array<float, static_cast<std::size_t>(kDim* kDim* kDim)> values;
+};
+
+/// Copies of the bricks' values, as many as memory may hold; the others are left to the tree.
+std::vector<PaddedBrick> pad(const ScalarTree& tree, const VoxelGrid& grid, IndexTree& index)
+{
+    constexpr std::size_t kMostBytes = std::size_t(1) << 29u;
+    std::vector<PaddedBrick> padded;
+    const Accessor<ScalarTree> accessor(tree);
+    const auto add = [&](glm::ivec3 brick) {
+        const openvdb::Coord at = to_coord(brick);
+        if (index.getValue(at) != kFilledBrick || padded.size() * sizeof(PaddedBrick) > kMostBytes)
+            return;
+        PaddedBrick& one = padded.emplace_back();
+        float* to = one.values.data();
+        for (int z = 0; z < PaddedBrick::kDim; ++z)
+            for (int y = 0; y < PaddedBrick::kDim; ++y)
+                for (int x = 0; x < PaddedBrick::kDim; ++x)
+                    *to++ = accessor.getValue(to_coord(brick * kBrickDim + glm::ivec3(x, y, z)));
+        index.setValueOn(at, static_cast<std::int32_t>(padded.size()));
+    };
+    for (const glm::ivec3 brick : grid.bricks)
+        for (int i = 0; i < 8; ++i)
+            add(brick - glm::ivec3(i & 1, i >> 1 & 1, i >> 2));
+    return padded;
 }
 
 /// The trilinear field of one cell as sum of a[i + 2j + 4k] x^i y^j z^k over the unit cube.
@@ -110,6 +144,22 @@ template <class Value> struct Cell {
             for (std::size_t i = 0; i < 8; ++i)
                 if ((i & axis) != 0)
                     a[i] -= a[i - axis];
+    }
+
+    void fetch(const PaddedBrick& brick, glm::ivec3 in)
+    {
+        constexpr int kY = PaddedBrick::kDim, kZ = kY * kY;
+        const float* v = brick.values.data() + (in.z * kZ + in.y * kY + in.x);
+        for (const int k : {0, 1}) {
+            const auto i = static_cast<std::size_t>(4 * k);
+            const float* w = v + k * kZ;
+            a[i] = Value(static_cast<double>(w[0]));
+            a[i + 1] = Value(static_cast<double>(w[1])) - a[i];
+            a[i + 2] = Value(static_cast<double>(w[kY])) - a[i];
+            a[i + 3] = Value(static_cast<double>(w[kY + 1])) - a[i] - a[i + 1] - a[i + 2];
+        }
+        for (const std::size_t i : {0, 1, 2, 3})
+            a[i + 4] -= a[i];
     }
 
     [[nodiscard]] Value at(glm::dvec3 f) const
@@ -159,57 +209,65 @@ void clip(glm::dvec3 o, glm::dvec3 d, glm::dvec3 low, glm::dvec3 high, double& t
     }
 }
 
-/// Calls visit(cell, t0, t1) for every cell on the ray that may hold something, in order, until it
-/// answers false. Blocks of 8, 128 and 4096 cells that are empty in the mask are passed at once.
-template <class Visit>
-void walk(const MaskTree& mask, glm::dvec3 o, glm::dvec3 d, double t, double end,
-          const Visit& visit)
+/// Voxels along the edge of the empty block that a brick is in.
+int empty_block(const Accessor<IndexTree>& accessor, const openvdb::Coord& brick)
 {
-    const Accessor<MaskTree> accessor(mask);
+    const int depth = accessor.getValueDepth(brick);
+    return kBrickDim * (depth <= 0 ? 4096 : depth == 1 ? 128 : depth == 2 ? 8 : 1);
+}
+
+/// Calls enter(brick, number in the index) for every brick on the ray that may hold something, and
+/// visit(cell, t0, t1) for the brick's cells, in order, until that answers false. Blocks of bricks
+/// that are empty in the index are passed at once.
+template <class Enter, class Visit>
+void walk(const IndexTree& index, glm::dvec3 o, glm::dvec3 d, double t, double end,
+          const Enter& enter, const Visit& visit)
+{
+    const Accessor<IndexTree> accessor(index);
     const glm::ivec3 step(d.x > 0 ? 1 : -1, d.y > 0 ? 1 : -1, d.z > 0 ? 1 : -1);
+    const glm::ivec3 ahead(d.x > 0 ? 1 : 0, d.y > 0 ? 1 : 0, d.z > 0 ? 1 : 0);
     const glm::dvec3 inverse = 1.0 / d;
     glm::ivec3 cell(glm::floor(o + d * t));
 
-    // Where the ray leaves the block [low, low + size), and through which side.
-    const auto leave = [&](glm::ivec3 low, int size, int& side) {
-        double exit = kInfinity;
-        side = 0;
-        for (int axis = 0; axis < 3; ++axis) {
-            if (d[axis] == 0)
-                continue;
-            const double plane =
-                static_cast<double>(low[axis]) + (step[axis] > 0 ? static_cast<double>(size) : 0.0);
-            const double at = (plane - o[axis]) * inverse[axis];
-            if (at < exit) {
-                exit = at;
-                side = axis;
-            }
-        }
-        return exit;
+    // Where the ray meets the next plane of an axis.
+    const auto plane = [&](int axis, int at) {
+        return d[axis] == 0 ? kInfinity : (static_cast<double>(at) - o[axis]) * inverse[axis];
+    };
+    const auto nearest = [](const std::array<double, 3>& at) {
+        return at[0] < at[1] ? (at[0] < at[2] ? 0 : 2) : (at[1] < at[2] ? 1 : 2);
     };
 
     while (t < end) {
-        const openvdb::Coord coord = to_coord(cell);
-        if (!accessor.isValueOn(coord)) {
-            const int depth = accessor.getValueDepth(coord);
-            const int size = depth <= 0 ? 4096 : (depth == 1 ? 128 : kBrickDim);
+        const glm::ivec3 brick = cell >> 3;
+        const openvdb::Coord coord = to_coord(brick);
+        const std::int32_t number = accessor.getValue(coord);
+        if (number == kEmptyBrick) {
+            const int size = empty_block(accessor, coord);
             const glm::ivec3 low = cell & -size;
-            int side = 0;
-            t = std::max(t, leave(low, size, side));
+            std::array<double, 3> exits;
+            for (int axis = 0; axis < 3; ++axis)
+                exits[static_cast<std::size_t>(axis)] = plane(axis, low[axis] + size * ahead[axis]);
+            const int side = nearest(exits);
+            t = std::max(t, exits[static_cast<std::size_t>(side)]);
             if (!(t < end))
                 return;
             cell = glm::clamp(glm::ivec3(glm::floor(o + d * t)), low, low + (size - 1));
             cell[side] = step[side] > 0 ? low[side] + size : low[side] - 1;
             continue;
         }
-        const glm::ivec3 brick = cell & -kBrickDim;
-        while ((cell & -kBrickDim) == brick && t < end) {
-            int side = 0;
-            const double exit = std::min(leave(cell, 1, side), end);
+        enter(brick, number);
+        std::array<double, 3> next;
+        for (int axis = 0; axis < 3; ++axis)
+            next[static_cast<std::size_t>(axis)] = plane(axis, cell[axis] + ahead[axis]);
+        for (bool inside = true; inside && t < end;) {
+            const int side = nearest(next);
+            const double exit = std::min(next[static_cast<std::size_t>(side)], end);
             if (exit > t && !visit(cell, t, exit))
                 return;
             t = std::max(t, exit);
             cell[side] += step[side];
+            next[static_cast<std::size_t>(side)] = plane(side, cell[side] + ahead[side]);
+            inside = cell[side] >> 3 == brick[side];
         }
     }
 }
@@ -218,7 +276,8 @@ void walk(const MaskTree& mask, glm::dvec3 o, glm::dvec3 d, double t, double end
 
 struct VdbSampler::Impl {
     std::variant<std::unique_ptr<ScalarTree>, std::unique_ptr<VectorTree>> tree;
-    MaskTree cells{false};  ///< bricks of cells that may hold more than 0
+    IndexTree index{kEmptyBrick};
+    std::vector<PaddedBrick> padded;
     glm::dvec3 low{1}, high{0};
 
     /// Calls visit(cell's polynomial, point in the cell, t0, t1).
@@ -234,9 +293,18 @@ struct VdbSampler::Impl {
             [&]<class Tree>(const std::unique_ptr<Tree>& held) {
                 const Accessor<Tree> accessor(*held);
                 CellOf<Tree> cell;
-                walk(cells, o, d, t0, t1, [&](glm::ivec3 index, double begin, double end) {
-                    cell.fetch(accessor, index);
-                    return visit(cell, o + d * begin - glm::dvec3(index), begin, end);
+                const PaddedBrick* brick = nullptr;
+                glm::ivec3 first(0);
+                const auto enter = [&](glm::ivec3 at, std::int32_t number) {
+                    brick = number > 0 ? &padded[static_cast<std::size_t>(number - 1)] : nullptr;
+                    first = at * kBrickDim;
+                };
+                walk(index, o, d, t0, t1, enter, [&](glm::ivec3 at, double begin, double end) {
+                    if (brick != nullptr)
+                        cell.fetch(*brick, at - first);
+                    else
+                        cell.fetch(accessor, at);
+                    return visit(cell, o + d * begin - glm::dvec3(at), begin, end);
                 });
             },
             tree);
@@ -245,10 +313,13 @@ struct VdbSampler::Impl {
 
 VdbSampler::VdbSampler(const VoxelGrid& grid) : impl_(std::make_unique<Impl>())
 {
-    if (grid.channels == 1)
-        impl_->tree = build<ScalarTree>(grid, impl_->cells);
-    else
-        impl_->tree = build<VectorTree>(grid, impl_->cells);
+    if (grid.channels == 1) {
+        auto tree = build<ScalarTree>(grid, impl_->index);
+        impl_->padded = pad(*tree, grid, impl_->index);
+        impl_->tree = std::move(tree);
+    } else {
+        impl_->tree = build<VectorTree>(grid, impl_->index);
+    }
     if (!grid.empty()) {
         impl_->low = glm::dvec3(grid.index_min) - 1.0;
         impl_->high = glm::dvec3(grid.index_max) + 1.0;
@@ -322,22 +393,6 @@ glm::dvec3 VdbSampler::column(glm::dvec3 origin, glm::dvec3 direction, double be
         },
         impl_->tree);
     return sum;
-}
-
-void VdbSampler::for_each_filled(const std::function<void(glm::ivec3, glm::ivec3)>& visit) const
-{
-    std::visit(
-        [&]<class Tree>(const std::unique_ptr<Tree>& tree) {
-            for (auto it = tree->cbeginValueOn(); it; ++it) {
-                if (*it == typename Tree::ValueType(0))
-                    continue;
-                openvdb::CoordBBox box;
-                it.getBoundingBox(box);
-                visit({box.min().x(), box.min().y(), box.min().z()},
-                      {box.max().x(), box.max().y(), box.max().z()});
-            }
-        },
-        impl_->tree);
 }
 
 }  // namespace fumarole::asset

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <filesystem>
-#include <functional>
 #include <glm/glm.hpp>
 #include <memory>
 #include <string>
@@ -46,9 +45,6 @@ public:
     /// The field's integral over t in [begin, end], exact to rounding; stops above `most` as spans.
     [[nodiscard]] glm::dvec3 column(glm::dvec3 origin, glm::dvec3 direction, double begin,
                                     double end, double most) const;
-
-    /// Calls visit(low, high) for boxes of voxels, both ends included, that cover all that isn't 0.
-    void for_each_filled(const std::function<void(glm::ivec3, glm::ivec3)>& visit) const;
 
 private:
     struct Impl;

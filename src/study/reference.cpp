@@ -1,6 +1,7 @@
 #include "study/reference.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <fmt/format.h>
 #include <mutex>
@@ -69,14 +70,15 @@ class Reference::Impl {
 public:
     Impl(const Scene& scene, double tolerance, const std::atomic<bool>* cancel)
         : eye_{scene}, surfaces_{scene.surfaces}, media_{scene, tolerance},
-          world_{scene, surfaces_, media_, tolerance, cancel}, tolerance_{tolerance}
+          world_{scene, surfaces_, media_, -std::log(0.1 * tolerance), cancel}, tolerance_{
+                                                                                    tolerance}
     {
         for (const Light& light : scene.lights)
             if (const ReferenceLight made(light); !made.black())
                 lights_.push_back(made);
     }
 
-    [[nodiscard]] ReferenceSample sample(glm::dvec2 point, double floor) const
+    [[nodiscard]] ReferenceSample sample(glm::dvec2 point, double floor, double relax) const
     {
         ReferenceSample out;
         double per_z = 1;
@@ -84,10 +86,11 @@ public:
         const double begin = eye_.near() * per_z;
         const auto hit = surfaces_.intersect(ray, begin, eye_.far() * per_z);
         const double end = hit ? hit->t : kInfinity;
+        const std::uint32_t seed = seed_of(point);
         double surface_error = 0;
         if (hit) {
             out.view_z = hit->t / per_z;
-            surface_error = shade(*hit, out);
+            surface_error = shade(*hit, seed, floor, relax, out);
         } else {
             out.surface = out.surface_lit = world_.radiance()(ray.direction);
         }
@@ -98,20 +101,29 @@ public:
         MediaAlongRay along(media_);
         along.set(ray, begin, end);
         out.transmittance = glm::exp(-along.whole_depth());
-        out.error = surface_error * largest(out.transmittance);
+        surface_error *= largest(out.transmittance);
+        out.error = surface_error;
         if (along.breaks().empty())
             return out;
-        Integral scattered = from_itself_and_world(ray, along, floor);
-        if (media_.scatters())
+        Integral scattered = emitted(along, floor);
+        if (media_.scatters()) {
             for (const ReferenceLight& light : lights_)
                 scattered += from_light(ray, along, light, floor);
+            if (!world_.radiance().black()) {
+                const Integral world = world_.scattered(ray, along, hash(seed, 1),
+                                                        sampling(scattered.value, floor, relax));
+                scattered.value += world.value;
+                scattered.error = std::hypot(scattered.error, world.error);
+            }
+        }
         out.scattering = scattered.value;
-        out.error += scattered.error;
+        out.error = std::hypot(scattered.error, surface_error);
         return out;
     }
 
     [[nodiscard]] const ReferenceMedia& media() const { return media_; }
     [[nodiscard]] const ReferenceWorld& world() const { return world_; }
+    [[nodiscard]] double tolerance() const { return tolerance_; }
 
 private:
     /// A light's irradiance of a plane that faces it, with all that is in its way.
@@ -131,10 +143,10 @@ private:
     }
 
     /// Fills in the surfaces' radiance; answers with its estimated error.
-    double shade(const SurfaceHit& hit, ReferenceSample& out) const
+    double shade(const SurfaceHit& hit, std::uint32_t seed, double floor, double relax,
+                 ReferenceSample& out) const
     {
-        const WorldIrradiance world = world_.irradiance(hit);
-        glm::dvec3 clear = world.clear, lit = world.lit;
+        glm::dvec3 clear(0), lit(0);
         const Origin from = surfaces_.leave(hit);
         for (const ReferenceLight& light : lights_) {
             const double cosine = glm::dot(hit.shading, light.place().wi(hit.p));
@@ -145,36 +157,50 @@ private:
             clear += cosine * without;
         }
         const glm::dvec3 reflected = glm::dvec3(hit.albedo) / kPi;
-        out.surface = reflected * clear;
-        out.surface_lit = reflected * lit;
+        if (reflected == glm::dvec3(0))
+            return 0;
+        const WorldIrradiance world =
+            world_.irradiance(hit, seed, sampling(lit, floor / largest(reflected), relax));
+        out.surface = reflected * (clear + world.clear);
+        out.surface_lit = reflected * (lit + world.lit);
         return largest(reflected) * world.error;
     }
 
+    // Of the tolerance a quarter is the quadratures' along the ray, whose errors are of no known
+    // sign; the rest, as they add up in squares, the sampling's of the world.
     [[nodiscard]] Accuracy accuracy(double floor) const
     {
-        // Half for the quadrature along the ray, half for what the world's light brings along.
         const double integrals = 1 + static_cast<double>(lights_.size());
-        return {.relative = tolerance_ / 2, .absolute = floor / 2 / integrals};
+        return {.relative = tolerance_ / 4, .absolute = floor / 4 / integrals};
+    }
+    /// @param known what is there already, which the tolerance is relative to as well
+    [[nodiscard]] SamplingAccuracy sampling(glm::dvec3 known, double floor, double relax) const
+    {
+        constexpr double kShare = 0.9;
+        return {.relative = kShare * relax * tolerance_,
+                .absolute = kShare * relax * std::max(floor, tolerance_ * largest(known))};
     }
 
-    Integral from_itself_and_world(const Ray& ray, const MediaAlongRay& along, double floor) const
+    /// The same point is asked the same way, whoever asks.
+    static std::uint32_t seed_of(glm::dvec2 point)
     {
-        ReferenceWorld::Towards towards(world_, -ray.direction);
-        const bool lit = !world_.radiance().black();
+        std::uint32_t seed = 0;
+        for (const double x : {point.x, point.y}) {
+            const auto bits = std::bit_cast<std::uint64_t>(x);
+            seed = hash(hash(seed, static_cast<std::uint32_t>(bits)),
+                        static_cast<std::uint32_t>(bits >> 32u));
+        }
+        return seed;
+    }
+
+    Integral emitted(const MediaAlongRay& along, double floor) const
+    {
         const auto source = [&](double t) {
-            const MediumPoint medium = along.at(t);
-            glm::dvec3 light = medium.emission;
-            if (lit && medium.sigma_s != glm::dvec3(0))
-                light += medium.sigma_s * towards(ray.at(t), medium.g);
-            if (light == glm::dvec3(0))
-                return light;
-            return light * glm::exp(-along.optical_depth(t));
+            const glm::dvec3 emission = along.at(t).emission;
+            return emission == glm::dvec3(0) ? emission
+                                             : emission * glm::exp(-along.optical_depth(t));
         };
-        Integral sum = integrate(source, along.breaks(), accuracy(floor));
-        if (lit)
-            sum.error +=
-                world_.error_of(largest(sum.value)) * largest(1.0 - glm::exp(-along.whole_depth()));
-        return sum;
+        return media_.emits() ? integrate(source, along.breaks(), accuracy(floor)) : Integral{};
     }
 
     Integral from_light(const Ray& ray, const MediaAlongRay& along, const ReferenceLight& light,
@@ -230,9 +256,9 @@ Reference::Reference(const Scene& scene, double tolerance, const std::atomic<boo
 
 Reference::~Reference() = default;
 
-ReferenceSample Reference::sample(glm::dvec2 point, double floor) const
+ReferenceSample Reference::sample(glm::dvec2 point, double floor, double relax) const
 {
-    return impl_->sample(point, floor);
+    return impl_->sample(point, floor, relax);
 }
 
 glm::dvec3 Reference::transmittance(glm::dvec3 p, glm::dvec3 wi, double range) const
@@ -240,20 +266,18 @@ glm::dvec3 Reference::transmittance(glm::dvec3 p, glm::dvec3 wi, double range) c
     return glm::exp(-impl_->media().optical_depth({p, wi}, range));
 }
 
-glm::dvec3 Reference::world_in_scattering(glm::dvec3 p, glm::dvec3 wo, double g, bool direct) const
+glm::dvec3 Reference::world_in_scattering(glm::dvec3 p, glm::dvec3 wo, double g) const
 {
-    if (direct)
-        return impl_->world().in_scattering(p, wo, g);
-    ReferenceWorld::Towards towards(impl_->world(), wo);
-    return towards(p, g);
+    return impl_->world().in_scattering(p, wo, g, 0, {.relative = impl_->tolerance()}).value;
 }
 
 // ---------------------------------------------------------------------------------- a picture
 
 namespace {
 
-/// Absolute error that is good enough where the picture is dark: the tolerance, of a tenth of its
-/// mean. From few pixels spread over the whole picture, whatever the region.
+/// Absolute error that is good enough where the picture is dark: what the relative MSE (metrics.h)
+/// counts as the tolerance there, sqrt(0.1 mean(s^2)) of it. From few pixels spread over the
+/// whole picture, whatever the region.
 double dark_floor(const Scene& scene, double tolerance, const std::atomic<bool>* cancel)
 {
     constexpr int kColumns = 16, kRows = 9;
@@ -270,10 +294,10 @@ double dark_floor(const Scene& scene, double tolerance, const std::atomic<bool>*
         found[static_cast<std::size_t>(i)] =
             largest(s.scattering) + world * largest(1.0 - s.transmittance);
     });
-    double mean = 0;
+    double mean_square = 0;
     for (const double value : found)
-        mean += value / (kColumns * kRows);
-    return 0.1 * tolerance * mean;
+        mean_square += value * value / (kColumns * kRows);
+    return tolerance * std::sqrt(0.1 * mean_square);
 }
 
 void store(std::vector<float>& to, std::size_t pixel, glm::dvec3 color)
@@ -319,18 +343,18 @@ ReferenceStill render_reference(const Scene& scene, const ReferenceOptions& opti
             static_cast<std::size_t>(y) * static_cast<std::size_t>(region.width) +
             static_cast<std::size_t>(x);
         glm::dvec3 composite(0), scattering(0), transmittance(0), surface(0), surface_lit(0);
-        double error = 0;
+        double squares = 0;
         for (int i = 0; i < aa; ++i) {
             // subpixel_offset counts its y upwards, as OpenGL does.
             const glm::dvec2 offset = subpixel_offset(i) * glm::dvec2(1, -1);
-            const ReferenceSample s =
-                reference.sample(glm::dvec2(region.x + x, region.y + y) + 0.5 + offset, floor);
+            const ReferenceSample s = reference.sample(
+                glm::dvec2(region.x + x, region.y + y) + 0.5 + offset, floor, std::sqrt(aa));
             composite += s.composite();
             scattering += s.scattering;
             transmittance += s.transmittance;
             surface += s.surface;
             surface_lit += s.surface_lit;
-            error += s.error;
+            squares += s.error * s.error;
             if (i == 0)
                 still.depth[pixel] = static_cast<float>(s.view_z);
         }
@@ -340,7 +364,7 @@ ReferenceStill render_reference(const Scene& scene, const ReferenceOptions& opti
         store(still.transmittance, pixel, transmittance / n);
         store(still.surface, pixel, surface / n);
         store(still.surface_lit, pixel, surface_lit / n);
-        still.error[pixel] = static_cast<float>(error / n);
+        still.error[pixel] = static_cast<float>(std::sqrt(squares) / n);
     };
     constexpr int kTile = 8;
     oneapi::tbb::parallel_for(

@@ -22,7 +22,7 @@ struct ReferenceRegion {
 };
 
 struct ReferenceOptions {
-    double tolerance = 1e-3;  ///< of each pixel, relative; of a tenth of the picture's mean if dark
+    double tolerance = 1e-3;  ///< of each pixel, relative; as relMSE counts it where dark
     int aa = 1;               ///< samples of a pixel's square, at subpixel_offset(i)
     std::optional<ReferenceRegion> region;
     std::function<void(double)> progress;  ///< share of pixels done, 0..1; one call at a time
@@ -67,15 +67,16 @@ public:
 
     /// The sample at a point of the picture, pixels from the top left; pixel centres are at .5.
     /// @param floor absolute error that is good enough, whatever the value
-    [[nodiscard]] ReferenceSample sample(glm::dvec2 point, double floor) const;
+    /// @param relax how many times the tolerance the world's light may be off, for samples that are
+    /// averaged: their errors are independent
+    [[nodiscard]] ReferenceSample sample(glm::dvec2 point, double floor, double relax = 1) const;
 
     /// exp(-optical depth) from p along the unit vector wi.
     [[nodiscard]] glm::dvec3 transmittance(glm::dvec3 p, glm::dvec3 wi, double range) const;
 
     /// The world's light scattered towards wo per unit of sigma_s at p, for a phase of this g: the
-    /// integral over all directions, from the lattice or, `direct`, from p itself.
-    [[nodiscard]] glm::dvec3 world_in_scattering(glm::dvec3 p, glm::dvec3 wo, double g,
-                                                 bool direct) const;
+    /// integral over all directions, to the tolerance.
+    [[nodiscard]] glm::dvec3 world_in_scattering(glm::dvec3 p, glm::dvec3 wo, double g) const;
 
 private:
     class Impl;

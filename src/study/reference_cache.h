@@ -27,7 +27,7 @@ std::string reference_key(const Scene& scene, const ReferenceOptions& options,
 
 struct KeptReference {
     ReferenceStill still;
-    std::filesystem::path file;  ///< an EXR with the channels of `fumarole render` and `error.Z`
+    std::filesystem::path file;  ///< an EXR with the channels of `fumarole render` and `error.Y`
     std::string key;
     bool reused = false;
     double seconds = 0;  ///< that it took now

@@ -323,7 +323,7 @@ std::optional<SurfaceHit> ReferenceSurfaces::intersect(const Ray& ray, double be
 
 Origin ReferenceSurfaces::leave(const SurfaceHit& hit) const
 {
-    if (std::holds_alternative<MeshSurface>(surface(hit.surface))) {
+    if (std::holds_alternative<MeshSurface>((*surfaces_)[static_cast<std::size_t>(hit.surface)])) {
         // Thousands of roundings of a double, millionths of what a mesh is made to.
         const double away =
             1e-10 * (1 + std::max({std::abs(hit.p.x), std::abs(hit.p.y), std::abs(hit.p.z)}));
@@ -439,47 +439,6 @@ void ReferenceSurfaces::add_shadow_breaks(const Ray& ray, double begin, double e
     }
     breaks.erase(breaks.begin() + first, breaks.end());
     breaks.insert(breaks.end(), kept.begin(), kept.end());
-}
-
-glm::dvec3 ReferenceSurfaces::outside(glm::dvec3 p) const
-{
-    constexpr int kMostMoves = 4;  // from one solid into a second, and back
-    for (int move = 0; move < kMostMoves; ++move) {
-        bool moved = false;
-        for (const Shape& shape : shapes_) {
-            const Surface& surface = (*surfaces_)[static_cast<std::size_t>(shape.surface)];
-            if (const auto* sphere = std::get_if<SphereSurface>(&surface)) {
-                const glm::dvec3 d = p - sphere->center;
-                const double distance = glm::length(d);
-                const double skin = sphere->radius * (1 + 1e-9);
-                if (distance < skin) {
-                    const glm::dvec3 n = distance > 0 ? d / distance : glm::dvec3(0, 0, 1);
-                    p = sphere->center + skin * n;
-                    moved = true;
-                }
-            } else if (const auto* box = std::get_if<BoxSurface>(&surface)) {
-                const glm::dvec3 rim = 1e-9 * (box->max - box->min);
-                const glm::dvec3 low = box->min - rim, high = box->max + rim;
-                if (!(glm::all(glm::greaterThan(p, low)) && glm::all(glm::lessThan(p, high))))
-                    continue;
-                int best = 0;
-                double nearest = kInfinity;
-                for (int side = 0; side < 6; ++side) {
-                    const int axis = side / 2;
-                    const double d = side % 2 == 0 ? p[axis] - low[axis] : high[axis] - p[axis];
-                    if (d < nearest) {
-                        nearest = d;
-                        best = side;
-                    }
-                }
-                p[best / 2] = best % 2 == 0 ? low[best / 2] : high[best / 2];
-                moved = true;
-            }
-        }
-        if (!moved)
-            break;
-    }
-    return p;
 }
 
 }  // namespace fumarole::study

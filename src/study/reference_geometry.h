@@ -80,16 +80,6 @@ public:
     void add_shadow_breaks(const Ray& ray, double begin, double end, const LightPlace& light,
                            std::vector<double>& breaks) const;
 
-    /// p, or the nearest point on the skin of the spheres and boxes that p is inside of: what is
-    /// smooth outside of them stays continuous across their skin.
-    [[nodiscard]] glm::dvec3 outside(glm::dvec3 p) const;
-
-    /// Shape of a surface, for those who keep something per place on it.
-    [[nodiscard]] const Surface& surface(int i) const
-    {
-        return (*surfaces_)[static_cast<std::size_t>(i)];
-    }
-
 private:
     class MeshTree;
     struct Shape {

@@ -86,6 +86,13 @@ double gradient_noise(glm::dvec3 q, std::uint32_t seed)
     return sum;
 }
 
+/// Half a cell of the third octave [m]: nothing larger slips between samples that far apart.
+double noise_piece(const NoiseProfile& profile)
+{
+    return profile.feature_size / std::pow(profile.lacunarity, std::min(profile.octaves - 1, 2)) /
+           2;
+}
+
 /// Appends cubics that follow `field` over [a, b] to within `error`.
 template <class F>
 void fit(const F& field, double a, double b, double error, int halvings, std::vector<Span>& out)
@@ -205,57 +212,16 @@ void ReferenceMedia::add(const BoxMedium& medium, double tolerance)
     entries_.push_back(std::move(entry));
 }
 
+bool ReferenceMedia::emits() const
+{
+    return std::any_of(entries_.begin(), entries_.end(),
+                       [](const Entry& entry) { return entry.emission != glm::dvec3(0); });
+}
+
 bool ReferenceMedia::scatters() const
 {
     return std::any_of(entries_.begin(), entries_.end(),
                        [](const Entry& entry) { return entry.sigma_s != glm::dvec3(0); });
-}
-
-Bounds ReferenceMedia::bounds() const
-{
-    Bounds all;
-    for (const Entry& entry : entries_)
-        all.add(entry.bounds);
-    return all;
-}
-
-double ReferenceMedia::largest_g() const
-{
-    double g = 0;
-    for (const Entry& entry : entries_)
-        if (entry.sigma_s != glm::dvec3(0))
-            g = std::max(g, std::abs(entry.g));
-    return g;
-}
-
-std::vector<ReferenceMedia::Scatterer> ReferenceMedia::scatterers() const
-{
-    constexpr double kVoxels = 2, kAcross = 24, kLeast = 6, kMost = 96;
-    std::vector<Scatterer> found;
-    for (const Entry& entry : entries_) {
-        if (entry.sigma_s == glm::dvec3(0))
-            continue;
-        Scatterer one;
-        if (entry.density) {
-            one.sampler = entry.density->sampler.get();
-            one.local_from_world = entry.density->index_from_world;
-            one.bounds = entry.density->index_bounds;
-            one.cells = (one.bounds.max - one.bounds.min) / kVoxels;
-        } else {
-            const glm::dvec3 extent = entry.bounds.max - entry.bounds.min;
-            one.local_from_world =
-                glm::translate(glm::scale(glm::dmat4(1.0), 1.0 / extent), -entry.bounds.min);
-            one.bounds = {glm::dvec3(0), glm::dvec3(1)};
-            one.cells = kAcross * extent / std::max({extent.x, extent.y, extent.z});
-            if (const auto* noise = std::get_if<NoiseProfile>(&entry.profile))
-                one.cells = glm::max(one.cells, 2.0 * extent / noise->feature_size);
-            if (const auto* height = std::get_if<ExpHeightProfile>(&entry.profile))
-                one.cells.z = std::max(one.cells.z, 2 * extent.z / height->scale_height);
-            one.cells = glm::clamp(one.cells, kLeast, kMost);
-        }
-        found.push_back(one);
-    }
-    return found;
 }
 
 void ReferenceMedia::add_light_breaks(const Ray& ray, const LightPlace& light,
@@ -357,20 +323,19 @@ void ReferenceMedia::noise_spans(const Entry& entry, const Ray& ray, double begi
                                  std::vector<Span>& out) const
 {
     const auto& profile = std::get<NoiseProfile>(entry.profile);
-    // Pieces no longer than half a cell of the third octave: nothing larger slips between nodes.
-    const double piece =
-        profile.feature_size / std::pow(profile.lacunarity, std::min(profile.octaves - 1, 2)) / 2;
-    const int count = std::max(1, static_cast<int>(std::ceil((end - begin) / piece)));
+    const int count =
+        std::max(1, static_cast<int>(std::ceil((end - begin) / noise_piece(profile))));
     const auto field = [&](double t) { return noise(entry, profile, ray.at(t)); };
     for (int i = 0; i < count; ++i)
         fit(field, begin + (end - begin) * i / count, begin + (end - begin) * (i + 1) / count,
             entry.noise_error, 12, out);
 }
 
-glm::dvec3 ReferenceMedia::optical_depth(const Ray& ray, double range, double most) const
+template <class OfGrid, class OfNoise>
+glm::dvec3 ReferenceMedia::sum_depths(const Ray& ray, double range, const OfGrid& of_grid,
+                                      const OfNoise& of_noise) const
 {
     glm::dvec3 tau(0);
-    std::vector<Span> spans;
     for (const Entry& entry : entries_) {
         if (!entry.dims())
             continue;
@@ -379,25 +344,39 @@ glm::dvec3 ReferenceMedia::optical_depth(const Ray& ray, double range, double mo
         if (!(begin < end))
             continue;
         if (entry.density) {
+            const glm::dmat4& to_index = entry.density->index_from_world;
             const double least = std::min({entry.sigma_t.x, entry.sigma_t.y, entry.sigma_t.z});
-            const Field& field = *entry.density;
-            tau += entry.sigma_t *
-                   field.sampler->column(
-                       glm::dvec3(field.index_from_world * glm::dvec4(ray.origin, 1)),
-                       glm::dvec3(field.index_from_world * glm::dvec4(ray.direction, 0)), begin,
-                       end, least > 0 ? most / least : kInfinity);
+            tau += entry.sigma_t * of_grid(*entry.density->sampler,
+                                           glm::dvec3(to_index * glm::dvec4(ray.origin, 1)),
+                                           glm::dvec3(to_index * glm::dvec4(ray.direction, 0)),
+                                           begin, end, least);
         } else if (const auto* height = std::get_if<ExpHeightProfile>(&entry.profile)) {
             tau += entry.sigma_t * exp_height_integral(*height, ray, begin, end);
-        } else if (std::holds_alternative<NoiseProfile>(entry.profile)) {
-            spans.clear();
-            noise_spans(entry, ray, begin, end, spans);
-            for (const Span& span : spans)
-                tau += entry.sigma_t * integral_of(span, span.end);
+        } else if (const auto* profile = std::get_if<NoiseProfile>(&entry.profile)) {
+            tau += entry.sigma_t * of_noise(entry, *profile, begin, end);
         } else {
             tau += entry.sigma_t * (end - begin);
         }
     }
     return tau;
+}
+
+glm::dvec3 ReferenceMedia::optical_depth(const Ray& ray, double range, double most) const
+{
+    return sum_depths(
+        ray, range,
+        [&](const asset::VdbSampler& sampler, glm::dvec3 o, glm::dvec3 d, double begin, double end,
+            double least) {
+            return sampler.column(o, d, begin, end, least > 0 ? most / least : kInfinity);
+        },
+        [&](const Entry& entry, const NoiseProfile&, double begin, double end) {
+            std::vector<Span> spans;
+            noise_spans(entry, ray, begin, end, spans);
+            glm::dvec3 sum(0);
+            for (const Span& span : spans)
+                sum += integral_of(span, span.end);
+            return sum;
+        });
 }
 
 const Span* MediaAlongRay::Spans::find(double t) const

@@ -40,17 +40,7 @@ public:
 
     [[nodiscard]] bool empty() const { return entries_.empty(); }
     [[nodiscard]] bool scatters() const;
-    [[nodiscard]] Bounds bounds() const;
-    [[nodiscard]] double largest_g() const;  ///< by size, of media that scatter
-
-    /// Where a medium scatters, for those who keep something per place in it.
-    struct Scatterer {
-        const asset::VdbSampler* sampler = nullptr;  ///< null: a box, which is filled all over
-        glm::dmat4 local_from_world{1.0};  ///< a grid's index space; a box is 0..1 in its own
-        Bounds bounds;                     ///< local
-        glm::dvec3 cells{1};  ///< along its axes: two voxels each, or a share of a profile's box
-    };
-    [[nodiscard]] std::vector<Scatterer> scatterers() const;
+    [[nodiscard]] bool emits() const;
 
     /// Where the length of a light's way through a box of medium changes its course.
     void add_light_breaks(const Ray& ray, const LightPlace& light,
@@ -82,6 +72,9 @@ private:
         [[nodiscard]] bool dims() const { return sigma_t != glm::dvec3(0); }
     };
 
+    template <class OfGrid, class OfNoise>
+    [[nodiscard]] glm::dvec3 sum_depths(const Ray& ray, double range, const OfGrid& of_grid,
+                                        const OfNoise& of_noise) const;
     void add(const GridMedium& medium);
     void add(const BoxMedium& medium, double tolerance);
     Field place(const VoxelGrid& grid, const GridMedium& medium);

@@ -1,0 +1,156 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "study/reference_quadrature.h"
+
+// Integrals over more than a line: randomised quasi-Monte Carlo.
+
+namespace fumarole::study {
+
+/// A good hash of two words (the finaliser of MurmurHash3).
+inline std::uint32_t hash(std::uint32_t a, std::uint32_t b)
+{
+    std::uint32_t h = a ^ (b * 0x9e3779b9u + 0x85ebca6bu + (a << 6u) + (a >> 2u));
+    h = (h ^ (h >> 16u)) * 0x85ebca6bu;
+    h = (h ^ (h >> 13u)) * 0xc2b2ae35u;
+    return h ^ (h >> 16u);
+}
+
+/// Sobol's sequence in up to four dimensions, scrambled as Owen does it by a hash: each digit is
+/// turned by the digits above it (Burley 2020, "Practical Hash-based Owen Scrambling", sec. 3). Any
+/// seed gives points of the same evenness, independent of another seed's, each uniform by itself.
+class Sobol {
+public:
+    static constexpr std::size_t kDimensions = 4;
+
+    explicit Sobol(std::uint32_t seed) : seed_{seed} {}
+
+    /// Coordinate of point i, in [0, 1).
+    [[nodiscard]] double operator()(std::uint32_t i, std::size_t dimension) const
+    {
+        const std::uint32_t digits =
+            nested_uniform(plain(i, dimension), hash(seed_, static_cast<std::uint32_t>(dimension)));
+        return digits * 0x1p-32;
+    }
+
+private:
+    static std::uint32_t reversed(std::uint32_t x)
+    {
+        x = (x << 16u) | (x >> 16u);
+        x = ((x & 0x00ff00ffu) << 8u) | ((x & 0xff00ff00u) >> 8u);
+        x = ((x & 0x0f0f0f0fu) << 4u) | ((x & 0xf0f0f0f0u) >> 4u);
+        x = ((x & 0x33333333u) << 2u) | ((x & 0xccccccccu) >> 2u);
+        return ((x & 0x55555555u) << 1u) | ((x & 0xaaaaaaaau) >> 1u);
+    }
+    /// Laine and Karras 2011, sec. 4: a hash whose every bit hangs on lower bits alone, applied to
+    /// the word reversed.
+    static std::uint32_t nested_uniform(std::uint32_t x, std::uint32_t seed)
+    {
+        x = reversed(x);
+        x += seed;
+        x ^= x * 0x6c50b47cu;
+        x ^= x * 0xb82f1e52u;
+        x ^= x * 0xc7afe638u;
+        x ^= x * 0x8d22f6e6u;
+        return reversed(x);
+    }
+    static std::uint32_t plain(std::uint32_t i, std::size_t dimension)
+    {
+        if (dimension == 0)
+            return reversed(i);
+        static const auto kDirections = directions();
+        std::uint32_t x = 0;
+        for (std::size_t bit = 0; i != 0; i >>= 1u, ++bit)
+            if ((i & 1u) != 0)
+                x ^= kDirections[dimension - 1][bit];
+        return x;
+    }
+    /// From the primitive polynomials and first numbers of Joe and Kuo 2008, dimensions 2 to 4.
+    static std::array<std::array<std::uint32_t, 32>, kDimensions - 1> directions()
+    {
+        struct Row {
+            std::size_t degree;
+            std::uint32_t polynomial;
+            std::array<std::uint32_t, 3> first;
+        };
+        constexpr std::array<Row, kDimensions - 1> kRows{Row{1, 0, {1, 0, 0}}, Row{2, 1, {1, 3, 0}},
+                                                         Row{3, 1, {1, 3, 1}}};
+        std::array<std::array<std::uint32_t, 32>, kDimensions - 1> all{};
+        for (std::size_t d = 0; d < kRows.size(); ++d) {
+            const Row& row = kRows[d];
+            auto& v = all[d];
+            for (std::size_t k = 0; k < 32; ++k) {
+                if (k < row.degree) {
+                    v[k] = row.first[k] << (31 - k);
+                    continue;
+                }
+                v[k] = v[k - row.degree] ^ (v[k - row.degree] >> row.degree);
+                for (std::size_t j = 1; j < row.degree; ++j)
+                    if ((row.polynomial >> (row.degree - 1 - j) & 1u) != 0)
+                        v[k] ^= v[k - j];
+            }
+        }
+        return all;
+    }
+
+    std::uint32_t seed_;
+};
+
+/// The mean of f(point) over the unit cube, each point being asked as point(dimension). Several
+/// scrambles are followed side by side, twice as far each time, until what they differ by says that
+/// their mean is good enough. The estimate is two standard errors, of the worst of the N numbers.
+template <std::size_t N> struct SampledMean {
+    std::array<double, N> value{};
+    double error = 0;
+};
+
+struct SamplingAccuracy {
+    double relative = 1e-3;  ///< of the largest number
+    double absolute = 0;
+    std::uint32_t most = 1u << 18u;  ///< samples; it ends there, and the estimate says so
+};
+
+template <std::size_t N, class F>
+SampledMean<N> sampled_mean(const F& f, std::uint32_t seed, const SamplingAccuracy& accuracy)
+{
+    // Fewer scrambles would leave the estimate to chance, more would leave each its first points.
+    constexpr std::uint32_t kScrambles = 8, kFirst = 16;
+    std::array<std::array<double, N>, kScrambles> sums{};
+    SampledMean<N> mean;
+    std::uint32_t done = 0;
+    for (std::uint32_t upto = kFirst;; upto *= 2) {
+        for (std::uint32_t s = 0; s < kScrambles; ++s) {
+            const Sobol sequence(hash(seed, s));
+            for (std::uint32_t i = done; i < upto; ++i) {
+                const std::array<double, N> v =
+                    f([&](std::size_t dimension) { return sequence(i, dimension); });
+                for (std::size_t c = 0; c < N; ++c)
+                    sums[s][c] += v[c];
+            }
+        }
+        done = upto;
+        double size = 0;
+        mean.error = 0;
+        for (std::size_t c = 0; c < N; ++c) {
+            double sum = 0, squares = 0;
+            for (const auto& one : sums)
+                sum += one[c] / done;
+            mean.value[c] = sum / kScrambles;
+            for (const auto& one : sums)
+                squares += std::pow(one[c] / done - mean.value[c], 2);
+            size = std::max(size, std::abs(mean.value[c]));
+            mean.error =
+                std::max(mean.error, 2 * std::sqrt(squares / (kScrambles * (kScrambles - 1.0))));
+        }
+        if (mean.error <= std::max(accuracy.absolute, accuracy.relative * size) ||
+            done * kScrambles >= accuracy.most)
+            return mean;
+    }
+}
+
+}  // namespace fumarole::study
