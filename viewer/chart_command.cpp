@@ -1,12 +1,8 @@
-#include <atomic>
-#include <charconv>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <fmt/format.h>
 #include <fstream>
 #include <memory>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <thread>
@@ -18,6 +14,8 @@
 #include "command.h"
 #include "errors.h"
 #include "gl/headless_context.h"
+#include "interruption.h"
+#include "progress.h"
 #include "scene_input.h"
 #include "scene_renderer.h"
 #include "study/chart.h"
@@ -87,67 +85,6 @@ void make_folder(const fs::path& folder)
     if (::access(folder.c_str(), W_OK | X_OK) != 0)
         throw Error(fmt::format("-o: {}: no right to write there", folder.string()));
 }
-
-// ---------------------------------------------------------------------------------- interruption
-
-std::atomic<bool> interrupted{false};
-static_assert(std::atomic<bool>::is_always_lock_free);
-
-/// While it lives, Ctrl-C asks to stop; a second one stops at once.
-class Interruptible {
-public:
-    Interruptible()
-    {
-        struct sigaction action {};
-        action.sa_handler = [](int) { interrupted = true; };
-        action.sa_flags = static_cast<int>(SA_RESETHAND);
-        ::sigaction(SIGINT, &action, &int_);
-        ::sigaction(SIGTERM, &action, &term_);
-    }
-    ~Interruptible()
-    {
-        ::sigaction(SIGINT, &int_, nullptr);
-        ::sigaction(SIGTERM, &term_, nullptr);
-    }
-    Interruptible(const Interruptible&) = delete;
-    Interruptible& operator=(const Interruptible&) = delete;
-
-private:
-    struct sigaction int_ {
-    }, term_{};
-};
-
-// ------------------------------------------------------------------------------------- progress
-
-std::string duration(double seconds)
-{
-    const int s = static_cast<int>(seconds + 0.5);
-    return s < 90 ? fmt::format("{} s", s) : fmt::format("{} min {:02} s", s / 60, s % 60);
-}
-
-/// A line on the terminal that is written over, five times a second at most.
-class ProgressLine {
-public:
-    void show(const std::string& text)
-    {
-        if (!on_ || Clock::now() - last_ < std::chrono::milliseconds(200))
-            return;
-        last_ = Clock::now();
-        fmt::print(stderr, "\r{:<64}", text);
-        std::fflush(stderr);
-        shown_ = true;
-    }
-    void clear()
-    {
-        if (shown_)
-            fmt::print(stderr, "\r{:64}\r", "");
-        shown_ = false;
-    }
-
-private:
-    bool on_ = isatty(STDERR_FILENO) != 0, shown_ = false;
-    Clock::time_point last_{};
-};
 
 double seconds_since(Clock::time_point begin)
 {
@@ -307,8 +244,8 @@ void run(const Options& options)
                                 : fs::path(options.output);
     make_folder(folder);
 
-    const Interruptible interruptible;
-    ProgressLine line;
+    const Interruption interruption;
+    Progress line;
     const fs::path log_file = folder / "chart.partial.jsonl";
     try {
         // Before the reference: a machine without OpenGL says so at once.
@@ -319,12 +256,8 @@ void run(const Options& options)
 
         study::ReferenceOptions wanted;
         wanted.tolerance = tolerance;
-        wanted.cancel = &interrupted;
-        wanted.progress = [&](double share) {
-            const double left = seconds_since(begin) * (1 - share) / std::max(share, 1e-3);
-            line.show(
-                fmt::format("reference: {:3.0f} %, about {} left", 100 * share, duration(left)));
-        };
+        wanted.cancel = Interruption::flag();
+        wanted.progress = [&](double share) { line.show("reference", share); };
         line.show("reference: preparing");
         const study::KeptReference reference =
             study::keep_reference(scene, wanted, folder, FUMAROLE_VERSION);
@@ -335,7 +268,7 @@ void run(const Options& options)
         chosen.frames = options.frames.value_or(effort.frames);
         chosen.rounds = effort.rounds;
         chosen.seeds = effort.seeds;
-        chosen.cancel = &interrupted;
+        chosen.cancel = Interruption::flag();
         ChartLog log(log_file, study::text_hash(
                                    fmt::format("{} {} {} {} {} {}", reference.key, build_hash(),
                                                renderer.renderer().device().capabilities().renderer,
@@ -344,7 +277,7 @@ void run(const Options& options)
             chosen.known = log.read();
         chosen.keep = [&](const study::ChartVisit& visit) { log.append(visit); };
         chosen.progress = [&](int done, int all, double left) {
-            line.show(fmt::format("point {} of {}, about {} left", done, all, duration(left)));
+            line.show(fmt::format("point {} of {}", done, all), double(done) / all, left);
         };
         chosen.seconds = effort.seconds - kWritingSeconds - seconds_since(begin);
         const study::Chart chart = study::measure_chart(scene, reference.still, renderer, chosen);
@@ -382,16 +315,11 @@ void run(const Options& options)
         if (!made.plot_failure.empty())
             throw Error(made.plot_failure);
     } catch (const study::ReferenceCancelled&) {
-        line.clear();
         throw Error("interrupted while the reference was rendered; nothing is kept of it");
     } catch (const study::ChartCancelled&) {
-        line.clear();
         throw Error(fmt::format("interrupted; {} keeps what was measured, and the same command "
                                 "goes on from there",
                                 log_file.string()));
-    } catch (...) {
-        line.clear();
-        throw;
     }
 }
 

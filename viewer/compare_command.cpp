@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
@@ -10,6 +9,7 @@
 
 #include "command.h"
 #include "errors.h"
+#include "picture_files.h"
 #include "study/false_color.h"
 #include "study/flip.h"
 #include "study/metrics.h"
@@ -116,32 +116,14 @@ struct Row {
     Display display;
 };
 
-std::optional<float> parse_exposure(const std::string& text)
-{
-    if (text == "auto")
-        return std::nullopt;
-    float stops = 0;
-    const char* end = text.data() + text.size();
-    const auto parsed = std::from_chars(text.data(), end, stops);
-    if (parsed.ec != std::errc{} || parsed.ptr != end || !(std::abs(stops) <= 60.0f))
-        throw UsageError(
-            fmt::format("--exposure: '{}' is neither 'auto' nor stops in -60..60", text));
-    return stops;
-}
-
 /// How both pictures are shown to FLIP: one exposure, the reference's own, so that a test picture
-/// that is too bright looks too bright. Transmittance has a white of its own.
+/// that is too bright looks too bright.
 Display display_for(const std::string& target, const Image& reference,
                     std::optional<float> exposure)
 {
-    Display display;
-    if (target == "transmittance") {
-        display.transform = Display::Transform::srgb;
-        display.exposure_ev = exposure.value_or(0.0f);
-    } else {
-        display.exposure_ev = exposure ? *exposure : write::auto_exposure(reference);
-    }
-    return display;
+    return {.exposure_ev = exposure_of(target, reference, exposure),
+            .transform =
+                target == "transmittance" ? Display::Transform::srgb : Display::Transform::filmic};
 }
 
 Row measure(const std::string& target, const Image& test, const Image& reference,

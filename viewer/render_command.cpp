@@ -1,21 +1,26 @@
 #include <algorithm>
+#include <array>
 #include <charconv>
-#include <cstdio>
+#include <chrono>
 #include <fmt/format.h>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <unistd.h>
+#include <numeric>
+#include <optional>
 
 #include "asset/auto_scene.h"
 #include "asset/scene_file.h"
 #include "command.h"
 #include "errors.h"
 #include "gl/headless_context.h"
+#include "interruption.h"
+#include "picture_files.h"
+#include "progress.h"
 #include "scene_input.h"
 #include "scene_renderer.h"
 #include "settings.h"
-#include "write/image_writer.h"
+#include "study/reference.h"
 
 namespace fumarole::command {
 
@@ -28,12 +33,56 @@ struct Options {
     std::string input;
     std::vector<std::string> outputs;
     std::string size, grid, up = "auto", backend = "osmesa", exposure = "auto", display = "filmic",
-                            preset = "default", target, save_scene, mode = "raymarch";
+                            preset = "default", target, save_scene, mode = "raymarch", region;
     int aa = 1, frames = 1;
     std::uint32_t seed = 0;
+    double tolerance = 1e-3;
     bool alpha = false, explain = false, json = false;
     std::map<std::string, std::string> settings;  ///< by name, as given
+
+    [[nodiscard]] bool reference() const { return mode == "reference"; }
 };
+
+/// A word that only the other mode understands is a mistake, not a wish to be passed over.
+void check_mode(const Options& options, const CLI::App& command)
+{
+    const auto refuse = [&](const std::string& name, const char* why) {
+        if (command.get_option(name)->count() > 0)
+            throw UsageError(fmt::format("{}: {}", name, why));
+    };
+    if (!options.reference()) {
+        for (const char* name : {"--tolerance", "--region"})
+            refuse(name, "is for --mode reference");
+        if (options.target == "error")
+            throw UsageError("--target error: is for --mode reference, which estimates its error");
+        return;
+    }
+    constexpr const char* kWhy = "is for the ray march; --mode reference has no such thing, it "
+                                 "takes --tolerance, --region and --aa";
+    for (const char* name : {"--preset", "--frames", "--seed", "--backend", "--alpha", "--explain"})
+        refuse(name, kWhy);
+    for (const SettingInfo& info : setting_table())
+        refuse("--" + std::string(info.name), kWhy);
+}
+
+std::optional<study::ReferenceRegion> parse_region(const std::string& text)
+{
+    if (text.empty())
+        return std::nullopt;
+    std::array<int, 4> numbers{};
+    const char *at = text.data(), *end = at + text.size();
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        const auto parsed = std::from_chars(at, end, numbers[i]);
+        at = parsed.ptr;
+        const bool last = i + 1 == numbers.size();
+        if (parsed.ec != std::errc{} || numbers[i] < (i < 2 ? 0 : 1) ||
+            (last ? at != end : at == end || *at++ != ','))
+            throw UsageError(fmt::format("--region: '{}' is no region; give X,Y,WIDTH,HEIGHT in "
+                                         "pixels from the top left, e.g. 200,100,64,48",
+                                         text));
+    }
+    return study::ReferenceRegion{numbers[0], numbers[1], numbers[2], numbers[3]};
+}
 
 Settings parse_settings(const Options& options)
 {
@@ -44,107 +93,6 @@ Settings parse_settings(const Options& options)
         return settings;
     } catch (const Error& error) {
         throw UsageError(error.what());
-    }
-}
-
-/// The channels of one target, as they are called in an EXR of all of them.
-struct Target {
-    std::string name;
-    const std::vector<float>* pixels;
-    int channels;
-};
-
-std::vector<Target> targets_of(const Still& still)
-{
-    return {{"composite", &still.composite, 3},         {"scattering", &still.scattering, 3},
-            {"transmittance", &still.transmittance, 3}, {"surface", &still.surface, 3},
-            {"surface_lit", &still.surface_lit, 3},     {"depth", &still.depth, 1}};
-}
-
-Image empty_image(const Still& still)
-{
-    Image image;
-    image.width = still.width;
-    image.height = still.height;
-    return image;
-}
-
-/// R, G, B of one target; depth thrice.
-Image single_target(const Still& still, const Target& target)
-{
-    Image image = empty_image(still);
-    image.channels = {"R", "G", "B"};
-    const std::size_t pixels = target.pixels->size() / static_cast<std::size_t>(target.channels);
-    for (std::size_t i = 0; i < pixels; ++i)
-        for (std::size_t c = 0; c < 3; ++c)
-            image.pixels.push_back(target.channels == 3 ? (*target.pixels)[i * 3 + c]
-                                                        : (*target.pixels)[i]);
-    return image;
-}
-
-/// Depth with the sky, which would rule any exposure, made 0.
-Image without_sky(Image depth)
-{
-    for (float& value : depth.pixels)
-        value = value >= Still::kSkyDepth ? 0.0f : value;
-    return depth;
-}
-
-Image with_alpha(const Still& still)
-{
-    Image image = empty_image(still);
-    image.channels = {"R", "G", "B", "A"};
-    image.pixels = still.foreground;
-    return image;
-}
-
-Image all_targets(const Still& still, const Image& beauty)
-{
-    Image image = empty_image(still);
-    image.channels = beauty.channels;
-    std::vector<Target> rest = targets_of(still);
-    rest.erase(rest.begin());  // the composite stands as R, G, B
-    for (const Target& target : rest) {
-        if (target.channels == 1)
-            image.channels.push_back(target.name + ".Z");
-        else
-            for (const char* c : {".R", ".G", ".B"})
-                image.channels.push_back(target.name + c);
-    }
-    const std::size_t own = beauty.channels.size();
-    const auto pixels =
-        static_cast<std::size_t>(still.width) * static_cast<std::size_t>(still.height);
-    for (std::size_t i = 0; i < pixels; ++i) {
-        for (std::size_t c = 0; c < own; ++c)
-            image.pixels.push_back(beauty.pixels[i * own + c]);
-        for (const Target& target : rest)
-            for (std::size_t c = 0; c < static_cast<std::size_t>(target.channels); ++c)
-                image.pixels.push_back(
-                    (*target.pixels)[i * static_cast<std::size_t>(target.channels) + c]);
-    }
-    return image;
-}
-
-float parse_exposure(const std::string& text)
-{
-    float stops = 0;
-    const char* end = text.data() + text.size();
-    const auto parsed = std::from_chars(text.data(), end, stops);
-    if (parsed.ec != std::errc{} || parsed.ptr != end || !(std::abs(stops) <= 60.0f))
-        throw UsageError(
-            fmt::format("--exposure: '{}' is neither 'auto' nor stops in -60..60", text));
-    return stops;
-}
-
-/// Says which of the outputs can't be before any work is done for them.
-void check_outputs(const Options& options)
-{
-    for (const std::string& output : options.outputs) {
-        const std::string extension = fs::path(output).extension();
-        if (extension != ".exr" && extension != ".png")
-            throw UsageError(fmt::format("-o: '{}' ends in neither .exr (linear, all targets) nor "
-                                         ".png (for a screen)",
-                                         output));
     }
 }
 
@@ -200,89 +148,70 @@ Json report_json(const StillReport& report)
             {"gpu_bytes", report.gpu_bytes}};
 }
 
-void run(Options options)
+/// What both modes print of a picture for machines.
+Json picture_json(const Options& options, const Picture& picture, float exposure_ev,
+                  const std::vector<std::string>& notes)
 {
-    check_outputs(options);
-    const Settings settings = parse_settings(options);
-    if (options.exposure != "auto")
-        parse_exposure(options.exposure);
-    if (options.alpha && !options.target.empty())
-        throw UsageError("--alpha goes with the composite; leave out --target");
-    if (options.outputs.empty())
-        options.outputs.push_back(fs::path(options.input).stem().string() + ".png");
+    return {{"input", options.input},
+            {"outputs", options.outputs},
+            {"size", {picture.width, picture.height}},
+            {"aa", options.aa},
+            {"mode", options.mode},
+            {"exposure_ev", exposure_ev},
+            {"notes", notes}};
+}
 
-    const asset::LoadedScene loaded =
-        load_input({options.input, options.size, options.grid, options.up});
+void print_json(const Json& json)
+{
+    fmt::print("{}\n", json.dump(1, ' ', false, Json::error_handler_t::replace));
+}
+
+PictureFiles files_of(const Options& options)
+{
+    return {.outputs = options.outputs,
+            .target = options.target,
+            .exposure = parse_exposure(options.exposure),
+            .transform =
+                options.display == "srgb" ? Display::Transform::srgb : Display::Transform::filmic};
+}
+
+// ----------------------------------------------------------------------------------- ray march
+
+void run_raymarch(const Options& options, const PictureFiles& files, const Settings& settings,
+                  const asset::LoadedScene& loaded)
+{
     const Scene& scene = loaded.scene;
-    if (!options.save_scene.empty())
-        asset::save_scene(scene, options.save_scene);
-    if (!options.json) {
-        for (const std::string& note : loaded.notes)
-            fmt::print("{}\n", note);
-        if (!is_scene_file(options.input))
-            fmt::print("the scene that was chosen (--save-scene FILE keeps it):\n{}\n",
-                       asset::scene_to_json(scene, fs::current_path()));
-    }
-
     const auto context =
         gl::HeadlessContext::make(options.backend == "egl" ? gl::HeadlessContext::Backend::egl
                                                            : gl::HeadlessContext::Backend::osmesa);
     SceneRenderer renderer(context->get_proc());
+    Progress progress;
     StillOptions still_options{.aa = options.aa,
                                .timed_frames = options.frames,
                                .seed = options.seed,
                                .foreground = options.alpha,
                                .progress = {}};
-    if (isatty(STDERR_FILENO) != 0)
-        still_options.progress = [](int done, int all) {
-            if (all > 1 && done < all)
-                fmt::print(stderr, "\rframe {} of {} ", done + 1, all);
-            else if (all > 1)
-                fmt::print(stderr, "\r{:24}\r", "");
+    if (options.aa > 1)
+        still_options.progress = [&](int done, int all) {
+            progress.show("frames", static_cast<double>(done) / all);
         };
     StillReport report;
     const Still still = renderer.render(scene, settings, still_options, &report);
-
-    Image beauty = single_target(still, {"composite", &still.composite, 3});
-    if (options.alpha)
-        beauty = with_alpha(still);
-    Image picture = beauty;
-    for (const Target& target : targets_of(still))
-        if (target.name == options.target)
-            picture = single_target(still, target);
-    Display display;
-    display.transform =
-        options.display == "srgb" ? Display::Transform::srgb : Display::Transform::filmic;
-    display.exposure_ev = options.exposure == "auto" ? write::auto_exposure(picture)
-                                                     : parse_exposure(options.exposure);
-    if (options.target == "transmittance" && options.exposure == "auto")
-        display.exposure_ev = 0;  // it has a white of its own
-    if (options.target == "depth" && options.exposure == "auto")
-        display.exposure_ev = write::auto_exposure(without_sky(picture));
-    for (const std::string& output : options.outputs) {
-        if (fs::path(output).extension() == ".png")
-            write::write_png(picture, display, output);
-        else
-            write::write_exr(options.target.empty() ? all_targets(still, beauty) : picture, output);
-    }
+    progress.clear();
+    const Picture picture = picture_of(still);
+    const float exposure_ev = write_picture(picture, files);
 
     const std::vector<std::string> explained = renderer.renderer().explain(settings);
     if (options.json) {
-        Json json{{"input", options.input},
-                  {"outputs", options.outputs},
-                  {"size", {scene.resolution.x, scene.resolution.y}},
-                  {"aa", options.aa},
-                  {"frames", options.frames},
-                  {"seed", options.seed},
-                  {"mode", options.mode},
-                  {"preset", options.preset},
-                  {"settings", settings_json(settings)},
-                  {"exposure_ev", display.exposure_ev},
-                  {"device", renderer.renderer().device().capabilities().renderer},
-                  {"notes", loaded.notes},
-                  {"explain", explained}};
+        Json json = picture_json(options, picture, exposure_ev, loaded.notes);
+        json.update({{"frames", options.frames},
+                     {"seed", options.seed},
+                     {"preset", options.preset},
+                     {"settings", settings_json(settings)},
+                     {"device", renderer.renderer().device().capabilities().renderer},
+                     {"explain", explained}});
         json.update(report_json(report));
-        fmt::print("{}\n", json.dump(1, ' ', false, Json::error_handler_t::replace));
+        print_json(json);
         return;
     }
     if (options.explain) {
@@ -291,11 +220,120 @@ void run(Options options)
             fmt::print("  {}\n", line);
     }
     print_report(report, renderer.renderer().device(), scene, options);
-    for (const std::string& output : options.outputs)
-        fmt::print("wrote {}{}\n", output,
-                   fs::path(output).extension() == ".png"
-                       ? fmt::format(" (exposure {:+.2f} stops)", display.exposure_ev)
-                       : "");
+    print_written(files.outputs, exposure_ev);
+}
+
+// ----------------------------------------------------------------------------------- reference
+
+/// What the reference says of its own error.
+struct ErrorSummary {
+    double mean = 0, worst = 0;  ///< absolute, of the composite's worst channel
+    double above = 0;            ///< share of pixels whose estimate is above the tolerance, 0..1
+};
+
+/// The tolerance is relative to a pixel, or to a tenth of the picture's mean where that is more.
+ErrorSummary summarize(const study::ReferenceStill& still, double tolerance)
+{
+    std::vector<double> values;
+    for (std::size_t i = 0; i < still.composite.size(); i += 3)
+        values.push_back(
+            std::max({still.composite[i], still.composite[i + 1], still.composite[i + 2]}));
+    const double pixels = static_cast<double>(values.size());
+    const double mean = std::accumulate(values.begin(), values.end(), 0.0) / pixels;
+    ErrorSummary summary;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const double error = still.error[i];
+        summary.mean += error / pixels;
+        summary.worst = std::max(summary.worst, error);
+        if (error > tolerance * std::max(values[i], 0.1 * mean))
+            summary.above += 1 / pixels;
+    }
+    return summary;
+}
+
+/// No OpenGL here: the reference runs on the processor.
+void run_reference(const Options& options, const PictureFiles& files,
+                   const std::optional<study::ReferenceRegion>& region,
+                   const asset::LoadedScene& loaded)
+{
+    Progress progress;
+    progress.show("reference: preparing");
+    study::ReferenceOptions wanted;
+    wanted.tolerance = options.tolerance;
+    wanted.aa = options.aa;
+    wanted.region = region;
+    wanted.progress = [&](double share) { progress.show("reference", share); };
+    wanted.cancel = Interruption::flag();
+    const auto begin = std::chrono::steady_clock::now();
+    const study::ReferenceStill still = study::render_reference(loaded.scene, wanted);
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    progress.clear();
+    const Picture picture = picture_of(still);
+    const float exposure_ev = write_picture(picture, files);
+
+    const ErrorSummary error = summarize(still, options.tolerance);
+    if (options.json) {
+        Json json = picture_json(options, picture, exposure_ev, loaded.notes);
+        json["region"] =
+            region ? Json{region->x, region->y, region->width, region->height} : Json();
+        json.update(
+            {{"tolerance", options.tolerance},
+             {"seconds", seconds},
+             {"error",
+              {{"worst", error.worst}, {"mean", error.mean}, {"above_tolerance", error.above}}}});
+        print_json(json);
+        return;
+    }
+    fmt::print("{} x {}, reference to {:g} of a pixel, {:.2f} s\n", still.width, still.height,
+               options.tolerance, seconds);
+    fmt::print("estimated error   mean {:.2e}, worst {:.2e} W/m^2/sr; above the tolerance in "
+               "{:.2f} % of the pixels\n",
+               error.mean, error.worst, 100 * error.above);
+    print_written(files.outputs, exposure_ev);
+}
+
+void check_words(const Options& options, const CLI::App& command)
+{
+    check_mode(options, command);
+    if (options.alpha && !options.target.empty())
+        throw UsageError("--alpha goes with the composite; leave out --target");
+}
+
+asset::LoadedScene load(const Options& options)
+{
+    asset::LoadedScene loaded = load_input({options.input, options.size, options.grid, options.up});
+    if (!options.save_scene.empty())
+        asset::save_scene(loaded.scene, options.save_scene);
+    if (!options.json) {
+        for (const std::string& note : loaded.notes)
+            fmt::print("{}\n", note);
+        if (!is_scene_file(options.input))
+            fmt::print("the scene that was chosen (--save-scene FILE keeps it):\n{}\n",
+                       asset::scene_to_json(loaded.scene, fs::current_path()));
+    }
+    return loaded;
+}
+
+void run(Options options, const CLI::App& command)
+{
+    check_words(options, command);
+    if (options.outputs.empty())
+        options.outputs.push_back(fs::path(options.input).stem().string() + ".png");
+    const PictureFiles files = files_of(options);
+    const Settings settings = parse_settings(options);
+    const std::optional<study::ReferenceRegion> region = parse_region(options.region);
+    check_outputs(options.outputs);
+    if (!options.reference()) {
+        run_raymarch(options, files, settings, load(options));
+        return;
+    }
+    const Interruption interruption;
+    try {
+        run_reference(options, files, region, load(options));
+    } catch (const study::ReferenceCancelled&) {
+        throw Error("interrupted; no picture was written");
+    }
 }
 
 }  // namespace
@@ -315,14 +353,16 @@ void add_render(CLI::App& app)
     command->add_option("--size", o.size, "WIDTHxHEIGHT in pixels [480x270, or the scene's]");
     command->add_option("--grid", o.grid, "of a .vdb: name or name[n] [the first fog volume]");
     command->add_option("--up", o.up, "of a .vdb [auto]")->check(CLI::IsMember({"auto", "y", "z"}));
-    command->add_option("--aa", o.aa, "frames averaged over the pixel's square [1]")
+    command
+        ->add_option("--aa", o.aa,
+                     "frames, or samples of the reference, averaged over the pixel's square [1]")
         ->check(CLI::Range(1, 65536));
     command->add_option("--frames", o.frames, "frames timed; the table gives their median [1]")
         ->check(CLI::Range(1, 100000));
     command->add_option("--seed", o.seed, "another seed, other jitter [0]");
     command->add_option("--target", o.target, "write one target alone as RGB")
-        ->check(CLI::IsMember(
-            {"composite", "scattering", "transmittance", "surface", "surface_lit", "depth"}));
+        ->check(CLI::IsMember({"composite", "scattering", "transmittance", "surface", "surface_lit",
+                               "depth", "error"}));
     command->add_flag("--alpha", o.alpha, "leave out the sky; its transmittance becomes alpha");
     command->add_option("--exposure", o.exposure, "stops for a .png [auto]");
     command->add_option("--display", o.display, "transform for a .png [filmic]")
@@ -332,7 +372,18 @@ void add_render(CLI::App& app)
     command->add_flag("--json", o.json, "print JSON");
     command->add_option("--backend", o.backend, "OpenGL without a window [osmesa]")
         ->check(CLI::IsMember({"osmesa", "egl"}));
-    command->add_option("--mode", o.mode, "[raymarch]")->check(CLI::IsMember({"raymarch"}));
+    command
+        ->add_option("--mode", o.mode,
+                     "raymarch on OpenGL, or reference: to a tolerance, on the processor "
+                     "[raymarch]")
+        ->check(CLI::IsMember({"raymarch", "reference"}));
+    command
+        ->add_option("--tolerance", o.tolerance,
+                     "of the reference: relative error of each pixel [0.001]")
+        ->check(CLI::Range(1e-6, 0.5));
+    command->add_option("--region", o.region,
+                        "of the reference: X,Y,WIDTH,HEIGHT in pixels from the top left, which are "
+                        "then the whole picture");
     command->add_option("--preset", o.preset, "default or eevee2017 [default]");
     for (const SettingInfo& info : setting_table()) {
         const std::string name(info.name);
@@ -343,7 +394,7 @@ void add_render(CLI::App& app)
                             info.unit.empty() ? "" : " ", info.unit, info.get(Settings{})))
             ->group("Settings: " + std::string(info.group));
     }
-    command->callback([options] { run(*options); });
+    command->callback([options, command] { run(*options, *command); });
 }
 
 }  // namespace fumarole::command

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <fcntl.h>
 #include <filesystem>
 #include <future>
+#include <pty.h>
 #include <string>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -22,6 +24,7 @@ using Arguments = std::vector<std::string>;
 struct Outcome {
     int code = -1;  ///< exit code, or 1000 + the signal that ended it
     std::string out, err;
+    double seconds_to_end = 0;  ///< from RunOptions::interrupt_at's signal on
 
     /// Lines of what it said on stderr.
     [[nodiscard]] long error_lines() const { return std::count(err.begin(), err.end(), '\n'); }
@@ -34,9 +37,34 @@ inline std::ostream& operator<<(std::ostream& to, const Outcome& run)
 }
 
 struct RunOptions {
-    std::string out;       ///< file for stdout instead of Outcome::out, e.g. /dev/full
-    long file_limit = -1;  ///< bytes that it may write to a file, as if the disk were full then
+    std::string out;           ///< file for stdout instead of Outcome::out, e.g. /dev/full
+    long file_limit = -1;      ///< bytes that it may write to a file, as if the disk were full then
+    std::string interrupt_at;  ///< file; once something is in it, SIGINT is sent
+    bool terminal = false;     ///< stderr is one
 };
+
+/// Waits until a child has written to `file`, or has ended, and sends it SIGINT.
+inline void interrupt(pid_t child, const std::filesystem::path& file)
+{
+    std::error_code error;
+    siginfo_t ended{};
+    while (ended.si_pid == 0 && (std::filesystem::file_size(file, error) == 0 || error)) {
+        usleep(5000);
+        waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT);
+    }
+    kill(child, SIGINT);
+}
+
+/// What was written to a terminal whose other end is closed. Its buffer holds a few kilobytes.
+inline std::string read_terminal(int terminal)
+{
+    std::string text;
+    char part[4096];
+    for (ssize_t n = 0; (n = read(terminal, part, sizeof part)) > 0;)
+        text.append(part, static_cast<std::size_t>(n));
+    close(terminal);
+    return text;
+}
 
 /// Runs fumarole as a user does, with `folder` as its working directory.
 inline Outcome run_program(const std::filesystem::path& folder, const Arguments& arguments,
@@ -46,7 +74,12 @@ inline Outcome run_program(const std::filesystem::path& folder, const Arguments&
     std::string err = (folder / "stderr.XXXXXX").string();
     const int out_file =
         options.out.empty() ? mkstemp(out.data()) : open(options.out.c_str(), O_WRONLY | O_CLOEXEC);
-    const int err_file = mkstemp(err.data());
+    int err_file = mkstemp(err.data()), terminal = -1;
+    if (options.terminal) {
+        close(err_file);
+        openpty(&terminal, &err_file, nullptr, nullptr, nullptr);
+        fcntl(terminal, F_SETFD, FD_CLOEXEC);
+    }
     std::vector<char*> argv{const_cast<char*>(FUM_PROGRAM)};
     for (const std::string& argument : arguments)
         argv.push_back(const_cast<char*>(argument.c_str()));
@@ -66,17 +99,22 @@ inline Outcome run_program(const std::filesystem::path& folder, const Arguments&
             execv(FUM_PROGRAM, argv.data());
         _exit(127);
     }
+    if (!options.interrupt_at.empty())
+        interrupt(child, folder / options.interrupt_at);
+    const auto begin = std::chrono::steady_clock::now();
     int status = 0;
     waitpid(child, &status, 0);
     close(out_file);
     close(err_file);
     Outcome run;
+    run.seconds_to_end =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     run.code = WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
     if (options.out.empty()) {
         run.out = read_bytes(out);
         std::filesystem::remove(out);
     }
-    run.err = read_bytes(err);
+    run.err = options.terminal ? read_terminal(terminal) : read_bytes(err);
     std::filesystem::remove(err);
     return run;
 }

@@ -66,6 +66,21 @@ TEST(Usage, IsRefusedWithTwoAndTheNameOfWhatIsWrong)
         {{"render", "x.vdb", "--alpha", "--target", "depth"}, "--alpha"},
         {{"render", "x.json", "--grid", "density"}, "--grid"},
         {{"render", "x.vdb", "--size"}, "--size"},
+        {{"render", "x.vdb", "--tolerance", "0.1"}, "--tolerance"},
+        {{"render", "x.vdb", "--region", "0,0,8,8"}, "--region"},
+        {{"render", "x.vdb", "--target", "error"}, "--target"},
+        {{"render", "x.vdb", "--mode=reference", "--tolerance", "0"}, "--tolerance"},
+        {{"render", "x.vdb", "--mode=reference", "--region", "0,0,8"}, "--region"},
+        {{"render", "x.vdb", "--mode=reference", "--region", "0,0,8,0"}, "--region"},
+        {{"render", "x.vdb", "--mode=reference", "--region", "0,-1,8,8"}, "--region"},
+        {{"render", "x.vdb", "--mode=reference", "--region", "0,0,8,8,8"}, "--region"},
+        {{"render", "x.vdb", "--mode=reference", "--steps", "64"}, "--steps"},
+        {{"render", "x.vdb", "--mode=reference", "--preset", "default"}, "--preset"},
+        {{"render", "x.vdb", "--mode=reference", "--frames", "3"}, "--frames"},
+        {{"render", "x.vdb", "--mode=reference", "--seed", "3"}, "--seed"},
+        {{"render", "x.vdb", "--mode=reference", "--backend", "egl"}, "--backend"},
+        {{"render", "x.vdb", "--mode=reference", "--alpha"}, "--alpha"},
+        {{"render", "x.vdb", "--mode=reference", "--explain"}, "--explain"},
     };
     const TempFolder folder;
     std::vector<Arguments> arguments;

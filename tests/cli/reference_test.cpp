@@ -1,0 +1,129 @@
+// `fumarole render --mode reference` as a user runs it.
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "cli/run_program.h"
+#include "study/metrics.h"
+#include "write/image_writer.h"
+
+namespace fumarole::test {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr const char* kSmall = "--size=48x27";
+
+Arguments reference(const Arguments& more)
+{
+    Arguments all{"render", sample("smoke_plume_sun.json"), kSmall, "--mode=reference"};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+}
+
+TEST(RenderReference, WritesTheTargetsOfARenderAndItsError)
+{
+    const TempFolder folder;
+    const Outcome run = run_program(folder.path(), reference({"--json", "-o", "r.exr"}));
+    ASSERT_EQ(run.code, 0) << run;
+    EXPECT_EQ(run.err, "") << "no progress where there is no terminal";
+    const Json json = Json::parse(run.out);
+    EXPECT_EQ(json["size"], (std::vector<int>{48, 27}));
+    EXPECT_EQ(json["mode"], "reference");
+    EXPECT_EQ(json["tolerance"], 0.001);
+    EXPECT_GT(json["seconds"], 0);
+
+    ASSERT_EQ(run_program(folder.path(),
+                          {"render", sample("smoke_plume_sun.json"), kSmall, "--resolution=full",
+                           "--steps=256", "--shadow-steps=64", "-o", "march.exr"})
+                  .code,
+              0);
+    const auto channels_of = [&](const char* file) {
+        std::vector<std::string> names = write::exr_channels(folder.path() / file);
+        std::sort(names.begin(), names.end());
+        return names;
+    };
+    std::vector<std::string> expected = channels_of("march.exr");
+    expected.insert(std::lower_bound(expected.begin(), expected.end(), "error.Y"), "error.Y");
+    EXPECT_EQ(channels_of("r.exr"), expected);
+
+    const auto read = [&](const char* file, const std::vector<std::string>& names) {
+        return write::read_exr(folder.path() / file, names).pixels;
+    };
+    for (const char* target : {"scattering", "transmittance", "surface"}) {
+        const std::string name(target);
+        const std::vector<std::string> rgb{name + ".R", name + ".G", name + ".B"};
+        EXPECT_LT(study::compare(read("march.exr", rgb), read("r.exr", rgb)).relmse, 0.01) << name;
+    }
+    const std::vector<float> error = read("r.exr", {"error.Y"});
+    EXPECT_EQ(static_cast<float>(json["error"]["worst"]),
+              *std::max_element(error.begin(), error.end()));
+    EXPECT_GT(json["error"]["worst"], 0);
+    EXPECT_LT(json["error"]["mean"], json["error"]["worst"]);
+    EXPECT_LT(json["error"]["above_tolerance"], 0.01);
+}
+
+TEST(RenderReference, RegionIsThatPartOfThePicture)
+{
+    const TempFolder folder;
+    const std::vector<Outcome> runs = run_all(
+        folder.path(),
+        {reference({"-o", "all.exr"}), reference({"-o", "part.exr", "--region", "20,8,10,6"}),
+         reference({"-o", "error.exr", "-o", "error.png", "--target", "error"}),
+         reference({"-o", "out.exr", "--region", "40,8,10,6"})});
+    for (int i = 0; i < 3; ++i)
+        ASSERT_EQ(runs[static_cast<std::size_t>(i)].code, 0) << runs[static_cast<std::size_t>(i)];
+    const std::vector<std::string> names{"R", "scattering.G", "depth.Z", "error.Y"};
+    const Image all = write::read_exr(folder.path() / "all.exr", names);
+    const Image part = write::read_exr(folder.path() / "part.exr", names);
+    ASSERT_EQ(part.width, 10);
+    ASSERT_EQ(part.height, 6);
+    for (int y = 0; y < 6; ++y)
+        for (int x = 0; x < 10; ++x)
+            for (int c = 0; c < 4; ++c)
+                ASSERT_EQ(part.at(x, y, c), all.at(20 + x, 8 + y, c)) << x << ' ' << y << ' ' << c;
+
+    const Image error = write::read_exr(folder.path() / "error.exr", {"R", "B"});
+    for (int x = 0; x < 48; ++x) {
+        EXPECT_EQ(error.at(x, 13, 0), all.at(x, 13, 3));
+        EXPECT_EQ(error.at(x, 13, 1), all.at(x, 13, 3));
+    }
+
+    EXPECT_EQ(runs[3].code, 1) << runs[3];
+    EXPECT_NE(runs[3].err.find("48 x 27"), std::string::npos) << runs[3];
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "out.exr"));
+}
+
+TEST(RenderReference, EndsSoonWhenInterruptedAndLeavesNothing)
+{
+    const TempFolder folder;
+    RunOptions options;
+    options.interrupt_at = "scene.json";  // written when the work begins
+    const Outcome run = run_program(folder.path(),
+                                    {"render", sample("smoke_plume_sun.json"), "--mode=reference",
+                                     "--tolerance=1e-6", "--aa=64", "--save-scene=scene.json", "-o",
+                                     "x.exr", "-o", "x.png"},
+                                    options);
+    EXPECT_EQ(run.code, 1) << run;
+    EXPECT_NE(run.err.find("interrupted"), std::string::npos) << run;
+    EXPECT_EQ(run.error_lines(), 1) << run;
+    EXPECT_LT(run.seconds_to_end, 3) << "a second on a machine that does nothing else";
+    EXPECT_EQ(list(folder.path()), std::vector<std::string>{"scene.json"});
+}
+
+TEST(RenderReference, ATerminalSeesHowFarItIs)
+{
+    const TempFolder folder;
+    RunOptions options;
+    options.terminal = true;
+    const Outcome run =
+        run_program(folder.path(), reference({"--tolerance=1e-4", "-o", "x.png"}), options);
+    ASSERT_EQ(run.code, 0) << run;
+    for (const char* part : {"reference [", " %", " left"})
+        EXPECT_NE(run.err.find(part), std::string::npos) << part << '\n' << run;
+    EXPECT_EQ(run.err.find('\n'), std::string::npos) << "one line, drawn over";
+    EXPECT_EQ(run.err.substr(run.err.size() - 2), " \r") << "and wiped";
+}
+
+}  // namespace
+}  // namespace fumarole::test

@@ -1,0 +1,168 @@
+#include "picture_files.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "command.h"
+#include "errors.h"
+
+namespace fumarole::command {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kComposite = "composite";
+
+/// What both kinds of still have.
+template <class AnyStill> Picture common_targets(const AnyStill& still)
+{
+    Picture picture{.width = still.width, .height = still.height, .targets = {}};
+    picture.targets.push_back({kComposite, {"R", "G", "B"}, &still.composite});
+    const auto add = [&](const std::string& name, const std::vector<float>& pixels) {
+        picture.targets.push_back({name, {name + ".R", name + ".G", name + ".B"}, &pixels});
+    };
+    add("scattering", still.scattering);
+    add("transmittance", still.transmittance);
+    add("surface", still.surface);
+    add("surface_lit", still.surface_lit);
+    picture.targets.push_back({"depth", {"depth.Z"}, &still.depth});
+    return picture;
+}
+
+Image empty_image(const Picture& picture)
+{
+    Image image;
+    image.width = picture.width;
+    image.height = picture.height;
+    return image;
+}
+
+/// One target as R, G, B and its alpha if it has one; a single channel thrice.
+Image image_of(const Picture& picture, const std::string& name)
+{
+    const auto target = std::find_if(picture.targets.begin(), picture.targets.end(),
+                                     [&](const Target& t) { return t.name == name; });
+    Image image = empty_image(picture);
+    image.channels = {"R", "G", "B"};
+    if (target->channels.size() == 1) {
+        for (const float value : *target->pixels)
+            image.pixels.insert(image.pixels.end(), 3, value);
+        return image;
+    }
+    if (target->channels.size() == 4)
+        image.channels = target->channels;
+    image.pixels = *target->pixels;
+    return image;
+}
+
+Image image_of_all(const Picture& picture)
+{
+    Image image = empty_image(picture);
+    for (const Target& target : picture.targets)
+        image.channels.insert(image.channels.end(), target.channels.begin(), target.channels.end());
+    const auto pixels =
+        static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height);
+    image.pixels.reserve(pixels * image.channels.size());
+    for (std::size_t i = 0; i < pixels; ++i)
+        for (const Target& target : picture.targets)
+            for (std::size_t c = 0; c < target.channels.size(); ++c)
+                image.pixels.push_back((*target.pixels)[i * target.channels.size() + c]);
+    return image;
+}
+
+/// Depth with the sky, which would rule any exposure, made 0.
+Image without_sky(Image depth)
+{
+    for (float& value : depth.pixels)
+        value = value >= Still::kSkyDepth ? 0.0f : value;
+    return depth;
+}
+
+bool is_png(const std::string& output)
+{
+    return fs::path(output).extension() == ".png";
+}
+
+}  // namespace
+
+Picture picture_of(const Still& still)
+{
+    Picture picture = common_targets(still);
+    if (!still.foreground.empty())
+        picture.targets.front() = {kComposite, {"R", "G", "B", "A"}, &still.foreground};
+    return picture;
+}
+
+Picture picture_of(const study::ReferenceStill& still)
+{
+    Picture picture = common_targets(still);
+    picture.targets.push_back({"error", {"error.Y"}, &still.error});
+    return picture;
+}
+
+void check_outputs(const std::vector<std::string>& outputs)
+{
+    for (const std::string& output : outputs)
+        if (fs::path(output).extension() != ".exr" && !is_png(output))
+            throw UsageError(fmt::format("-o: '{}' ends in neither .exr (linear, all targets) nor "
+                                         ".png (for a screen)",
+                                         output));
+    for (const std::string& output : outputs) {
+        const fs::path folder = fs::path(output).parent_path();
+        if (::access(folder.empty() ? "." : folder.c_str(), W_OK | X_OK) != 0)
+            throw Error(fmt::format("{}: {}: {}", output, folder.string(), std::strerror(errno)));
+    }
+}
+
+float write_picture(const Picture& picture, const PictureFiles& files)
+{
+    const std::string shown = files.target.empty() ? kComposite : files.target;
+    const Image image = image_of(picture, shown);
+    const Display display{.exposure_ev = exposure_of(shown, image, files.exposure),
+                          .transform = files.transform};
+    for (const std::string& output : files.outputs) {
+        if (is_png(output))
+            write::write_png(image, display, output);
+        else
+            write::write_exr(files.target.empty() ? image_of_all(picture) : image, output);
+    }
+    return display.exposure_ev;
+}
+
+void print_written(const std::vector<std::string>& outputs, float exposure_ev)
+{
+    for (const std::string& output : outputs)
+        fmt::print("wrote {}{}\n", output,
+                   is_png(output) ? fmt::format(" (exposure {:+.2f} stops)", exposure_ev) : "");
+}
+
+std::optional<float> parse_exposure(const std::string& text)
+{
+    if (text == "auto")
+        return std::nullopt;
+    float stops = 0;
+    const char* end = text.data() + text.size();
+    const auto parsed = std::from_chars(text.data(), end, stops);
+    if (parsed.ec != std::errc{} || parsed.ptr != end || !(std::abs(stops) <= 60.0f))
+        throw UsageError(
+            fmt::format("--exposure: '{}' is neither 'auto' nor stops in -60..60", text));
+    return stops;
+}
+
+float exposure_of(const std::string& target, const Image& image, std::optional<float> asked)
+{
+    if (asked)
+        return *asked;
+    if (target == "transmittance")
+        return 0;
+    return write::auto_exposure(target == "depth" ? without_sky(image) : image);
+}
+
+}  // namespace fumarole::command

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scene_renderer.h"
+#include "study/reference.h"
+#include "write/image_writer.h"
+
+namespace fumarole::command {
+
+/// One of the pictures that a render makes.
+struct Target {
+    std::string name;                   ///< `composite`, `depth`, ...
+    std::vector<std::string> channels;  ///< their names in a file of all targets
+    const std::vector<float>* pixels;   ///< channels interleaved, rows from the top, linear
+};
+
+/// All that a render made; points into what it was made of.
+struct Picture {
+    int width = 0, height = 0;
+    std::vector<Target> targets;  ///< the composite first, as R, G, B
+};
+
+Picture picture_of(const Still& still);
+Picture picture_of(const study::ReferenceStill& still);
+
+/// Which files are written, and how.
+struct PictureFiles {
+    std::vector<std::string> outputs;  ///< x.exr: linear; x.png: for a screen
+    std::string target;                ///< that is written alone as R, G, B; "" for all of them
+    std::optional<float> exposure;     ///< stops of a .png, or those that suit the picture
+    Display::Transform transform = Display::Transform::filmic;
+};
+
+/// @throws UsageError if an output's name ends in neither; Error if its folder can't be written to.
+/// To be called before the work.
+void check_outputs(const std::vector<std::string>& outputs);
+
+/// Writes the files. @returns the exposure [stops] of a .png @throws Error as the writers do
+float write_picture(const Picture& picture, const PictureFiles& files);
+
+/// "wrote x.png (exposure +1.00 stops)", a line each.
+void print_written(const std::vector<std::string>& outputs, float exposure_ev);
+
+/// Stops, or nothing for `auto`. @throws UsageError
+std::optional<float> parse_exposure(const std::string& text);
+
+/// The exposure that was asked for, or else the one that suits a target's picture (R, G, B):
+/// transmittance has a white of its own.
+float exposure_of(const std::string& target, const Image& image, std::optional<float> asked);
+
+}  // namespace fumarole::command
