@@ -201,7 +201,14 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
     Mean composite(size.x, size.y, 3), scattering(size.x, size.y, 3),
         transmittance(size.x, size.y, 3), surface(size.x, size.y, 3),
         surface_lit(size.x, size.y, 3), foreground(size.x, size.y, 4);
+    const int all = (report != nullptr ? 1 + options.timed_frames : 0) + options.aa;
+    int done = 0;
+    const auto tell = [&] {
+        if (options.progress)
+            options.progress(done++, all);
+    };
     const auto draw = [&] {
+        tell();
         renderer_.draw_surfaces(frame, settings, false);
         renderer_.draw_surfaces(frame, settings, true);
         renderer_.composite(frame, settings);
@@ -237,8 +244,7 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
     still.width = size.x;
     still.height = size.y;
     for (int i = 0; i < options.aa; ++i) {
-        if (options.progress)
-            options.progress(i, options.aa);
+        tell();
         aim(i);
         renderer_.draw_surfaces(frame, settings, false);
         surface.add(color.read(4));
@@ -257,8 +263,7 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
         if (options.foreground)
             foreground.add(without_sky(layers, lit, window_depth));
     }
-    if (options.progress)
-        options.progress(options.aa, options.aa);
+    tell();
     if (report != nullptr)
         report->gpu_bytes = renderer_.take_report().gpu_bytes;
     still.composite = composite.get();

@@ -45,7 +45,8 @@ struct StillOptions {
     int timed_frames = 1;    ///< repeats of the first frame that are timed, after one that is not
     std::uint32_t seed = 0;  ///< another seed, other jitter
     bool foreground = false;
-    /// Called with frames done and frames in all.
+    /// Called before each frame and at the end, with frames done and frames in all, the timed ones
+    /// too. What it throws ends the render.
     std::function<void(int, int)> progress;
 };
 

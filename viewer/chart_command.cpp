@@ -5,6 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <sys/utsname.h>
 #include <thread>
 #include <unistd.h>
 
@@ -19,8 +20,10 @@
 #include "scene_input.h"
 #include "scene_renderer.h"
 #include "study/chart.h"
+#include "study/chart_budget.h"
 #include "study/chart_plot.h"
 #include "study/chart_report.h"
+#include "study/metrics.h"
 #include "study/reference_cache.h"
 #include "study/whole_file.h"
 
@@ -32,10 +35,13 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 
+constexpr const char* kLogName = "chart.partial.jsonl";
+
 struct Options {
     std::string input, output, size, grid, up = "auto", backend = "osmesa", target = "composite";
     std::optional<double> tolerance;
     std::optional<int> frames;
+    std::optional<double> time_limit;  ///< seconds
     bool quick = false, fresh = false, json = false;
 };
 
@@ -46,8 +52,20 @@ struct Effort {
     double seconds;  ///< in all
 };
 constexpr Effort kWhole{.tolerance = 1e-3, .frames = 3, .rounds = 3, .seeds = 4, .seconds = 600};
-constexpr Effort kQuick{.tolerance = 1e-2, .frames = 2, .rounds = 2, .seeds = 2, .seconds = 58};
-constexpr double kWritingSeconds = 6;  ///< of all, for plot and report
+constexpr Effort kQuick{.tolerance = 1e-2, .frames = 2, .rounds = 2, .seeds = 2, .seconds = 60};
+
+// Of all the time: at most so much for the reference; so much stays for pictures and report.
+constexpr double kReferenceShare = 0.35;
+constexpr double kWritingShare = 0.04, kWritingSeconds = 5;
+
+Effort effort_of(const Options& options)
+{
+    Effort effort = options.quick ? kQuick : kWhole;
+    effort.tolerance = options.tolerance.value_or(effort.tolerance);
+    effort.frames = options.frames.value_or(effort.frames);
+    effort.seconds = options.time_limit.value_or(effort.seconds);
+    return effort;
+}
 
 std::string shell_word(const std::string& text)
 {
@@ -61,17 +79,34 @@ std::string shell_word(const std::string& text)
     return quoted + "'";
 }
 
+/// ` --name word`, or nothing for a word that says nothing.
+std::string option_text(const char* name, const std::string& word, const std::string& usual = "")
+{
+    return word == usual ? "" : fmt::format(" {} {}", name, shell_word(word));
+}
+
 std::string render_command(const Options& options, const Scene& scene)
 {
-    std::string command = fmt::format("fumarole render {} --size {}x{}", shell_word(options.input),
-                                      scene.resolution.x, scene.resolution.y);
-    if (!options.grid.empty())
-        command += " --grid " + shell_word(options.grid);
-    if (options.up != "auto")
-        command += " --up " + options.up;
-    if (options.backend != "osmesa")
-        command += " --backend " + options.backend;
-    return command;
+    return fmt::format("fumarole render {} --size {}x{}", shell_word(options.input),
+                       scene.resolution.x, scene.resolution.y) +
+           option_text("--grid", options.grid) + option_text("--up", options.up, "auto") +
+           option_text("--backend", options.backend, "osmesa");
+}
+
+/// The command that goes on with an interrupted chart: all that was said but --fresh.
+std::string continue_command(const Options& options)
+{
+    const auto number = [](const char* name, const auto& value) {
+        return value ? fmt::format(" {} {:g}", name, static_cast<double>(*value)) : "";
+    };
+    return fmt::format("fumarole chart {}", shell_word(options.input)) +
+           (options.quick ? " --quick" : "") + option_text("-o", options.output) +
+           option_text("--target", options.target, "composite") +
+           option_text("--size", options.size) + option_text("--grid", options.grid) +
+           option_text("--up", options.up, "auto") +
+           option_text("--backend", options.backend, "osmesa") +
+           number("--tolerance", options.tolerance) + number("--frames", options.frames) +
+           number("--time-limit", options.time_limit) + (options.json ? " --json" : "");
 }
 
 /// Before hours of work: is there a folder that takes files?
@@ -143,12 +178,19 @@ Json point_json(const study::MeasuredPoint& p)
 void print_json(const study::Chart& chart, const study::KeptReference& reference,
                 const Options& options, const Made& made, double tolerance)
 {
-    Json points = Json::array(), outputs = Json::array();
+    Json points = Json::array(), outputs = Json::array(), effects = Json::array();
     for (const study::MeasuredPoint& p : chart.points)
         points.push_back(point_json(p));
     for (const fs::path& file : {made.csv, made.svg, made.png, made.report})
         if (!file.empty())
             outputs.push_back(file.string());
+    for (const study::SettingEffect& e : study::setting_effects(chart))
+        effects.push_back({{"setting", e.setting},
+                           {"value", e.value},
+                           {"default", e.is_default},
+                           {"time_ratio", e.time_ratio},
+                           {"error_ratio", e.error_ratio},
+                           {"verdict", e.verdict(chart.target)}});
     const Json json{{"input", options.input},
                     {"size", {chart.size.x, chart.size.y}},
                     {"target", options.target},
@@ -164,6 +206,8 @@ void print_json(const study::Chart& chart, const study::KeptReference& reference
                     {"visits_made", chart.visited},
                     {"seconds", made.seconds},
                     {"points", points},
+                    {"left_out", chart.left_out},
+                    {"effects", effects},
                     {"limits", chart.limits},
                     {"outputs", outputs}};
     fmt::print("{}\n", json.dump(1, ' ', false, Json::error_handler_t::replace));
@@ -208,118 +252,204 @@ study::Target parse_target(const std::string& name)
     return static_cast<study::Target>(at - study::kTargetNames.begin());
 }
 
+/// By its own estimate: relMSE of a composite that is off by the estimated error everywhere.
+double own_relmse(const study::ReferenceStill& still)
+{
+    std::vector<float> off = still.composite;
+    for (std::size_t i = 0; i < off.size(); ++i)
+        off[i] += still.error[i / 3];
+    return study::compare(off, still.composite).relmse;
+}
+
+std::string system_name()
+{
+    utsname system{};
+    ::uname(&system);
+    return fmt::format("{} {}, {}", system.sysname, system.release, system.machine);
+}
+
 std::vector<std::pair<std::string, std::string>>
-machine_of(const Renderer& renderer, const study::Chart& chart, const study::ChartOptions& chosen,
-           const study::KeptReference& reference, double tolerance)
+machine_of(const Renderer& renderer, const study::Chart& chart, const Effort& effort,
+           const study::KeptReference& reference, double reference_relmse)
 {
     const gl::Capabilities& gl = renderer.device().capabilities();
     return {
         {"renderer", gl.renderer},
         {"OpenGL", gl.version},
         {"processor", fmt::format("{}, {} cores", cpu_name(), std::thread::hardware_concurrency())},
+        {"system", system_name()},
         {"timing", fmt::format("{}; median over {} visits of {} frames each, after a frame "
                                "that is not timed, points in shuffled order",
-                               chart.timing_method, chart.rounds, chosen.frames)},
+                               chart.timing_method, chart.rounds, effort.frames)},
         {"errors", fmt::format("single frames of {} seeds, pixel centres; FLIP of the first "
                                "seed's composite through the filmic transform",
-                               chosen.seeds)},
-        {"reference", fmt::format("tolerance {:g} of each pixel, pixel centres; {}", tolerance,
-                                  reference.file.filename().string())},
-        {"fumarole", FUMAROLE_VERSION}};
+                               effort.seeds)},
+        {"reference",
+         fmt::format("tolerance {:g} of each pixel, pixel centres; by its own estimate "
+                     "its relMSE is {:.1e}; {}",
+                     effort.tolerance, reference_relmse, reference.file.filename().string())},
+        {"fumarole", fmt::format("{}, compiled by {}", FUMAROLE_VERSION, __VERSION__)}};
 }
+
+// ---------------------------------------------------------------------------------- one chart
+
+/// From a scene to the files, step by step.
+class ChartRun {
+public:
+    ChartRun(const Options& options, const asset::LoadedScene& loaded, fs::path folder)
+        : options_{options}, scene_{loaded.scene}, folder_{std::move(folder)}, effort_{effort_of(
+                                                                                   options)},
+          // Before the reference: a machine without OpenGL says so at once.
+          context_{gl::HeadlessContext::make(options.backend == "egl"
+                                                 ? gl::HeadlessContext::Backend::egl
+                                                 : gl::HeadlessContext::Backend::osmesa)},
+          renderer_{context_->get_proc()}
+    {
+    }
+
+    void run()
+    {
+        get_reference();
+        measure();
+        write();
+        progress_.clear();
+        if (options_.json)
+            print_json(chart_, reference_, options_, made_, effort_.tolerance);
+        else
+            print_table(chart_, reference_, options_, made_, effort_.tolerance);
+        if (!made_.plot_failure.empty())
+            throw Error(made_.plot_failure);
+    }
+
+private:
+    /// A kept one, or one to the tolerance for which there is time. A tolerance that was asked for
+    /// stays.
+    void get_reference()
+    {
+        study::ReferenceOptions wanted;
+        wanted.tolerance = effort_.tolerance;
+        wanted.cancel = Interruption::flag();
+        progress_.show("reference: preparing");
+        if (!options_.tolerance && !kept(wanted))
+            wanted.tolerance =
+                study::fit_tolerance(scene_, wanted, kReferenceShare * effort_.seconds);
+        if (wanted.tolerance > effort_.tolerance)
+            notes_.push_back(fmt::format(
+                "The time limit of {:g} s left no room for a reference to {:g} of each pixel: this "
+                "one is to {:g}.",
+                effort_.seconds, effort_.tolerance, wanted.tolerance));
+        effort_.tolerance = wanted.tolerance;
+        wanted.progress = [&](double share) { progress_.show("reference", share); };
+        reference_ = study::keep_reference(scene_, wanted, folder_, FUMAROLE_VERSION);
+        reference_relmse_ = own_relmse(reference_.still);
+    }
+
+    /// Is there a reference of an earlier run? The closest one's tolerance goes to `wanted`.
+    bool kept(study::ReferenceOptions& wanted) const
+    {
+        study::ReferenceOptions looser = wanted;
+        for (;; looser.tolerance = study::looser(looser.tolerance)) {
+            const std::string key = study::reference_key(scene_, looser, FUMAROLE_VERSION);
+            if (fs::exists(folder_ / fmt::format("reference_{}.exr", key))) {
+                wanted.tolerance = looser.tolerance;
+                return true;
+            }
+            if (looser.tolerance >= study::kLoosestTolerance)
+                return false;
+        }
+    }
+
+    void measure()
+    {
+        study::ChartOptions chosen;
+        chosen.quick = options_.quick;
+        chosen.target = parse_target(options_.target);
+        chosen.frames = effort_.frames;
+        chosen.rounds = effort_.rounds;
+        chosen.seeds = effort_.seeds;
+        chosen.cancel = Interruption::flag();
+        ChartLog log(folder_ / kLogName, study::text_hash(fmt::format(
+                                             "{} {} {} {} {} {}", reference_.key, build_hash(),
+                                             renderer_.renderer().device().capabilities().renderer,
+                                             options_.backend, effort_.frames, effort_.seeds)));
+        if (!options_.fresh)
+            chosen.known = log.read();
+        chosen.keep = [&](const study::ChartVisit& visit) { log.append(visit); };
+        chosen.progress = [&](int done, int all, double left) {
+            progress_.show(fmt::format("visit {} of {}", std::min(done + 1, all), all),
+                           static_cast<double>(done) / std::max(all, 1), left);
+        };
+        chosen.seconds =
+            effort_.seconds * (1 - kWritingShare) - kWritingSeconds - seconds_since(begin_);
+        chart_ = study::measure_chart(scene_, reference_.still, renderer_, chosen);
+        chart_.limits.insert(chart_.limits.begin(), notes_.begin(), notes_.end());
+    }
+
+    void write()
+    {
+        progress_.show("writing");
+        made_.csv = folder_ / "chart.csv";
+        study::write_whole(made_.csv, study::chart_csv(chart_));
+        study::ReportFacts facts;
+        facts.title = fs::path(options_.input).filename().string();
+        facts.command = render_command(options_, scene_);
+        facts.machine =
+            machine_of(renderer_.renderer(), chart_, effort_, reference_, reference_relmse_);
+        facts.reference_file = reference_.file;
+        try {
+            study::plot_chart(chart_,
+                              fmt::format("{}, {} x {}, {}", facts.title, chart_.size.x,
+                                          chart_.size.y, facts.machine.front().second),
+                              folder_ / "chart.svg", folder_ / "chart.png");
+            made_.svg = folder_ / "chart.svg";
+            made_.png = facts.chart_png = folder_ / "chart.png";
+        } catch (const Error& error) {
+            made_.plot_failure = error.what();
+        }
+        made_.report = folder_ / "report.html";
+        study::write_whole(
+            made_.report,
+            study::report_html(chart_, facts,
+                               study::front_pictures(chart_, scene_, reference_.still, renderer_,
+                                                     folder_, Interruption::flag())));
+        made_.seconds = seconds_since(begin_);
+    }
+
+    const Clock::time_point begin_ = Clock::now();
+    const Options& options_;
+    const Scene& scene_;
+    fs::path folder_;
+    Effort effort_;
+    Progress progress_;
+    std::unique_ptr<gl::HeadlessContext> context_;
+    SceneRenderer renderer_;
+    std::vector<std::string> notes_;  ///< what the time limit took from the reference
+    study::KeptReference reference_;
+    double reference_relmse_ = 0;
+    study::Chart chart_;
+    Made made_;
+};
 
 void run(const Options& options)
 {
-    const Clock::time_point begin = Clock::now();
-    const Effort& effort = options.quick ? kQuick : kWhole;
-    const double tolerance = options.tolerance.value_or(effort.tolerance);
     const asset::LoadedScene loaded =
         load_input({options.input, options.size, options.grid, options.up});
-    const Scene& scene = loaded.scene;
-    if (scene.media.empty())
+    if (loaded.scene.media.empty())
         throw Error(
             fmt::format("{}: the scene has no media; there is nothing to chart", options.input));
     const fs::path folder = options.output.empty()
                                 ? fs::path(fs::path(options.input).stem().string() + "_chart")
                                 : fs::path(options.output);
     make_folder(folder);
-
     const Interruption interruption;
-    Progress line;
-    const fs::path log_file = folder / "chart.partial.jsonl";
     try {
-        // Before the reference: a machine without OpenGL says so at once.
-        const auto context = gl::HeadlessContext::make(options.backend == "egl"
-                                                           ? gl::HeadlessContext::Backend::egl
-                                                           : gl::HeadlessContext::Backend::osmesa);
-        SceneRenderer renderer(context->get_proc());
-
-        study::ReferenceOptions wanted;
-        wanted.tolerance = tolerance;
-        wanted.cancel = Interruption::flag();
-        wanted.progress = [&](double share) { line.show("reference", share); };
-        line.show("reference: preparing");
-        const study::KeptReference reference =
-            study::keep_reference(scene, wanted, folder, FUMAROLE_VERSION);
-
-        study::ChartOptions chosen;
-        chosen.quick = options.quick;
-        chosen.target = parse_target(options.target);
-        chosen.frames = options.frames.value_or(effort.frames);
-        chosen.rounds = effort.rounds;
-        chosen.seeds = effort.seeds;
-        chosen.cancel = Interruption::flag();
-        ChartLog log(log_file, study::text_hash(
-                                   fmt::format("{} {} {} {} {} {}", reference.key, build_hash(),
-                                               renderer.renderer().device().capabilities().renderer,
-                                               options.backend, chosen.frames, chosen.seeds)));
-        if (!options.fresh)
-            chosen.known = log.read();
-        chosen.keep = [&](const study::ChartVisit& visit) { log.append(visit); };
-        chosen.progress = [&](int done, int all, double left) {
-            line.show(fmt::format("point {} of {}", done, all), double(done) / all, left);
-        };
-        chosen.seconds = effort.seconds - kWritingSeconds - seconds_since(begin);
-        const study::Chart chart = study::measure_chart(scene, reference.still, renderer, chosen);
-
-        line.show("writing");
-        Made made;
-        made.csv = folder / "chart.csv";
-        study::write_whole(made.csv, study::chart_csv(chart));
-        study::ReportFacts facts;
-        facts.title = fs::path(options.input).filename().string();
-        facts.command = render_command(options, scene);
-        facts.machine = machine_of(renderer.renderer(), chart, chosen, reference, tolerance);
-        facts.reference_file = reference.file;
-        try {
-            study::plot_chart(chart,
-                              fmt::format("{}, {} x {}, {}", facts.title, chart.size.x,
-                                          chart.size.y, facts.machine.front().second),
-                              folder / "chart.svg", folder / "chart.png");
-            made.svg = folder / "chart.svg";
-            made.png = facts.chart_png = folder / "chart.png";
-        } catch (const Error& error) {
-            made.plot_failure = error.what();
-        }
-        made.report = folder / "report.html";
-        study::write_whole(made.report,
-                           study::report_html(chart, facts,
-                                              study::front_pictures(chart, scene, reference.still,
-                                                                    renderer, folder)));
-        made.seconds = seconds_since(begin);
-        line.clear();
-        if (options.json)
-            print_json(chart, reference, options, made, tolerance);
-        else
-            print_table(chart, reference, options, made, tolerance);
-        if (!made.plot_failure.empty())
-            throw Error(made.plot_failure);
+        ChartRun(options, loaded, folder).run();
     } catch (const study::ReferenceCancelled&) {
         throw Error("interrupted while the reference was rendered; nothing is kept of it");
     } catch (const study::ChartCancelled&) {
-        throw Error(fmt::format("interrupted; {} keeps what was measured, and the same command "
-                                "goes on from there",
-                                log_file.string()));
+        throw Error(fmt::format("interrupted; {} keeps what was measured, and this goes on from "
+                                "there: {}",
+                                (folder / kLogName).string(), continue_command(options)));
     }
 }
 
@@ -335,7 +465,7 @@ void add_chart(CLI::App& app)
     command->add_option("INPUT", o.input, "a .vdb file, or a scene file (.json)")->required();
     command->add_option("-o,--output", o.output, "folder, made if need be [INPUT's name_chart]");
     command->add_flag("--quick", o.quick,
-                      "fewer points, under a minute; the whole takes ten at most");
+                      "fewer points and a coarser reference, for a minute instead of ten");
     command->add_option("--target", o.target, "that the error is of [composite]")
         ->check(CLI::IsMember({"composite", "scattering", "transmittance"}));
     command->add_option("--size", o.size, "WIDTHxHEIGHT in pixels [480x270, or the scene's]");
@@ -345,6 +475,10 @@ void add_chart(CLI::App& app)
         ->add_option("--tolerance", o.tolerance,
                      "relative error of the reference's pixels [1e-3, with --quick 1e-2]")
         ->check(CLI::Range(1e-6, 0.5));
+    command
+        ->add_option("--time-limit", o.time_limit,
+                     "seconds; reference, points and visits are cut to fit [600, with --quick 60]")
+        ->check(CLI::Range(1.0, 1e6));
     command->add_option("--frames", o.frames, "frames timed at each visit [3, with --quick 2]")
         ->check(CLI::Range(1, 1000));
     command->add_flag("--fresh", o.fresh, "measure again what an earlier run measured");

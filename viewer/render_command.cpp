@@ -191,7 +191,7 @@ void run_raymarch(const Options& options, const PictureFiles& files, const Setti
                                .seed = options.seed,
                                .foreground = options.alpha,
                                .progress = {}};
-    if (options.aa > 1)
+    if (options.aa > 1 || options.frames > 1)
         still_options.progress = [&](int done, int all) {
             progress.show("frames", static_cast<double>(done) / all);
         };

@@ -131,6 +131,7 @@ public:
     {
     }
 
+    /// @throws ChartCancelled between two frames
     ChartVisit visit(const ChartPoint& point, int round)
     {
         const auto begin = std::chrono::steady_clock::now();
@@ -141,6 +142,7 @@ public:
             StillReport report;
             StillOptions still_options;
             still_options.timed_frames = options_.frames;
+            still_options.progress = cancels();
             Still first = renderer_.render(scene_, point.settings, still_options, &report);
             visit.volume = report.volume;
             visit.frames = options_.frames;
@@ -156,6 +158,14 @@ public:
     }
 
 private:
+    [[nodiscard]] std::function<void(int, int)> cancels() const
+    {
+        return [this](int, int) {
+            if (options_.cancel != nullptr && *options_.cancel)
+                throw ChartCancelled();
+        };
+    }
+
     PointErrors errors(const ChartPoint& point, Still& first)
     {
         PointErrors found;
@@ -175,6 +185,7 @@ private:
         found.seeds = point.settings.jitter == Settings::Jitter::none ? 1 : options_.seeds;
         for (int seed = 1; seed < found.seeds; ++seed) {
             StillOptions still_options;
+            still_options.progress = cancels();
             still_options.seed = static_cast<std::uint32_t>(seed);
             Still still = renderer_.render(scene_, point.settings, still_options);
             add(still);
@@ -202,19 +213,44 @@ public:
         return at == found_.end() ? nullptr : &at->second;
     }
 
-    /// How long the next visit to a point may take, from the last one.
-    [[nodiscard]] double guess(const std::string& point, int round) const
+    /// Seconds that a visit may take, from the visits so far.
+    [[nodiscard]] double guess(const ChartPoint& point, int round) const
     {
-        if (round > 0)
-            if (const ChartVisit* first = find(point, 0))
-                return first->seconds * (round == 1 ? 0.7 : 0.6);
+        if (const ChartVisit* first = find(point.name(), 0))
+            return round > 0 ? again(*first) : first->seconds;
         double sum = 0;
         for (const auto& [at, visit] : found_)
             sum += visit.seconds;
-        return found_.empty() ? 1.0 : sum / static_cast<double>(found_.size());
+        const double mean = found_.empty() ? 1.0 : sum / static_cast<double>(found_.size());
+        ChartPoint other = point;
+        other.changes.clear();
+        const ChartVisit* base = find(other.name(), 0);
+        if (base == nullptr || point.changes.empty())
+            return mean;
+        // Each change counts as it does alone.
+        double seconds = base->seconds;
+        for (const auto& change : point.changes) {
+            other.changes = {change};
+            if (const ChartVisit* alone = find(other.name(), 0))
+                seconds *= alone->seconds / base->seconds;
+        }
+        return seconds;
+    }
+
+    /// Seconds that all points' second visits would take.
+    [[nodiscard]] double second_round() const
+    {
+        double seconds = 0;
+        for (const auto& [at, visit] : found_)
+            if (at.second == 0 && find(at.first, 1) == nullptr)
+                seconds += again(visit);
+        return seconds;
     }
 
 private:
+    /// A later visit measures no errors.
+    static double again(const ChartVisit& first) { return 0.65 * first.seconds; }
+
     std::map<std::pair<std::string, int>, ChartVisit> found_;
 };
 
@@ -256,8 +292,19 @@ bool world_shines(const World& world)
     return world.radiance != glm::vec3(0);
 }
 
+/// How many times longer than its shortest frame a point's longest one took; the median over all.
+double usual_spread(const Chart& chart)
+{
+    std::vector<double> spreads;
+    for (const MeasuredPoint& p : chart.points)
+        if (p.finite() && p.min_ms > 0)
+            spreads.push_back(p.max_ms / p.min_ms);
+    return spreads.empty() ? 1 : median(std::move(spreads));
+}
+
 /// What to know before believing the numbers, in words.
-std::vector<std::string> limits_of(const Scene& scene, const Chart& chart, bool quick)
+std::vector<std::string> limits_of(const Scene& scene, const Chart& chart,
+                                   const ChartOptions& asked)
 {
     std::vector<std::string> limits;
     const MeasuredPoint* best = nullptr;
@@ -275,10 +322,22 @@ std::vector<std::string> limits_of(const Scene& scene, const Chart& chart, bool 
             best->error(chart.target).relmse,
             100 * best->error(chart.target).bias_part / best->error(chart.target).relmse,
             100 * best->error(Target::scattering).bias));
+    if (chart.left_out > 0)
+        limits.push_back(fmt::format("The time limit left {} of {} points out: combinations of "
+                                     "several settings first.",
+                                     chart.left_out, chart.left_out + chart.points.size()));
+    if (chart.rounds < asked.rounds)
+        limits.push_back(fmt::format("The time limit let every point be visited {} of {} times.",
+                                     chart.rounds, asked.rounds));
     if (chart.rounds < 2)
         limits.emplace_back("Each point was visited once: the spread of its times is that of "
                             "neighbouring frames, without the machine's drift.");
-    if (quick)
+    constexpr double kBusy = 1.5;
+    if (const double spread = usual_spread(chart); spread > kBusy)
+        limits.push_back(fmt::format("The machine was busy: frames of one point differ by a factor "
+                                     "of {:.1f}, at the median. Chart on an idle one.",
+                                     spread));
+    if (asked.quick)
         limits.emplace_back("--quick: few points, few seeds and a coarse reference; the whole "
                             "chart comes without it.");
     limits.emplace_back("Points on the front that lie closer together than their bars may change "
@@ -376,70 +435,65 @@ bool MeasuredPoint::finite() const
                        [](const TargetError& e) { return std::isfinite(e.relmse); });
 }
 
-Chart measure_chart(const Scene& scene, const ReferenceStill& reference, SceneRenderer& renderer,
-                    const ChartOptions& options)
-{
-    if (scene.media.empty())
-        throw Error("the scene has no media; there is nothing to chart");
-    const auto begin = std::chrono::steady_clock::now();
-    const std::vector<ChartPoint> points = chart_points(options.quick);
-    Visits visits;
-    for (const ChartVisit& visit : options.known)
-        visits.add(visit);
+namespace {
 
-    // What is still to do: round by round, each in an order of its own, always the same.
-    struct Step {
-        const ChartPoint* point;
-        int round;
-    };
+struct Step {
+    const ChartPoint* point;
+    int round;
+};
+
+/// Presets, settings alone, combinations: what a time limit cuts off tells the least.
+int rank(const ChartPoint& point)
+{
+    return point.changes.empty() ? 0 : point.alone ? 1 : 2;
+}
+
+/// Round by round, each in an order of its own, always the same; the first one by rank.
+std::vector<Step> plan(const std::vector<ChartPoint>& points, int rounds)
+{
     std::vector<Step> steps;
     std::mt19937 random(2017);
-    for (int round = 0; round < options.rounds; ++round) {
+    for (int round = 0; round < rounds; ++round) {
         std::vector<Step> turn;
         for (const ChartPoint& point : points)
             turn.push_back({&point, round});
         std::shuffle(turn.begin(), turn.end(), random);
+        if (round == 0)
+            std::stable_sort(turn.begin(), turn.end(), [](const Step& a, const Step& b) {
+                return rank(*a.point) < rank(*b.point);
+            });
         steps.insert(steps.end(), turn.begin(), turn.end());
     }
+    return steps;
+}
 
+/// Is there time for a step? For presets always; for a combination only if there is time, too, to
+/// visit all points so far, and it, once more.
+bool affordable(const Step& step, const Visits& visits, int rounds, double seconds_left)
+{
+    const int its_rank = rank(*step.point);
+    if (step.round == 0 && its_rank == 0)
+        return true;
+    double needed = visits.guess(*step.point, step.round);
+    if (step.round == 0 && its_rank == 2 && rounds > 1)
+        needed = 1.65 * needed + visits.second_round();
+    return needed <= seconds_left;
+}
+
+/// What was measured of the points.
+Chart gather_chart(const std::vector<ChartPoint>& points, const Visits& visits,
+                   const ChartOptions& options)
+{
     Chart chart;
-    Visitor visitor(scene, reference, renderer, options);
-    const int all = static_cast<int>(steps.size());
-    for (int i = 0; i < all; ++i) {
-        const auto& [point, round] = steps[static_cast<std::size_t>(i)];
-        if (options.cancel != nullptr && *options.cancel)
-            throw ChartCancelled();
-        const std::string name = point->name();
-        const ChartVisit* before = visits.find(name, 0);
-        if (visits.find(name, round) != nullptr || (before != nullptr && !before->refusal.empty()))
-            continue;
-        if (options.progress) {
-            double left = 0;
-            for (std::size_t k = static_cast<std::size_t>(i); k < steps.size(); ++k)
-                if (visits.find(steps[k].point->name(), steps[k].round) == nullptr)
-                    left += visits.guess(steps[k].point->name(), steps[k].round);
-            if (round > 0)
-                left = std::min(left, std::max(0.0, options.seconds - seconds_since(begin)));
-            options.progress(i, all, left);
-        }
-        if (round > 0 && seconds_since(begin) + visits.guess(name, round) > options.seconds)
-            break;
-        const ChartVisit visit = visitor.visit(*point, round);
-        visits.add(visit);
-        ++chart.visited;
-        if (options.keep)
-            options.keep(visit);
-    }
-    if (options.progress)
-        options.progress(all, all, 0);
-
     chart.target = options.target;
-    chart.size = scene.resolution;
-    chart.timing_method = renderer.renderer().timing_method();
     chart.rounds = options.rounds;
     chart.floor = std::numeric_limits<double>::infinity();
     std::vector<std::pair<double, double>> plane;
     for (const ChartPoint& point : points) {
+        if (visits.find(point.name(), 0) == nullptr) {
+            ++chart.left_out;
+            continue;
+        }
         chart.points.push_back(gather(point, visits, options.rounds));
         const MeasuredPoint& p = chart.points.back();
         constexpr double kNone = std::numeric_limits<double>::infinity();
@@ -452,7 +506,59 @@ Chart measure_chart(const Scene& scene, const ReferenceStill& reference, SceneRe
     const std::vector<bool> front = pareto_front(plane);
     for (std::size_t i = 0; i < front.size(); ++i)
         chart.points[i].front = front[i];
-    chart.limits = limits_of(scene, chart, options.quick);
+    return chart;
+}
+
+}  // namespace
+
+Chart measure_chart(const Scene& scene, const ReferenceStill& reference, SceneRenderer& renderer,
+                    const ChartOptions& options)
+{
+    if (scene.media.empty())
+        throw Error("the scene has no media; there is nothing to chart");
+    const auto begin = std::chrono::steady_clock::now();
+    const std::vector<ChartPoint> points = chart_points(options.quick);
+    Visits visits;
+    for (const ChartVisit& visit : options.known)
+        visits.add(visit);
+    std::vector<Step> steps = plan(points, options.rounds);
+    std::erase_if(steps, [&](const Step& step) {
+        return visits.find(step.point->name(), step.round) != nullptr;
+    });
+
+    Visitor visitor(scene, reference, renderer, options);
+    const int all = static_cast<int>(steps.size());
+    int visited = 0;
+    for (int i = 0; i < all; ++i) {
+        if (options.cancel != nullptr && *options.cancel)
+            throw ChartCancelled();
+        const Step& step = steps[static_cast<std::size_t>(i)];
+        const ChartVisit* first = visits.find(step.point->name(), 0);
+        if (step.round > 0 && (first == nullptr || !first->refusal.empty()))
+            continue;
+        const double seconds_left = options.seconds - seconds_since(begin);
+        if (options.progress) {
+            double needed = 0;
+            for (std::size_t k = static_cast<std::size_t>(i); k < steps.size(); ++k)
+                needed += visits.guess(*steps[k].point, steps[k].round);
+            options.progress(i, all, std::clamp(needed, 0.0, std::max(0.0, seconds_left)));
+        }
+        if (!affordable(step, visits, options.rounds, seconds_left))
+            continue;
+        const ChartVisit visit = visitor.visit(*step.point, step.round);
+        visits.add(visit);
+        ++visited;
+        if (options.keep)
+            options.keep(visit);
+    }
+    if (options.progress)
+        options.progress(all, all, 0);
+
+    Chart chart = gather_chart(points, visits, options);
+    chart.visited = visited;
+    chart.size = scene.resolution;
+    chart.timing_method = renderer.renderer().timing_method();
+    chart.limits = limits_of(scene, chart, options);
     return chart;
 }
 
@@ -509,6 +615,7 @@ std::vector<SettingEffect> setting_effects(const Chart& chart)
                 effects.push_back({.setting = std::string(info.name),
                                    .value = std::string(value),
                                    .point = point,
+                                   .base = base,
                                    .time_ratio = point->median_ms / base->median_ms,
                                    .error_ratio = point->error(chart.target).relmse /
                                                   base->error(chart.target).relmse,
@@ -523,6 +630,42 @@ std::vector<SettingEffect> setting_effects(const Chart& chart)
             }))
             useful.push_back(effect);
     return useful;
+}
+
+namespace {
+
+/// -1 less, 1 more, 0 not told apart: a value and the range that it was found in.
+int compare_spreads(const std::array<double, 3>& a, const std::array<double, 3>& b)
+{
+    const auto [a_low, a_middle, a_high] = a;
+    const auto [b_low, b_middle, b_high] = b;
+    if (a_middle < b_low && a_high < b_middle)
+        return -1;
+    return a_middle > b_high && a_low > b_middle ? 1 : 0;
+}
+
+}  // namespace
+
+std::string_view SettingEffect::verdict(Target target) const
+{
+    if (is_default)
+        return "";
+    const auto time_of = [](const MeasuredPoint& p) {
+        return std::array{p.min_ms, p.median_ms, p.max_ms};
+    };
+    const auto error_of = [&](const MeasuredPoint& p) {
+        const TargetError& e = p.error(target);
+        return std::array{e.relmse_min, e.relmse, e.relmse_max};
+    };
+    constexpr std::array<std::array<std::string_view, 3>, 3> kWords{
+        {{"buys time and accuracy", "buys time, no cost seen", "buys time, costs accuracy"},
+         {"buys accuracy, no cost seen", "no difference seen", "costs accuracy, buys nothing seen"},
+         {"buys accuracy, costs time", "costs time, buys nothing seen",
+          "costs time and accuracy"}}};
+    const auto row = static_cast<std::size_t>(compare_spreads(time_of(*point), time_of(*base)) + 1);
+    const auto column =
+        static_cast<std::size_t>(compare_spreads(error_of(*point), error_of(*base)) + 1);
+    return kWords[row][column];
 }
 
 std::string csv_field(std::string_view text)

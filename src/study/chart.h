@@ -112,7 +112,9 @@ struct ChartOptions {
     int frames = 3;                     ///< timed in each visit
     int rounds = 3;                     ///< visits to each point, in another order every time
     int seeds = 4;
-    double seconds = 0;  ///< rounds after the first are left when this time is up
+    /// What is measured is cut to fit: rounds after the second, then combinations of settings, then
+    /// the second round, then settings alone. Presets are measured whatever it takes.
+    double seconds = 600;
 
     std::vector<ChartVisit> known;                ///< of an earlier run; not measured again
     std::function<void(const ChartVisit&)> keep;  ///< called after each visit
@@ -128,8 +130,9 @@ struct Chart {
     double floor = 0;                 ///< the least error that any point reached
     std::vector<std::string> limits;  ///< what to know before believing the chart, in words
     const char* timing_method = "";
-    int rounds = 0;   ///< completed
-    int visited = 0;  ///< visits made now, not taken from an earlier run
+    int rounds = 0;            ///< completed
+    std::size_t left_out = 0;  ///< points for which there was no time; not among `points`
+    int visited = 0;           ///< visits made now, not taken from an earlier run
 
     /// Those on the front, fastest first.
     [[nodiscard]] std::vector<const MeasuredPoint*> front() const;
@@ -140,7 +143,7 @@ struct ChartCancelled : std::runtime_error {
     ChartCancelled() : std::runtime_error("the chart was cancelled") {}
 };
 
-/// Measures every point. @throws Error if the scene has no media; ChartCancelled between visits.
+/// Measures the points. @throws Error if the scene has no media; ChartCancelled between frames.
 Chart measure_chart(const Scene& scene, const ReferenceStill& reference, SceneRenderer& renderer,
                     const ChartOptions& options);
 
@@ -151,9 +154,12 @@ std::vector<bool> pareto_front(std::span<const std::pair<double, double>> points
 /// What one value of a setting, alone, does to its preset.
 struct SettingEffect {
     std::string setting, value;
-    const MeasuredPoint* point;
-    double time_ratio, error_ratio;  ///< to the preset without the change
+    const MeasuredPoint *point, *base;  ///< with the change and without
+    double time_ratio, error_ratio;     ///< to the preset without the change
     bool is_default;
+
+    /// What it buys and what it costs, in words; within the spread of times or seeds: nothing seen.
+    [[nodiscard]] std::string_view verdict(Target target) const;
 };
 std::vector<SettingEffect> setting_effects(const Chart& chart);
 

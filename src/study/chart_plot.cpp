@@ -106,6 +106,11 @@ struct Span {
         low = std::min(low, value);
         high = std::max(high, value);
     }
+    /// Where a value lies from low, 0, to high, 1, by logarithm.
+    [[nodiscard]] double share(double value) const
+    {
+        return std::log(value / low) / std::log(high / low);
+    }
     /// A share of the span, and a little where it is none, on both sides.
     void widen(double share)
     {
@@ -114,6 +119,40 @@ struct Span {
         high *= factor;
     }
 };
+
+/// The numbers of the front beside its points; one label for neighbours whose own would lie on one
+/// another: `7-10`.
+std::string front_labels(const std::vector<const MeasuredPoint*>& front, Target target,
+                         const Span& time, const Span& error)
+{
+    struct Label {
+        const MeasuredPoint* at;
+        int first, last;
+    };
+    const auto near = [&](const MeasuredPoint& a, const MeasuredPoint& b) {
+        return std::abs(time.share(a.median_ms) - time.share(b.median_ms)) < 0.04 &&
+               std::abs(error.share(a.error(target).relmse) - error.share(b.error(target).relmse)) <
+                   0.04;
+    };
+    std::vector<Label> labels;
+    int number = 0;
+    for (const MeasuredPoint* p : front) {
+        ++number;
+        if (!drawable(*p, target))
+            continue;
+        if (!labels.empty() && near(*labels.back().at, *p))
+            labels.back().last = number;
+        else
+            labels.push_back({p, number, number});
+    }
+    std::string rows;
+    for (const Label& label : labels)
+        rows +=
+            fmt::format("{:.6g} {:.6g} {}\n", label.at->median_ms, label.at->error(target).relmse,
+                        label.first == label.last ? fmt::format("{}", label.first)
+                                                  : fmt::format("{}-{}", label.first, label.last));
+    return rows;
+}
 
 std::string number_text(double value)
 {
@@ -182,7 +221,7 @@ std::string plot_program(const Chart& chart, const std::string& title, const fs:
                          const fs::path& png)
 {
     Span time, error;
-    std::string bars, front, numbers;
+    std::string bars, front;
     for (const MeasuredPoint& p : chart.points) {
         if (!drawable(p, chart.target))
             continue;
@@ -198,24 +237,18 @@ std::string plot_program(const Chart& chart, const std::string& title, const fs:
                     "draw");
     time.widen(0.06);
     error.widen(0.10);
-    int number = 0;
     const std::vector<const MeasuredPoint*> on_front = chart.front();
-    for (const MeasuredPoint* p : on_front) {
-        ++number;
-        if (!drawable(*p, chart.target))
-            continue;
-        front += row(*p, chart.target);
-        numbers +=
-            fmt::format("{:.6g} {:.6g} {}\n", p->median_ms, p->error(chart.target).relmse, number);
-    }
+    for (const MeasuredPoint* p : on_front)
+        if (drawable(*p, chart.target))
+            front += row(*p, chart.target);
     // Drawn on to the right: more time than the last point takes buys nothing.
     if (!on_front.empty())
         front +=
             fmt::format("{:.6g} {:.6g}\n", time.high, on_front.back()->error(chart.target).relmse);
 
     std::string program = "set encoding utf8\n";
-    program +=
-        data_block("bars", bars) + data_block("front", front) + data_block("numbers", numbers);
+    program += data_block("bars", bars) + data_block("front", front) +
+               data_block("numbers", front_labels(on_front, chart.target, time, error));
     std::string plots = fmt::format(
         "$bars using 1:2:3:4:5:6 with xyerrorbars ps 0 lw 1.2 lc rgb '#9c9c9c' "
         "title 'spread of times, of seeds', \\\n"
@@ -239,7 +272,7 @@ std::string plot_program(const Chart& chart, const std::string& title, const fs:
                     "set label {} at {:.6g},{:.6g} left offset character -1.2,-1.6 front\n",
                     in_quotes(preset), p.median_ms, p.error(chart.target).relmse);
             }
-    plots += ", \\\n $numbers using 1:2:3 with labels center offset character 0.9,0.9 notitle";
+    plots += ", \\\n $numbers using 1:2:3 with labels left offset character 0.4,0.9 notitle";
     if (std::isfinite(chart.floor) && chart.floor > 0)
         plots += fmt::format(
             ", \\\n {:.6g} with lines dt 3 lw 1.5 lc rgb '#606060' title {}", chart.floor,

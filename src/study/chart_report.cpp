@@ -149,17 +149,18 @@ std::string effects_table(const Chart& chart)
 {
     std::string html = "<table><tr><th class=t>setting</th><th class=t>value</th>"
                        "<th>time, &times; default</th><th>error, &times; default</th>"
-                       "<th>volume, ms</th><th>relMSE</th></tr>\n";
+                       "<th>volume, ms</th><th>relMSE</th><th class=t>alone it</th></tr>\n";
     std::string last;
     for (const SettingEffect& effect : setting_effects(chart)) {
         const bool first = effect.setting != last;
         last = effect.setting;
         html += fmt::format("<tr class=\"{}{}\"><td class=t>{}</td><td class=t>{}</td><td>{}</td>"
-                            "<td>{}</td><td>{:.2f}</td><td>{:.3e}</td></tr>\n",
+                            "<td>{}</td><td>{:.2f}</td><td>{:.3e}</td><td class=t>{}</td></tr>\n",
                             first ? "first " : "", effect.is_default ? "d" : "",
                             first ? html_text(effect.setting) : "", html_text(effect.value),
                             ratio_text(effect.time_ratio), ratio_text(effect.error_ratio),
-                            effect.point->median_ms, effect.point->error(chart.target).relmse);
+                            effect.point->median_ms, effect.point->error(chart.target).relmse,
+                            effect.verdict(chart.target));
     }
     return html + "</table>\n";
 }
@@ -209,7 +210,7 @@ std::string html_text(std::string_view text)
 
 std::vector<FrontPicture> front_pictures(const Chart& chart, const Scene& scene,
                                          const ReferenceStill& reference, SceneRenderer& renderer,
-                                         const fs::path& folder)
+                                         const fs::path& folder, const std::atomic<bool>* cancel)
 {
     const std::vector<float>& truth = target_of(reference, chart.target);
     const int width = reference.width, height = reference.height;
@@ -221,8 +222,10 @@ std::vector<FrontPicture> front_pictures(const Chart& chart, const Scene& scene,
 
     std::vector<FrontPicture> pictures;
     std::vector<Image> maps;
-    double scale = 0;
+    std::vector<double> scales;
     for (const MeasuredPoint* p : chart.front()) {
+        if (cancel != nullptr && *cancel)
+            throw ChartCancelled();
         const Still still = renderer.render(scene, p->point.settings, {});
         const std::vector<float>& pixels = target_of(still, chart.target);
         pictures.push_back({p, png_bytes(small(rgb(pixels, width, height)), display, folder), ""});
@@ -231,9 +234,12 @@ std::vector<FrontPicture> front_pictures(const Chart& chart, const Scene& scene,
         map.height = height;
         map.channels = {"difference"};
         map.pixels = difference_map(pixels, truth, 3, Difference::magnitude);
-        scale = std::max(scale, difference_scale(map.pixels));
+        scales.push_back(difference_scale(map.pixels));
         maps.push_back(small(std::move(map)));
     }
+    // The middle one: that of the worst point would leave all others black.
+    std::sort(scales.begin(), scales.end());
+    const double scale = scales.empty() ? 0 : scales[scales.size() / 2];
     for (std::size_t i = 0; i < maps.size(); ++i) {
         const Image colored = false_color(
             maps[i].pixels, maps[i].width, maps[i].height,
@@ -270,11 +276,12 @@ std::string report_html(const Chart& chart, const ReportFacts& facts,
         fmt::format("<h2>Presets</h2>\n<p>relMSE of each target.</p>\n{}", presets_table(chart));
     html += "<h2>What each setting alone buys and costs</h2>\n<p>One setting of the default preset "
             "changed, the others left; the grey row is the default itself. Below 1 is better in "
-            "both columns.</p>\n" +
+            "both columns. What lies within the spread of times or of seeds counts as not "
+            "seen.</p>\n" +
             effects_table(chart);
     if (!pictures.empty())
         html += "<h2>The points on the front</h2>\n<p>Left the picture, right how far each pixel "
-                "is from the reference, all in one scale.</p>\n";
+                "is from the reference, all in one scale: that of the middle one.</p>\n";
     int number = 0;
     for (const FrontPicture& p : pictures) {
         const std::string name = p.point->point.name();

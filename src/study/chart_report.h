@@ -26,11 +26,12 @@ struct FrontPicture {
 };
 
 /// Renders the points on the front once more, and how each differs from the reference, all in one
-/// scale. Pictures wider than 480 pixels are halved until they are not. `folder` holds each file
-/// for a moment.
+/// scale, that of the middle one. Pictures wider than 480 pixels are halved until they are not.
+/// `folder` holds each file for a moment. @throws ChartCancelled between pictures
 std::vector<FrontPicture> front_pictures(const Chart& chart, const Scene& scene,
                                          const ReferenceStill& reference, SceneRenderer& renderer,
-                                         const std::filesystem::path& folder);
+                                         const std::filesystem::path& folder,
+                                         const std::atomic<bool>* cancel = nullptr);
 
 /// One file of HTML, all pictures inside. @throws Error if the chart's picture can't be read.
 std::string report_html(const Chart& chart, const ReportFacts& facts,

@@ -6,13 +6,12 @@
 #include <fstream>
 #include <set>
 #include <string>
-#include <sys/wait.h>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "support/temp_folder.h"
+#include "cli/run_program.h"
 
 namespace fumarole::test {
 namespace {
@@ -173,6 +172,44 @@ TEST_F(ChartCommand, WritesAllAndGoesOnFromWhatIsThere)
     EXPECT_TRUE(fs::exists(folder + "/report.html"));
 }
 
+TEST_F(ChartCommand, InterruptedItKeepsItsVisitsAndSaysHowToGoOn)
+{
+    folder_.write("fog.json", kScene);
+    const Arguments command{"chart", "fog.json", "--quick", "--json", "-o", "a chart"};
+    RunOptions options;
+    options.interrupt_at = "a chart/chart.partial.jsonl";
+    const Outcome run = run_program(folder_.path(), command, options);
+    EXPECT_EQ(run.code, 1) << run;
+    EXPECT_EQ(run.error_lines(), 1) << run;
+    for (const char* part : {"interrupted", "fumarole chart fog.json --quick -o 'a chart' --json"})
+        EXPECT_NE(run.err.find(part), std::string::npos) << part << '\n' << run;
+    EXPECT_LT(run.seconds_to_end, 3) << "a second on a machine that does nothing else";
+    EXPECT_EQ(names_in(path("a chart")),
+              (std::set<std::string>{"chart.partial.jsonl", "reference"}));
+
+    const Outcome rest = run_program(folder_.path(), command);
+    ASSERT_EQ(rest.code, 0) << rest;
+    const auto json = nlohmann::json::parse(rest.out);
+    EXPECT_EQ(json["reference"]["reused"], true);
+    EXPECT_LT(json["visits_made"], 2 * json["points"].size());
+}
+
+TEST_F(ChartCommand, FitsItsTimeAndSaysWhatItLeftOut)
+{
+    const std::string scene = write("fog.json", kScene);
+    const Result short_run = run({scene, "--json", "--time-limit", "6", "-o", path("a")});
+    ASSERT_EQ(short_run.exit_code, 0) << short_run.err;
+    const auto json = nlohmann::json::parse(short_run.out);
+    EXPECT_GT(json["left_out"], 0);
+    EXPECT_LT(json["seconds"], 12) << "six, and what a busy machine adds";
+    std::set<std::string> names;
+    for (const auto& point : json["points"])
+        names.insert(point["point"]);
+    EXPECT_TRUE(names.contains("default") && names.contains("eevee2017"));
+    EXPECT_NE(read_bytes(path("a") + "/report.html").find("The time limit left"),
+              std::string::npos);
+}
+
 TEST_F(ChartCommand, SaysWhatIsWrong)
 {
     const std::string scene = write("fog.json", kScene);
@@ -197,6 +234,7 @@ TEST_F(ChartCommand, SaysWhatIsWrong)
     EXPECT_EQ(run({scene, "--target", "surface"}).exit_code, 2);
     EXPECT_EQ(run({scene, "--size", "48"}).exit_code, 2);
     EXPECT_EQ(run({scene, "--tolerance", "0"}).exit_code, 2);
+    EXPECT_EQ(run({scene, "--time-limit", "0"}).exit_code, 2);
     EXPECT_EQ(run({}).exit_code, 2);
 }
 

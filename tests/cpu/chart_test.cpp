@@ -8,6 +8,7 @@
 #include <set>
 
 #include "errors.h"
+#include "study/chart_budget.h"
 #include "study/chart_plot.h"
 #include "study/chart_report.h"
 #include "study/reference_cache.h"
@@ -108,6 +109,51 @@ TEST(Chart, ErrorFallsApartInBiasAndVariance)
     EXPECT_EQ(one.bias_part, one.relmse);
     const TargetError broken = target_error({std::vector<float>(64, std::nanf(""))}, reference);
     EXPECT_FALSE(std::isfinite(broken.relmse));
+}
+
+TEST(Chart, SaysWhatASettingBuysAndCosts)
+{
+    const auto point = [](double ms, double error, double spread) {
+        MeasuredPoint p;
+        p.min_ms = ms / spread;
+        p.median_ms = ms;
+        p.max_ms = ms * spread;
+        p.errors.targets[0] = {
+            .relmse = error, .relmse_min = error / spread, .relmse_max = error * spread};
+        return p;
+    };
+    const MeasuredPoint base = point(10, 1, 1.1);
+    const auto verdict = [&](const MeasuredPoint& p) {
+        const SettingEffect effect{"steps", "32", &p, &base, 1, 1, false};
+        return std::string(effect.verdict(Target::composite));
+    };
+    EXPECT_EQ(verdict(point(5, 2, 1.1)), "buys time, costs accuracy");
+    EXPECT_EQ(verdict(point(20, 0.5, 1.1)), "buys accuracy, costs time");
+    EXPECT_EQ(verdict(point(5, 0.5, 1.1)), "buys time and accuracy");
+    EXPECT_EQ(verdict(point(20, 2, 1.1)), "costs time and accuracy");
+    EXPECT_EQ(verdict(point(10.5, 1.05, 1.1)), "no difference seen");
+    EXPECT_EQ(verdict(point(5, 0.5, 3)), "no difference seen") << "of a noisy point";
+}
+
+TEST(Chart, LooserTolerancesEndAtTheLoosest)
+{
+    EXPECT_DOUBLE_EQ(looser(1e-3), 4e-3);
+    EXPECT_EQ(looser(0.05), kLoosestTolerance);
+    EXPECT_EQ(looser(kLoosestTolerance), kLoosestTolerance);
+    EXPECT_EQ(looser(0.3), 0.3) << "never a closer one";
+}
+
+TEST(Chart, ToleranceFitsTheTime)
+{
+    Scene scene;
+    scene.resolution = {16, 16};
+    scene.lights = {SunLight{.direction_to_light = {0, 0, 1}, .irradiance = {1, 1, 1}}};
+    ReferenceOptions asked;
+    EXPECT_EQ(fit_tolerance(scene, asked, 1e6), asked.tolerance);
+    EXPECT_EQ(fit_tolerance(scene, asked, 0), kLoosestTolerance);
+    const std::atomic<bool> cancel{true};
+    asked.cancel = &cancel;
+    EXPECT_THROW(fit_tolerance(scene, asked, 1e6), ReferenceCancelled);
 }
 
 TEST(Chart, CsvQuotesWhatItMust)

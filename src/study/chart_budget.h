@@ -1,0 +1,26 @@
+#pragma once
+
+#include "study/reference.h"
+
+// A chart has a time limit, and its reference is the one part whose time nobody knows beforehand.
+
+namespace fumarole::study {
+
+/// Tolerance beyond which a reference is none.
+inline constexpr double kLoosestTolerance = 0.1;
+
+/// The next tolerance to try where one takes too long: four times as loose, up to the loosest.
+double looser(double tolerance);
+
+/// How long a reference takes [s], from one of an eighth of the size; infinity where that one alone
+/// takes more than `patience` seconds.
+/// @throws ReferenceCancelled as options.cancel asks
+double guess_reference_seconds(const Scene& scene, const ReferenceOptions& options,
+                               double patience);
+
+/// The tolerance asked for, or the first looser one with which a reference takes about `seconds` at
+/// most; the loosest if none does.
+/// @throws ReferenceCancelled as options.cancel asks
+double fit_tolerance(const Scene& scene, const ReferenceOptions& options, double seconds);
+
+}  // namespace fumarole::study
