@@ -17,5 +17,6 @@ void add_info(CLI::App& app);
 void add_render(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_chart(CLI::App& app);
+void add_stability(CLI::App& app);
 
 }  // namespace fumarole::command

@@ -1,0 +1,325 @@
+#include "study/stability.h"
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "errors.h"
+#include "study/chart.h"
+#include "study/false_color.h"
+#include "study/label_font.h"
+#include "study/stability_bench.h"
+
+namespace fumarole::study {
+
+const std::array<std::string_view, 12> kStabilityGroups{
+    "optical depth from 1e-6 to 1e4, emission without extinction, a channel without extinction",
+    "g to +-0.999, a light's own direction in view",
+    "a light inside the medium, on the camera, near a ray; radiance of 1e5",
+    "depth edges: wires, foliage, silhouettes at 1/2 and 1/4 resolution",
+    "sky, near = depth, the camera inside, a medium behind the camera that shades the view",
+    "sheets thinner than a step, density step edges, order of convergence",
+    "motion: pan, dolly, orbit, a cut, lights switched and moved, animated media; flicker",
+    "storage of the layer: banding, overflow",
+    "far fog, a thin wall, misaligned edges, odd and changing sizes, corners of the frame",
+    "transforms: turned, sheared, mirrored, stretched; far from the origin; other units",
+    "brick borders and empty space: dense or sparse, the picture must not change",
+    "hostile data: NaN, infinities, negatives, nothing, level sets, far voxels, torn and forged "
+    "files",
+};
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin)
+{
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+// ------------------------------------------------------------------------------------------- csv
+
+constexpr std::array<std::string_view, 11> kColumns{"group",  "case",  "mode",  "preset",
+                                                    "figure", "sense", "bound", "unit",
+                                                    "holds",  "shows", "reason"};
+
+std::string csv_row(const std::vector<std::string>& fields)
+{
+    std::string row;
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+        if (i > 0)
+            row += ',';
+        row += csv_field(fields[i]);
+    }
+    row += "\r\n";
+    return row;
+}
+
+/// Fields of the record that begins at `at`, which moves past it. Quotes as csv_field makes them.
+std::vector<std::string> take_record(std::string_view csv, std::size_t& at)
+{
+    std::vector<std::string> fields{""};
+    bool quoted = false;
+    for (; at < csv.size(); ++at) {
+        const char c = csv[at];
+        if (c == '"' && quoted && at + 1 < csv.size() && csv[at + 1] == '"')
+            fields.back() += csv[++at];
+        else if (c == '"')
+            quoted = !quoted;
+        else if (c == ',' && !quoted)
+            fields.emplace_back();
+        else if (c == '\n' && !quoted)
+            break;
+        else if (c != '\r' || quoted)
+            fields.back() += c;
+    }
+    ++at;
+    return fields;
+}
+
+// -------------------------------------------------------------------------------------- pictures
+
+constexpr int kPanel = 256;  ///< pixels that a small picture is brought to, whole times
+constexpr int kGap = 8;
+
+/// Each pixel `times` times in both directions.
+std::vector<float> enlarged(const std::vector<float>& from, int width, int height, int channels,
+                            int times)
+{
+    std::vector<float> to;
+    to.reserve(from.size() * static_cast<std::size_t>(times * times));
+    for (int y = 0; y < height * times; ++y)
+        for (int x = 0; x < width * times; ++x)
+            for (int c = 0; c < channels; ++c)
+                to.push_back(from[static_cast<std::size_t>(
+                    ((y / times) * width + x / times) * channels + c)]);
+    return to;
+}
+
+void put(Image& strip, const Image& panel, int left)
+{
+    for (int y = 0; y < panel.height; ++y)
+        for (int x = 0; x < panel.width; ++x)
+            for (int c = 0; c < 3; ++c)
+                strip.pixels[static_cast<std::size_t>((y * strip.width + left + x) * 3 + c)] =
+                    panel.at(x, y, c);
+}
+
+/// Green where it is no number, as in false_color.
+Image shown(std::vector<float> rgb, int width, int height, float exposure)
+{
+    for (std::size_t i = 0; i + 2 < rgb.size(); i += 3) {
+        const bool number =
+            std::isfinite(rgb[i]) && std::isfinite(rgb[i + 1]) && std::isfinite(rgb[i + 2]);
+        for (std::size_t c = 0; c < 3; ++c)
+            rgb[i + c] =
+                number ? std::clamp(rgb[i + c] * exposure, 0.0f, 1.0f) : (c == 1 ? 1.0f : 0.0f);
+    }
+    return {width, height, {"R", "G", "B"}, std::move(rgb)};
+}
+
+}  // namespace
+
+const std::vector<StabilitySubject>& stability_subjects()
+{
+    static const std::vector<StabilitySubject> subjects = [] {
+        constexpr std::array<std::string_view, 1> kModes{"raymarch"};
+        std::vector<StabilitySubject> all;
+        for (const std::string_view mode : kModes)
+            for (const auto& [name, settings] : presets())
+                all.push_back({mode, name, settings});
+        return all;
+    }();
+    return subjects;
+}
+
+const std::vector<StabilityCase>& stability_table()
+{
+    static const std::vector<StabilityCase> table = [] {
+        std::vector<StabilityCase> cases;
+        add_extinction_cases(cases);
+        add_light_cases(cases);
+        add_depth_cases(cases);
+        add_march_cases(cases);
+        add_motion_cases(cases);
+        add_storage_cases(cases);
+        add_frame_cases(cases);
+        add_invariance_cases(cases);
+        add_hostile_cases(cases);
+        return cases;
+    }();
+    return table;
+}
+
+std::vector<StabilityRun> stability_runs(const StabilityChoice& choice)
+{
+    std::vector<StabilityRun> runs;
+    for (const StabilityCase& one : stability_table()) {
+        if (choice.quick && !one.quick)
+            continue;
+        if (!choice.pattern.empty() && choice.pattern != fmt::format("{}", one.group) &&
+            one.name.find(choice.pattern) == std::string::npos)
+            continue;
+        for (const StabilitySubject& subject : stability_subjects())
+            if ((choice.mode.empty() || choice.mode == subject.mode) &&
+                (choice.preset.empty() || choice.preset == subject.preset) &&
+                (!one.runs || one.runs(subject)))
+                runs.push_back({&one, &subject});
+    }
+    return runs;
+}
+
+std::vector<StabilityResult> measure_stability(const std::vector<StabilityRun>& runs,
+                                               SceneRenderer& renderer,
+                                               const std::filesystem::path& scratch,
+                                               const StabilityProgress& progress)
+{
+    const Clock::time_point begin = Clock::now();
+    std::vector<StabilityResult> results;
+    for (const StabilityRun& run : runs) {
+        const int done = static_cast<int>(results.size());
+        const double spent = seconds_since(begin);
+        if (progress)
+            progress(done, static_cast<int>(runs.size()), run,
+                     spent / std::max(done, 1) * static_cast<double>(runs.size() - results.size()));
+        StabilityResult result;
+        result.run = run;
+        try {
+            result.figure =
+                run.what->measure(StabilityBench(renderer, run.subject->settings, scratch));
+            result.holds = run.what->holds(result.figure.value);
+        } catch (const Error& error) {
+            result.figure.value = std::nan("");
+            result.refusal = error.what();
+        }
+        result.seconds = seconds_since(begin) - spent;
+        results.push_back(std::move(result));
+    }
+    return results;
+}
+
+std::string stability_csv(const std::vector<StabilityResult>& results)
+{
+    std::string csv = csv_row({kColumns.begin(), kColumns.end()});
+    for (const StabilityResult& r : results) {
+        const StabilityCase& c = *r.run.what;
+        csv += csv_row({fmt::format("{}", c.group), c.name, std::string(r.run.subject->mode),
+                        std::string(r.run.subject->preset), fmt::format("{:.4g}", r.figure.value),
+                        c.sense == StabilityCase::Bound::at_most ? "at most" : "at least",
+                        fmt::format("{:.4g}", c.bound), c.unit,
+                        r.holds ? "yes" : (r.refusal.empty() ? "no" : "no: " + r.refusal), c.shows,
+                        c.reason});
+    }
+    return csv;
+}
+
+std::vector<HeldCase> read_held(std::string_view csv, const std::filesystem::path& file)
+{
+    std::size_t at = 0;
+    const std::vector<std::string> names = take_record(csv, at);
+    const auto column = [&](std::string_view name) {
+        const auto found = std::find(names.begin(), names.end(), name);
+        if (found == names.end())
+            throw Error(
+                fmt::format("{}: no column '{}'; is it a stability.csv?", file.string(), name));
+        return static_cast<std::size_t>(found - names.begin());
+    };
+    const std::size_t name = column("case"), mode = column("mode"), preset = column("preset"),
+                      figure = column("figure"), holds = column("holds");
+    std::vector<HeldCase> cases;
+    for (int record = 2; at < csv.size(); ++record) {
+        const std::vector<std::string> fields = take_record(csv, at);
+        if (fields.size() != names.size())
+            throw Error(fmt::format("{}: record {} has {} fields where {} belong", file.string(),
+                                    record, fields.size(), names.size()));
+        HeldCase one{fields[name], fields[mode], fields[preset], 0, fields[holds] == "yes"};
+        const std::string& text = fields[figure];
+        const auto [end, error] =
+            std::from_chars(text.data(), text.data() + text.size(), one.figure);
+        if (error != std::errc{} || end != text.data() + text.size())
+            throw Error(
+                fmt::format("{}: record {}: '{}' is no figure", file.string(), record, text));
+        if (!one.held && !fields[holds].starts_with("no"))
+            throw Error(fmt::format("{}: record {}: '{}' is neither yes nor no", file.string(),
+                                    record, fields[holds]));
+        cases.push_back(std::move(one));
+    }
+    return cases;
+}
+
+HeldChanges compare_held(const std::vector<HeldCase>& before,
+                         const std::vector<StabilityResult>& now)
+{
+    const std::vector<StabilityRun> all = stability_runs({});
+    HeldChanges changes;
+    const auto title = [](const HeldCase& c) {
+        return fmt::format("{} ({}, {})", c.name, c.mode, c.preset);
+    };
+    for (const HeldCase& old : before) {
+        const auto is_old = [&](const StabilityRun& run) {
+            return run.is(old.name, old.mode, old.preset);
+        };
+        const auto found = std::find_if(now.begin(), now.end(),
+                                        [&](const StabilityResult& r) { return is_old(r.run); });
+        if (found == now.end()) {
+            if (old.held && std::none_of(all.begin(), all.end(), is_old))
+                changes.lost.push_back(fmt::format("{} held and is no case any more", title(old)));
+            continue;
+        }
+        const StabilityCase& c = *found->run.what;
+        if (old.held == found->holds)
+            continue;
+        (old.held ? changes.lost : changes.gained)
+            .push_back(
+                fmt::format("{}: {:.4g} then, {:.4g} now, to be {} {:.4g}{}", title(old),
+                            old.figure, found->figure.value,
+                            c.sense == StabilityCase::Bound::at_most ? "at most" : "at least",
+                            c.bound, found->refusal.empty() ? "" : ": " + found->refusal));
+    }
+    for (const StabilityResult& r : now)
+        if (r.holds && std::none_of(before.begin(), before.end(), [&](const HeldCase& old) {
+                return r.run.is(old.name, old.mode, old.preset);
+            }))
+            changes.gained.push_back(fmt::format("{} ({}, {}): {:.4g}, not known then",
+                                                 r.run.what->name, r.run.subject->mode,
+                                                 r.run.subject->preset, r.figure.value));
+    return changes;
+}
+
+Image stability_strip(const StabilityPictures& pictures)
+{
+    const int times = std::max(1, kPanel / std::max(pictures.width, pictures.height));
+    const int width = pictures.width * times, height = pictures.height * times;
+    const std::vector<float> map =
+        difference_map(pictures.actual, pictures.expected, 3, Difference::magnitude);
+    const Image difference =
+        false_color(enlarged(map, pictures.width, pictures.height, 1, times), width, height,
+                    {Difference::magnitude, difference_scale(map), "actual - expected"});
+    // Both in one exposure, the truth's brightest at white.
+    float brightest = 0;
+    for (const float v : pictures.expected)
+        brightest = std::max(brightest, v);
+    const float exposure = brightest > 0 ? 1 / brightest : 1;
+
+    Image strip{2 * (width + kGap) + difference.width,
+                std::max(height + 2 * kGap + label_height(2), difference.height),
+                {"R", "G", "B"},
+                {}};
+    strip.pixels.assign(static_cast<std::size_t>(strip.width * strip.height) * 3, 1.0f);
+    int left = 0;
+    for (const auto& [name, rgb] :
+         {std::pair{"actual", &pictures.actual}, std::pair{"expected", &pictures.expected}}) {
+        put(strip,
+            shown(enlarged(*rgb, pictures.width, pictures.height, 3, times), width, height,
+                  exposure),
+            left);
+        draw_label(strip, left, height + kGap, name, glm::vec3(0), 2);
+        left += width + kGap;
+    }
+    put(strip, difference, left);
+    return strip;
+}
+
+}  // namespace fumarole::study

@@ -1,0 +1,270 @@
+// Group 7: pictures that follow each other.
+
+#include <cmath>
+#include <fmt/format.h>
+#include <numbers>
+
+#include "study/stability_bench.h"
+
+namespace fumarole::study {
+
+namespace {
+
+constexpr std::uint32_t kFrames = 16;
+
+/// The pixels' standard deviation over frames of a scene that stands still, over the picture's
+/// mean; the picture of the last frame beside the mean of all.
+StabilityFigure flicker(const StabilityBench& bench, const Scene& scene)
+{
+    std::vector<double> sum, squares;
+    Picture last;
+    for (std::uint32_t frame = 0; frame < kFrames; ++frame) {
+        last = layer(bench.render(scene, bench.settings, frame), &Still::composite);
+        sum.resize(last.rgb.size());
+        squares.resize(last.rgb.size());
+        for (std::size_t i = 0; i < sum.size(); ++i) {
+            sum[i] += double(last.rgb[i]);
+            squares[i] += std::pow(double(last.rgb[i]), 2);
+        }
+    }
+    Picture mean{last.width, last.height, {}};
+    double variance = 0;
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+        const double m = sum[i] / kFrames;
+        mean.rgb.push_back(static_cast<float>(m));
+        variance += std::max(0.0, squares[i] / kFrames - m * m) * kFrames / (kFrames - 1.0);
+    }
+    StabilityFigure figure = rms_over_mean(last, mean);
+    figure.value = std::sqrt(variance / static_cast<double>(sum.size())) / mean.mean();
+    return figure;
+}
+
+Scene lit_fog()
+{
+    Scene scene = bare_scene(48);
+    BoxMedium box = slab(4, 6);
+    box.sigma_s = {0.2f, 0.5f, 1.0f};
+    box.sigma_a = glm::vec3(0.1f);
+    box.g = 0.4f;
+    scene.media = {box};
+    scene.lights = {SunLight{{0.3, 0.8, 0.5}, {5, 4, 3}}};
+    return scene;
+}
+
+Scene lit_smoke()
+{
+    Scene scene = bare_scene(48);
+    scene.media = {lump(4, 0.5)};
+    scene.lights = {SunLight{{0.7, 0.3, 0.6}, glm::vec3(4)}};
+    return scene;
+}
+
+Scene beam_in_fog()
+{
+    Scene scene = bare_scene(48);
+    BoxMedium fog;
+    fog.min = {-8, -12, -8};
+    fog.max = {8, 2, 8};
+    fog.sigma_s = glm::vec3(0.1f);
+    scene.media = {fog};
+    scene.lights = {SpotLight{{0, -5, 3}, {0, 0, -1}, 40, 0.3, glm::vec3(10)}};
+    return scene;
+}
+
+Scene noisy_smoke()
+{
+    Scene scene = bare_scene(32);
+    BoxMedium box;
+    box.min = {-1.2, -6, -1};
+    box.max = {1, -4, 1.1};
+    box.sigma_s = glm::vec3(2);
+    box.sigma_a = glm::vec3(1);
+    box.emission = glm::vec3(0.5f);
+    box.profile = NoiseProfile{
+        .feature_size = 0.7, .octaves = 3, .threshold = 0.3, .seed = 11, .drift = {0.9, -0.6, 0.3}};
+    scene.media = {box};
+    return scene;
+}
+
+/// A move of the camera: `t` in 0..1.
+struct Move {
+    std::string_view name, words;
+    void (*place)(Camera& camera, double t);
+};
+
+constexpr std::array kMoves{
+    Move{"pan", "a pan over 40 degrees",
+         [](Camera& camera, double t) {
+             const double angle = glm::radians(40 * (t - 0.5));
+             camera.look_at = glm::dvec3(std::sin(angle), -std::cos(angle), 0);
+         }},
+    Move{"dolly", "a dolly of 3 m towards the fog",
+         [](Camera& camera, double t) {
+             camera.position.y = -3 * t;
+             camera.look_at = camera.position + glm::dvec3(0, -1, 0);
+         }},
+    Move{"orbit", "an orbit over 60 degrees round a point in the fog",
+         [](Camera& camera, double t) {
+             const double angle = glm::radians(60 * (t - 0.5));
+             camera.look_at = {0, -5, 0};
+             camera.position =
+                 camera.look_at + 5.0 * glm::dvec3(std::sin(angle), std::cos(angle), 0.0);
+         }},
+};
+
+/// The worst frame of a move, against the truth of that frame.
+StabilityFigure moving_error(const StabilityBench& bench, const Move& move)
+{
+    StabilityFigure worst;
+    for (std::uint32_t frame = 0; frame < kFrames; ++frame) {
+        Scene scene = lit_fog();
+        move.place(scene.camera, frame / (kFrames - 1.0));
+        const auto& box = std::get<BoxMedium>(scene.media[0]);
+        const auto& sun = std::get<SunLight>(scene.lights[0]);
+        const Picture truth =
+            evaluate(scene, [&](const PixelRay& ray) { return sun_in_slab(scene, ray, box, sun); });
+        const Still still = bench.render(scene, bench.settings, frame);
+        worst = worse(worst, rms_over_mean(layer(still, &Still::scattering), truth));
+    }
+    return worst;
+}
+
+/// The same place passed forwards and backwards: largest difference of the picture's mean.
+StabilityFigure direction_drift(const StabilityBench& bench, const Move& move)
+{
+    Scene scene = lit_smoke();
+    std::vector<Picture> forward;
+    for (std::uint32_t frame = 0; frame < kFrames; ++frame) {
+        move.place(scene.camera, frame / (kFrames - 1.0));
+        forward.push_back(layer(bench.render(scene, bench.settings, frame), &Still::composite));
+    }
+    StabilityFigure worst;
+    for (std::uint32_t frame = 0; frame < kFrames; ++frame) {
+        const std::size_t same = kFrames - 1 - frame;
+        move.place(scene.camera, static_cast<double>(same) / (kFrames - 1.0));
+        const Still still = bench.render(scene, bench.settings, kFrames + frame);
+        worst = worse(worst, mean_ratio(layer(still, &Still::composite), forward[same]));
+    }
+    return worst;
+}
+
+/// Something that changes between two frames: `state` counts frames before (< 0) and from it on.
+struct Change {
+    std::string_view name, words;
+    Scene (*scene)(int state);
+};
+
+constexpr std::array kChanges{
+    Change{"cut", "a cut to another camera",
+           [](int state) {
+               Scene scene = lit_smoke();
+               if (state >= 0) {
+                   scene.camera.position = {3, -8, 2};
+                   scene.camera.look_at = {0, -5, 0};
+               }
+               return scene;
+           }},
+    Change{"light-switched", "a light switched on",
+           [](int state) {
+               Scene scene = lit_smoke();
+               if (state >= 0)
+                   scene.lights.emplace_back(PointLight{{1.5, -4, 1}, glm::vec3(20)});
+               return scene;
+           }},
+    Change{"moving-light", "a light that moves half a metre a frame, then stands",
+           [](int state) {
+               Scene scene = lit_smoke();
+               scene.lights = {PointLight{{2, -4 + 0.5 * std::min(state, 0), 1}, glm::vec3(20)}};
+               return scene;
+           }},
+    Change{"animated-media", "drifting noise that comes to stand",
+           [](int state) {
+               Scene scene = noisy_smoke();
+               scene.time = std::min(state, 0) / 4.0;
+               return scene;
+           }},
+};
+
+/// Frames after a change until one is within 1 % of what it is where nothing ever changed.
+StabilityFigure ghosting(const StabilityBench& bench, const Change& change)
+{
+    constexpr std::uint32_t kPast = 8, kAfter = 8;
+    const Scene after = change.scene(0);
+    // What would be there with no change: as long in that state before, then the same frames.
+    std::vector<Picture> settled;
+    for (std::uint32_t i = 0; i < kPast + kAfter; ++i)
+        settled.push_back(layer(bench.render(after, bench.settings, i), &Still::composite));
+    for (std::uint32_t i = 0; i < kPast; ++i)
+        (void)bench.render(change.scene(static_cast<int>(i) - static_cast<int>(kPast)),
+                           bench.settings, i);
+    StabilityFigure figure;
+    for (std::uint32_t i = 0; i < kAfter; ++i) {
+        const Still still = bench.render(after, bench.settings, kPast + i);
+        StabilityFigure now = rms_over_mean(layer(still, &Still::composite), settled[kPast + i]);
+        if (now.value <= kJustNoticed)
+            break;
+        figure.value = i + 1;
+        figure.pictures = std::move(now.pictures);
+    }
+    return figure;
+}
+
+}  // namespace
+
+void add_motion_cases(std::vector<StabilityCase>& table)
+{
+    const std::string notice(kNoticeReason);
+    struct Still {
+        std::string_view name, words;
+        Scene (*scene)();
+    };
+    for (const Still& still : {Still{"fog", "uniform fog in a sun", lit_fog},
+                               Still{"smoke", "smoke in a sun that shades itself", lit_smoke},
+                               Still{"beam", "a spot's beam in fog", beam_in_fog},
+                               Still{"noise", "glowing noise", noisy_smoke}})
+        table.push_back({.group = 7,
+                         .name = fmt::format("flicker-{}", still.name),
+                         .shows = fmt::format("standard deviation of a pixel over 16 frames of {}",
+                                              still.words),
+                         .bound = kJustNoticed,
+                         .unit = "of the mean",
+                         .reason = notice + "; a change in time is seen at least as well",
+                         .measure = [scene = still.scene](const StabilityBench& bench) {
+                             return flicker(bench, scene());
+                         }});
+    for (const Move& move : kMoves) {
+        table.push_back(
+            {.group = 7,
+             .name = fmt::format("{}-error", move.name),
+             .shows = fmt::format("rms error of the worst frame of {}", move.words),
+             .bound = kJustNoticed,
+             .unit = "of the mean",
+             .reason = notice,
+             .measure = [move](const StabilityBench& bench) { return moving_error(bench, move); }});
+        table.push_back(
+            {.group = 7,
+             .name = fmt::format("{}-drift", move.name),
+             .shows = fmt::format("brightness of a place passed forwards and backwards in {}",
+                                  move.words),
+             .bound = 1e-3,
+             .unit = "of the mean",
+             .reason = "a tenth of what is just noticed, since the eye follows a whole picture's "
+                       "brightness over time",
+             .quick = move.name == "pan",
+             .measure = [move](const StabilityBench& bench) {
+                 return direction_drift(bench, move);
+             }});
+    }
+    for (const Change& change : kChanges)
+        table.push_back(
+            {.group = 7,
+             .name = fmt::format("ghost-{}", change.name),
+             .shows = fmt::format("frames until within 1 % after {}", change.words),
+             .bound = 0,
+             .unit = "frames",
+             .reason = "without history the first frame is right at once",
+             .quick = change.name == "cut",
+             .measure = [change](const StabilityBench& bench) { return ghosting(bench, change); }});
+}
+
+}  // namespace fumarole::study

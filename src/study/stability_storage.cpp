@@ -1,0 +1,107 @@
+// Group 8: what the layer's targets keep of a picture. (The stall of a history of 5 % needs a mode
+// that has one.)
+
+#include <cmath>
+#include <fmt/format.h>
+
+#include "study/stability_bench.h"
+
+namespace fumarole::study {
+
+namespace {
+
+/// A slab that glows, coloured so that the small format is used; T and radiance change smoothly.
+Scene gradient_scene(float radiance)
+{
+    Scene scene = bare_scene(64);
+    scene.camera.vfov_deg = 70;
+    scene.camera.look_at = {0.5, -1, 0.3};
+    BoxMedium box = slab(4, 6);
+    box.sigma_a = {0.3f, 0.5f, 0.9f};
+    box.emission = box.sigma_a * radiance;
+    scene.media = {box};
+    return scene;
+}
+
+/// A frame at full size, so that nothing is interpolated.
+Still full_size(const StabilityBench& bench, const Scene& scene, std::string_view format)
+{
+    Settings settings = bench.with("resolution", "full");
+    find_setting("target-format").set(settings, format);
+    return bench.render(scene, settings, 0);
+}
+
+/// 32-bit floats against the closed form; other formats against the same frame in 32-bit floats,
+/// so that the march's own error is not taken for the format's.
+StabilityFigure banding(const StabilityBench& bench, std::string_view format)
+{
+    const Scene scene = gradient_scene(1);
+    const auto& box = std::get<BoxMedium>(scene.media[0]);
+    const Still still = full_size(bench, scene, format);
+    Picture t =
+        evaluate(scene, [&](const PixelRay& ray) { return box_transmittance(scene, ray, box); });
+    Picture glow = evaluate(
+        scene, [&](const PixelRay& ray) { return 1.0 - box_transmittance(scene, ray, box); });
+    if (format != "rgba32f") {
+        const Still exact = full_size(bench, scene, "rgba32f");
+        t = layer(exact, &Still::transmittance);
+        glow = layer(exact, &Still::scattering);
+    }
+    return worse(worst_ratio(layer(still, &Still::transmittance), t),
+                 worst_ratio(layer(still, &Still::scattering), glow));
+}
+
+StabilityFigure bright(const StabilityBench& bench, std::string_view format)
+{
+    const Scene scene = gradient_scene(2e5f);
+    const auto& box = std::get<BoxMedium>(scene.media[0]);
+    const Picture truth = evaluate(scene, [&](const PixelRay& ray) {
+        return 2e5 * (1.0 - box_transmittance(scene, ray, box));
+    });
+    return rms_over_mean(layer(full_size(bench, scene, format), &Still::scattering), truth);
+}
+
+StabilityFigure finite(const StabilityBench& bench, std::string_view format)
+{
+    StabilityFigure bad;
+    for (const float radiance : {1e5f, 1e10f, 1e30f})
+        bad = worse(bad, count_bad(bench.render(gradient_scene(radiance),
+                                                bench.with("target-format", format), 0)));
+    return bad;
+}
+
+}  // namespace
+
+void add_storage_cases(std::vector<StabilityCase>& table)
+{
+    for (const std::string_view format : {"r11g11b10f", "rgba16f", "rgba32f"}) {
+        table.push_back(
+            {.group = 8,
+             .name = fmt::format("banding-{}", format),
+             .shows = format == "rgba32f" ? "largest error of a smooth gradient, T and radiance"
+                                          : "largest difference of it from the frame in rgba32f",
+             .bound = kScreenStep,
+             .unit = "of the value",
+             .reason = "1/255: steps of the format that are larger than an 8-bit "
+                       "screen's own show as bands",
+             .measure = [=](const StabilityBench& bench) { return banding(bench, format); }});
+        table.push_back(
+            {.group = 8,
+             .name = fmt::format("radiance-1e5-{}", format),
+             .shows = "rms error of a slab of 0.9e5 to 1.7e5 W/m^2/sr",
+             .bound = kJustNoticed,
+             .unit = "of the mean",
+             .reason = "1 % of the mean, as anywhere: a format that ends below clips",
+             .measure = [=](const StabilityBench& bench) { return bright(bench, format); }});
+        table.push_back(
+            {.group = 8,
+             .name = fmt::format("overflow-{}", format),
+             .shows = "values that are no colour, radiances of 1e5, 1e10 and 1e30",
+             .bound = 0,
+             .unit = "values",
+             .reason = "beyond its largest value a format may clip, not break",
+             .measure = [=](const StabilityBench& bench) { return finite(bench, format); }});
+    }
+}
+
+}  // namespace fumarole::study

@@ -1,0 +1,269 @@
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "command.h"
+#include "errors.h"
+#include "gl/headless_context.h"
+#include "progress_line.h"
+#include "study/stability.h"
+#include "study/whole_file.h"
+
+namespace fumarole::command {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+using study::StabilityCase;
+using study::StabilityResult;
+using study::StabilityRun;
+
+struct Options {
+    std::string output = "stability", backend = "osmesa", held;
+    study::StabilityChoice choice;
+    bool list = false, explain = false, json = false;
+};
+
+std::string_view sense_of(const StabilityCase& c)
+{
+    return c.sense == StabilityCase::Bound::at_most ? "<=" : ">=";
+}
+
+std::string subject_of(const StabilityRun& run)
+{
+    return fmt::format("{}/{}", run.subject->mode, run.subject->preset);
+}
+
+/// Names of the modes or presets that there are.
+std::vector<std::string_view> names(std::string_view study::StabilitySubject::*which)
+{
+    std::vector<std::string_view> all;
+    for (const study::StabilitySubject& subject : study::stability_subjects())
+        if (std::find(all.begin(), all.end(), subject.*which) == all.end())
+            all.push_back(subject.*which);
+    return all;
+}
+
+void check_name(std::string_view option, const std::string& name,
+                std::string_view study::StabilitySubject::*which)
+{
+    const std::vector<std::string_view> all = names(which);
+    if (!name.empty() && std::find(all.begin(), all.end(), name) == all.end())
+        throw UsageError(
+            fmt::format("{}: no '{}' (there are: {})", option, name, fmt::join(all, ", ")));
+}
+
+std::vector<StabilityRun> chosen_runs(const Options& options)
+{
+    check_name("--mode", options.choice.mode, &study::StabilitySubject::mode);
+    check_name("--preset", options.choice.preset, &study::StabilitySubject::preset);
+    std::vector<StabilityRun> runs = study::stability_runs(options.choice);
+    if (runs.empty())
+        throw UsageError(fmt::format("--case: '{}' is in no case's name and no group from 1 to 12 "
+                                     "of this choice; --list shows them all",
+                                     options.choice.pattern));
+    return runs;
+}
+
+/// A heading wherever another group begins.
+class Headings {
+public:
+    void at(const StabilityRun& run)
+    {
+        if (run.what->group == group_)
+            return;
+        group_ = run.what->group;
+        fmt::print("{:>2}. {}\n", group_,
+                   study::kStabilityGroups[static_cast<std::size_t>(group_ - 1)]);
+    }
+
+private:
+    int group_ = 0;
+};
+
+void print_list(const std::vector<StabilityRun>& runs)
+{
+    Headings headings;
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        const StabilityCase& c = *runs[i].what;
+        if (i > 0 && runs[i - 1].what == &c)
+            continue;
+        headings.at(runs[i]);
+        fmt::print("    {:<30}{:<8}{} {} {:.4g} {}\n", c.name, c.quick ? "quick" : "", c.shows,
+                   sense_of(c), c.bound, c.unit);
+    }
+}
+
+void print_table(const std::vector<StabilityResult>& results, bool explain)
+{
+    Headings headings;
+    for (const StabilityResult& r : results) {
+        headings.at(r.run);
+        const StabilityCase& c = *r.run.what;
+        fmt::print("    {:<30}{:<20}{:>10.3g} {} {:<8.3g} {:<17}{}\n", c.name, subject_of(r.run),
+                   r.figure.value, sense_of(c), c.bound, c.unit, r.holds ? "holds" : "FALLS SHORT");
+        if (!r.refusal.empty())
+            fmt::print("        {}\n", r.refusal);
+        if (explain)
+            fmt::print("        {}\n        bound: {}\n", c.shows, c.reason);
+    }
+    for (const auto& [mode, preset, settings] : study::stability_subjects()) {
+        int all = 0, held = 0;
+        for (const StabilityResult& r : results)
+            if (r.run.subject->mode == mode && r.run.subject->preset == preset) {
+                ++all;
+                held += r.holds ? 1 : 0;
+            }
+        if (all > 0)
+            fmt::print("{}/{}: {} of {} hold, {} fall short\n", mode, preset, held, all,
+                       all - held);
+    }
+}
+
+/// Pictures of what fell short; those of an earlier run, of what now holds, go.
+std::vector<fs::path> write_pictures(const std::vector<StabilityResult>& results,
+                                     const fs::path& folder)
+{
+    std::vector<fs::path> files;
+    for (const StabilityResult& r : results) {
+        const fs::path file = folder / fmt::format("{}_{}_{}.png", r.run.what->name,
+                                                   r.run.subject->mode, r.run.subject->preset);
+        if (r.holds || r.figure.pictures.actual.empty()) {
+            std::error_code ignored;
+            fs::remove(file, ignored);
+            continue;
+        }
+        Display display;
+        display.transform = Display::Transform::srgb;
+        write::write_png(study::stability_strip(r.figure.pictures), display, file);
+        files.push_back(file);
+    }
+    return files;
+}
+
+void print_json(const std::vector<StabilityResult>& results, const study::HeldChanges& changes,
+                const std::vector<fs::path>& files, double seconds)
+{
+    Json cases = Json::array(), outputs = Json::array();
+    for (const StabilityResult& r : results) {
+        const StabilityCase& c = *r.run.what;
+        Json one{{"group", c.group},
+                 {"case", c.name},
+                 {"mode", r.run.subject->mode},
+                 {"preset", r.run.subject->preset},
+                 {"figure", r.figure.value},
+                 {"sense", sense_of(c)},
+                 {"bound", c.bound},
+                 {"unit", c.unit},
+                 {"holds", r.holds},
+                 {"seconds", r.seconds},
+                 {"shows", c.shows},
+                 {"reason", c.reason}};
+        one["refusal"] = r.refusal.empty() ? Json() : Json(r.refusal);
+        cases.push_back(std::move(one));
+    }
+    for (const fs::path& file : files)
+        outputs.push_back(file.string());
+    const Json json{{"seconds", seconds},
+                    {"cases", cases},
+                    {"no_longer_hold", changes.lost},
+                    {"newly_hold", changes.gained},
+                    {"outputs", outputs}};
+    fmt::print("{}\n", json.dump(1, ' ', false, Json::error_handler_t::replace));
+}
+
+std::vector<StabilityResult> measure(const std::vector<StabilityRun>& runs, const Options& options)
+{
+    const auto context =
+        gl::HeadlessContext::make(options.backend == "egl" ? gl::HeadlessContext::Backend::egl
+                                                           : gl::HeadlessContext::Backend::osmesa);
+    SceneRenderer renderer(context->get_proc());
+    ProgressLine line;
+    return study::measure_stability(
+        runs, renderer, options.output,
+        [&](int done, int all, const StabilityRun& next, double left) {
+            line.show(fmt::format("case {} of {}, {}{}", done + 1, all, next.what->name,
+                                  done == 0 ? "" : ", about " + duration_text(left) + " left"));
+        });
+}
+
+void run(const Options& options)
+{
+    const auto begin = std::chrono::steady_clock::now();
+    const std::vector<StabilityRun> runs = chosen_runs(options);
+    if (options.list) {
+        print_list(runs);
+        return;
+    }
+    // Before minutes of work: can it be compared, and is there a folder?
+    std::vector<study::HeldCase> before;
+    if (!options.held.empty())
+        before = study::read_held(study::read_whole(options.held), options.held);
+    const fs::path folder = options.output;
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (!fs::is_directory(folder))
+        throw Error(fmt::format("-o: {}: no folder can be made there{}{}", folder.string(),
+                                error ? ": " : "", error ? error.message() : ""));
+
+    const std::vector<StabilityResult> results = measure(runs, options);
+    std::vector<fs::path> files{folder / "stability.csv"};
+    study::write_whole(files[0], study::stability_csv(results));
+    const std::vector<fs::path> pictures = write_pictures(results, folder);
+    files.insert(files.end(), pictures.begin(), pictures.end());
+    const study::HeldChanges changes =
+        options.held.empty() ? study::HeldChanges{} : study::compare_held(before, results);
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    if (options.json) {
+        print_json(results, changes, files, seconds);
+    } else {
+        print_table(results, options.explain);
+        for (const std::string& text : changes.gained)
+            fmt::print("newly holds: {}\n", text);
+        fmt::print("wrote {}{}, in {}\n", files[0].string(),
+                   pictures.empty() ? "" : fmt::format(" and {} pictures", pictures.size()),
+                   duration_text(seconds));
+    }
+    if (!changes.lost.empty())
+        throw Error(fmt::format("{} of the cases that held in {} no longer hold:\n  {}",
+                                changes.lost.size(), options.held,
+                                fmt::join(changes.lost, "\n  ")));
+}
+
+}  // namespace
+
+void add_stability(CLI::App& app)
+{
+    CLI::App* command = app.add_subcommand(
+        "stability", "The method's known failures as cases: a figure, a bound and its reason each, "
+                     "for every mode and preset");
+    auto options = std::make_shared<Options>();
+    Options& o = *options;
+    command->add_option("-o,--output", o.output,
+                        "folder, made if need be, for stability.csv and pictures of what falls "
+                        "short [stability]");
+    command->add_flag("--quick", o.choice.quick, "fewer cases, under a minute");
+    command->add_option("--case", o.choice.pattern, "a group's number, or a part of a case's name");
+    command->add_option("--mode", o.choice.mode, "one mode alone [all]");
+    command->add_option("--preset", o.choice.preset, "one preset alone [all]");
+    command->add_flag("--list", o.list, "say what the cases are, and measure nothing");
+    command->add_flag("--explain", o.explain, "say with each figure what it is, and why its bound");
+    command
+        ->add_option("--held", o.held,
+                     "an earlier stability.csv: fail if a case that held there no longer does")
+        ->check(CLI::ExistingFile);
+    command->add_flag("--json", o.json, "print JSON");
+    command->add_option("--backend", o.backend, "OpenGL without a window [osmesa]")
+        ->check(CLI::IsMember({"osmesa", "egl"}));
+    command->footer("Cases that fall short are listed, and are no failure of the command.\n"
+                    "Exit code: 0 measured, 1 not, or --held was not kept, 2 wrong command line.");
+    command->callback([options] { run(*options); });
+}
+
+}  // namespace fumarole::command
