@@ -123,8 +123,10 @@ constexpr std::array kPlaces{
 
 StabilityFigure moved_scene(const StabilityBench& bench, const Place& place, bool surfaces)
 {
+    const Settings settings = bench.with("target-format", "rgba32f");  // it must not round it away
     const auto picture = [&](double unit, glm::dvec3 origin) {
-        return layer(bench.render(full_scene(unit, origin, surfaces)), &Still::composite);
+        return layer(bench.render(full_scene(unit, origin, surfaces), settings, 0),
+                     &Still::composite);
     };
     const Picture there = picture(place.unit, place.origin), here = picture(1, glm::dvec3(0));
     // A silhouette may cross the middle of a pixel, which a maximum sees and no eye.
