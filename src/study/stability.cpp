@@ -192,7 +192,8 @@ std::vector<StabilityResult> measure_stability(const std::vector<StabilityRun>& 
             result.holds = run.what->holds(result.figure.value);
         } catch (const Error& error) {
             result.figure.value = std::nan("");
-            result.refusal = error.what();
+            const std::string_view text = error.what();
+            result.refusal = text.substr(0, text.find('\n'));
         }
         result.seconds = seconds_since(begin) - spent;
         results.push_back(std::move(result));

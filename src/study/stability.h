@@ -93,7 +93,7 @@ struct StabilityResult {
     StabilityRun run;
     StabilityFigure figure;
     bool holds = false;
-    std::string refusal;  ///< why there is no figure, or ""
+    std::string refusal;  ///< why there is no figure, in a line, or ""
     double seconds = 0;
 };
 
