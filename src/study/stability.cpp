@@ -120,6 +120,14 @@ Image shown(std::vector<float> rgb, int width, int height, float exposure)
     return {width, height, {"R", "G", "B"}, std::move(rgb)};
 }
 
+/// Digits alone are a group's number: `5` does not mean every name with a 5 in it.
+bool matches(const StabilityCase& one, const std::string& pattern)
+{
+    if (!pattern.empty() && pattern.find_first_not_of("0123456789") == std::string::npos)
+        return pattern == fmt::format("{}", one.group);
+    return one.name.find(pattern) != std::string::npos;
+}
+
 }  // namespace
 
 const std::vector<StabilitySubject>& stability_subjects()
@@ -159,8 +167,7 @@ std::vector<StabilityRun> stability_runs(const StabilityChoice& choice)
     for (const StabilityCase& one : stability_table()) {
         if (choice.quick && !one.quick)
             continue;
-        if (!choice.pattern.empty() && choice.pattern != fmt::format("{}", one.group) &&
-            one.name.find(choice.pattern) == std::string::npos)
+        if (!matches(one, choice.pattern))
             continue;
         for (const StabilitySubject& subject : stability_subjects())
             if ((choice.mode.empty() || choice.mode == subject.mode) &&

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "gl/texture.h"
 #include "study/reference_media.h"
 
 namespace fumarole::study {

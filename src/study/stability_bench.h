@@ -6,7 +6,6 @@
 #include <memory>
 #include <vector>
 
-#include "gl/texture.h"
 #include "study/reference_geometry.h"
 #include "study/stability.h"
 
