@@ -9,7 +9,7 @@
 #include "command.h"
 #include "errors.h"
 #include "gl/headless_context.h"
-#include "progress_line.h"
+#include "progress.h"
 #include "study/stability.h"
 #include "study/whole_file.h"
 
@@ -183,13 +183,14 @@ std::vector<StabilityResult> measure(const std::vector<StabilityRun>& runs, cons
         gl::HeadlessContext::make(options.backend == "egl" ? gl::HeadlessContext::Backend::egl
                                                            : gl::HeadlessContext::Backend::osmesa);
     SceneRenderer renderer(context->get_proc());
-    ProgressLine line;
-    return study::measure_stability(
-        runs, renderer, options.output,
-        [&](int done, int all, const StabilityRun& next, double left) {
-            line.show(fmt::format("case {} of {}, {}{}", done + 1, all, next.what->name,
-                                  done == 0 ? "" : ", about " + duration_text(left) + " left"));
-        });
+    Progress progress;
+    return study::measure_stability(runs, renderer, options.output,
+                                    [&](int done, int all, const StabilityRun& next, double left) {
+                                        const std::string what = fmt::format(
+                                            "case {} of {}, {}", done + 1, all, next.what->name);
+                                        const double share = static_cast<double>(done) / all;
+                                        progress.show(what, share, left);
+                                    });
 }
 
 void run(const Options& options)
@@ -228,7 +229,7 @@ void run(const Options& options)
             fmt::print("newly holds: {}\n", text);
         fmt::print("wrote {}{}, in {}\n", files[0].string(),
                    pictures.empty() ? "" : fmt::format(" and {} pictures", pictures.size()),
-                   duration_text(seconds));
+                   duration(seconds));
     }
     if (!changes.lost.empty())
         throw Error(fmt::format("{} of the cases that held in {} no longer hold:\n  {}",
