@@ -29,6 +29,12 @@ struct Camera {
     double ortho_height = 0;
 };
 
+/// Where a camera is at a time [s].
+struct CameraKey {
+    double time = 0;
+    Camera camera;
+};
+
 /// A light infinitely far away.
 struct SunLight {
     glm::dvec3 direction_to_light{0, 0, 1};  ///< normalised on reading
@@ -53,7 +59,8 @@ using Light = std::variant<SunLight, PointLight, SpotLight>;
 /// A medium from a .vdb file (or from any VoxelGrid that a host fills in).
 /// World position of index i: translate + scale * (density->world_from_index * i).
 struct GridMedium {
-    std::string file;           ///< absolute, or relative to the working directory
+    /// Absolute, or relative to the working directory. #s stand for a frame's number (animation.h).
+    std::string file;
     std::string grid;           ///< name, name[n]; "" for the first fog volume
     std::string emission_grid;  ///< "" for none; float or vec3 grid
     std::string color_grid;  ///< "" for none; vec3 grid (or name.x name.y name.z): scales sigma_s,
@@ -157,7 +164,9 @@ struct Scene {
     std::vector<Light> lights;
     std::vector<Medium> media;
     std::vector<Surface> surfaces;
-    double time = 0;  ///< seconds; moves drifting noise
+    double time = 0;  ///< seconds; moves drifting noise; of frame 0 where frames are asked for
+    std::vector<CameraKey> camera_path;  ///< ascending times; `camera` is the first one's
+    double frames_per_second = 24;
 };
 
 }  // namespace fumarole

@@ -14,6 +14,7 @@
 #include <unistd.h>
 #include <utility>
 
+#include "animation.h"
 #include "asset/environment_map.h"
 #include "asset/json_reader.h"
 #include "asset/mesh_file.h"
@@ -45,6 +46,7 @@ constexpr NumberRange kAlbedo{0, 1};
 constexpr NumberRange kAnisotropy{-1, 1, true, true};
 constexpr NumberRange kAngle{0, 180, true, true, "degrees"};
 constexpr NumberRange kTime{-kMaxValue, kMaxValue, false, false, "seconds"};
+constexpr NumberRange kRate{0, 1e6, true, false, "1/s"};
 constexpr NumberRange kSpeed{-kMaxValue, kMaxValue, false, false, "m/s"};
 // Sixteen octaves of a larger one would leave the range in which doubles tell lattice cells apart.
 constexpr NumberRange kLacunarity{1, 16};
@@ -86,16 +88,21 @@ void check_box(const JsonObject& object, const glm::dvec3& min, const glm::dvec3
     }
 }
 
-Camera read_camera(JsonObject object)
+/// What a key of a path leaves out it has from the key before it, but for where it is and looks.
+Camera read_camera(JsonObject& object, const Camera* before)
 {
-    Camera camera;
+    Camera camera = before != nullptr ? *before : Camera{};
     object.need("position", kCoordinate, camera.position);
     object.need("look_at", kCoordinate, camera.look_at);
     object.read("up", kDirection, camera.up);
-    object.need("vfov_deg", kAngle, camera.vfov_deg);
+    if (before == nullptr)
+        object.need("vfov_deg", kAngle, camera.vfov_deg);
+    else
+        object.read("vfov_deg", kAngle, camera.vfov_deg);
     object.read("near", kLength, camera.near);
     object.read("far", kLength, camera.far);
-    camera.projection = object.choice("projection", {"perspective", "orthographic"}, 0) == 0
+    camera.projection = object.choice("projection", {"perspective", "orthographic"},
+                                      static_cast<std::size_t>(camera.projection)) == 0
                             ? Camera::Projection::perspective
                             : Camera::Projection::orthographic;
     object.read("ortho_height", {0, kMaxMetres, false, false, "metres"}, camera.ortho_height);
@@ -113,6 +120,27 @@ Camera read_camera(JsonObject object)
         object.place().key("up").fail(
             "expected a direction across the view, got one parallel to look_at - position");
     return camera;
+}
+
+std::vector<CameraKey> read_camera_path(const Json& list, const JsonPlace& place)
+{
+    std::vector<CameraKey> path;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+        JsonObject object(list[i], place.index(i));
+        CameraKey key;
+        object.need("time", kTime, key.time);
+        key.camera = read_camera(object, path.empty() ? nullptr : &path.back().camera);
+        if (!path.empty() && !(key.time > path.back().time))
+            object.place().key("time").fail(
+                fmt::format("expected more than the key's before, got {} after {}", key.time,
+                            path.back().time));
+        if (!path.empty() && key.camera.projection != path.back().camera.projection)
+            object.place().key("projection").fail("expected the same in all keys");
+        path.push_back(key);
+    }
+    if (path.empty())
+        place.fail("expected a camera, or a list of at least one with times");
+    return path;
 }
 
 World read_world(const Json& value, const JsonPlace& place, const fs::path& folder)
@@ -281,11 +309,19 @@ Scene scene_from_json(std::string_view text, const std::string& file, const fs::
     object.read_list(
         "surfaces", [&](JsonObject item) { scene.surfaces.push_back(read_surface(item, folder)); });
     object.read("time", kTime, scene.time);
+    object.read("frames_per_second", kRate, scene.frames_per_second);
     object.finish();
     if (camera == nullptr)
         object.place().fail("missing key 'camera' (expected an object with position, look_at and "
                             "vfov_deg)");
-    scene.camera = read_camera(JsonObject(*camera, object.place().key("camera")));
+    const JsonPlace place = object.place().key("camera");
+    if (camera->is_array()) {
+        scene.camera_path = read_camera_path(*camera, place);
+        scene.camera = camera_at(scene.camera_path, scene.time);
+    } else {
+        JsonObject one(*camera, place);
+        scene.camera = read_camera(one, nullptr);
+    }
     return scene;
 }
 
@@ -513,9 +549,8 @@ std::string surface_text(const Surface& surface, const std::string& place, const
     return out.in_lines(kItemIndent);
 }
 
-std::string camera_text(const Camera& camera)
+void add_camera(Members& out, const Camera& camera)
 {
-    Members out("camera");
     out.triple("position", camera.position);
     out.triple("look_at", camera.look_at);
     out.triple("up", camera.up);
@@ -526,7 +561,23 @@ std::string camera_text(const Camera& camera)
              camera.projection == Camera::Projection::perspective ? "perspective" : "orthographic");
     if (camera.ortho_height != 0)
         out.number("ortho_height", camera.ortho_height);
-    return out.in_lines(std::string_view(R"(  "camera": )").size());
+}
+
+std::string camera_text(const Scene& scene)
+{
+    if (scene.camera_path.empty()) {
+        Members out("camera");
+        add_camera(out, scene.camera);
+        return out.in_lines(std::string_view(R"(  "camera": )").size());
+    }
+    std::vector<std::string> keys;
+    for (std::size_t i = 0; i < scene.camera_path.size(); ++i) {
+        Members out(fmt::format("camera[{}]", i));
+        out.number("time", scene.camera_path[i].time);
+        add_camera(out, scene.camera_path[i].camera);
+        keys.push_back(out.in_lines(4));
+    }
+    return list_text(keys);
 }
 
 // ------------------------------------------------------------------------------- writing a file
@@ -717,7 +768,7 @@ std::string scene_to_json(const Scene& scene, const fs::path& folder)
 {
     Members top("");
     top.raw("resolution", fmt::format("[{}, {}]", scene.resolution.x, scene.resolution.y));
-    top.raw("camera", camera_text(scene.camera));
+    top.raw("camera", camera_text(scene));
     if (scene.world.environment_file.empty()) {
         top.triple("world_radiance", scene.world.radiance);
     } else {
@@ -728,6 +779,8 @@ std::string scene_to_json(const Scene& scene, const fs::path& folder)
     }
     if (scene.time != 0)
         top.number("time", scene.time);
+    if (scene.frames_per_second != Scene{}.frames_per_second)
+        top.number("frames_per_second", scene.frames_per_second);
 
     std::vector<std::string> items;
     for (std::size_t i = 0; i < scene.lights.size(); ++i)

@@ -422,9 +422,24 @@ std::vector<BadScene> bad_scenes()
          minimal(R"(, "world_radiance": {"environment": "a.exr", "rotate": 1})"),
          {"world_radiance: unknown key 'rotate' (known: environment, scale)"}},
 
-        {"camera_keys",
-         R"({"camera": [{"time": 0}]})",
-         {"camera: expected an object", "a list of 1"}},
+        {"camera_keys", R"({"camera": [{"time": 0}]})", {"camera[0]: missing key 'position'"}},
+        {"camera_no_keys", R"({"camera": []})", {"camera: expected a camera, or a list"}},
+        {"camera_key_time",
+         R"({"camera": [{"position": [0,-5,1], "look_at": [0,0,1], "vfov_deg": 40}]})",
+         {"camera[0]: missing key 'time'", "seconds"}},
+        {"camera_keys_order",
+         R"({"camera": [{"time": 2, "position": [0,-5,1], "look_at": [0,0,1], "vfov_deg": 40},
+                        {"time": 2, "position": [0,-5,1], "look_at": [0,0,1]}]})",
+         {"camera[1].time: expected more than the key's before, got 2 after 2"}},
+        {"camera_keys_projection",
+         R"({"camera": [{"time": 1, "position": [0,-5,1], "look_at": [0,0,1], "vfov_deg": 40},
+                        {"time": 2, "position": [0,-5,1], "look_at": [0,0,1],
+                         "projection": "orthographic"}]})",
+         {"camera[1].projection: expected the same in all keys"}},
+        {"frame_rate",
+         R"({"camera": {"position": [0,-5,1], "look_at": [0,0,1], "vfov_deg": 40},
+             "frames_per_second": 0})",
+         {"frames_per_second: expected a number", "1/s"}},
         {"camera_empty",
          R"({"camera": {}})",
          {"camera: missing key 'position'", "three numbers", "metres"}},
@@ -953,6 +968,32 @@ TEST(LoadScene, NamesAFileThatIsNotThere)
         } catch (const Error& error) {
             EXPECT_NE(std::string(error.what()).find("gone."), std::string::npos) << error.what();
         }
+    }
+}
+
+TEST(SceneFile, CameraPathComesBackAsItWas)
+{
+    const TempFolder folder;
+    const fs::path file = folder.write("path.json", R"({"time": 0.5, "frames_per_second": 30,
+        "camera": [{"time": 0, "position": [0,-5,1], "look_at": [0,0,1], "vfov_deg": 40, "near": 0.2},
+                   {"time": 1, "position": [1,-5,1], "look_at": [0.1,0,1]},
+                   {"time": 3, "position": [2,-5,1], "look_at": [0,0,1.5], "vfov_deg": 20}]})");
+    const Scene scene = asset::parse_scene(file);
+    ASSERT_EQ(scene.camera_path.size(), 3u);
+    EXPECT_EQ(scene.frames_per_second, 30);
+    EXPECT_EQ(scene.camera_path[1].camera.near, 0.2) << "left out: as in the key before";
+    EXPECT_EQ(scene.camera_path[1].camera.vfov_deg, 40);
+    EXPECT_NEAR(scene.camera.position.x, 0.5, 0.2)
+        << "the camera is the path's at the scene's time";
+    asset::save_scene(scene, folder.path() / "again.json");
+    const Scene again = asset::parse_scene(folder.path() / "again.json");
+    EXPECT_EQ(again.frames_per_second, 30);
+    ASSERT_EQ(again.camera_path.size(), 3u);
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(again.camera_path[i].time, scene.camera_path[i].time);
+        EXPECT_EQ(again.camera_path[i].camera.position, scene.camera_path[i].camera.position);
+        EXPECT_EQ(again.camera_path[i].camera.look_at, scene.camera_path[i].camera.look_at);
+        EXPECT_EQ(again.camera_path[i].camera.vfov_deg, scene.camera_path[i].camera.vfov_deg);
     }
 }
 

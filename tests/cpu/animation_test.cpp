@@ -1,0 +1,152 @@
+#include "animation.h"
+
+#include <cmath>
+#include <fmt/format.h>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "asset/frame_loader.h"
+#include "errors.h"
+#include "support/make_vdb.h"
+#include "support/temp_folder.h"
+
+namespace fumarole {
+namespace {
+
+namespace fs = std::filesystem;
+
+CameraKey key(double time, glm::dvec3 position, double vfov = 30)
+{
+    CameraKey key;
+    key.time = time;
+    key.camera.position = position;
+    key.camera.look_at = position + glm::dvec3(0, 1, 0);
+    key.camera.vfov_deg = vfov;
+    return key;
+}
+
+void expect_near(glm::dvec3 a, glm::dvec3 b, double within = 1e-12)
+{
+    EXPECT_NEAR(glm::length(a - b), 0, within) << a.x << ' ' << a.y << ' ' << a.z;
+}
+
+TEST(CameraPath, GoesThroughItsKeysAndStandsStillOutside)
+{
+    const std::vector<CameraKey> path{key(1, {0, 0, 0}), key(2, {3, 1, 0}), key(5, {4, -2, 7})};
+    for (const CameraKey& k : path)
+        expect_near(camera_at(path, k.time).position, k.camera.position);
+    expect_near(camera_at(path, -10).position, {0, 0, 0});
+    expect_near(camera_at(path, 99).position, {4, -2, 7});
+    expect_near(camera_at({path[1]}, 7).position, {3, 1, 0});
+}
+
+// A parabola in time through keys at uneven times is followed exactly inside, since the slopes are
+// the parabola's own; and so its speed has no jumps.
+TEST(CameraPath, FollowsAParabolaThroughUnevenKeys)
+{
+    const auto at = [](double t) { return glm::dvec3(t, 2 - t * t, 0.5 * t * t + t); };
+    std::vector<CameraKey> path;
+    for (const double t : {0.0, 0.7, 1.0, 2.5, 3.0, 4.0})
+        path.push_back(key(t, at(t)));
+    for (double t = 0.7; t <= 3.0; t += 0.05)
+        expect_near(camera_at(path, t).position, at(t));
+    const std::vector<CameraKey> straight{key(0, {0, 0, 0}, 20), key(2, {4, 0, 0}, 40)};
+    expect_near(camera_at(straight, 0.5).position, {1, 0, 0});
+    EXPECT_NEAR(camera_at(straight, 0.5).vfov_deg, 25, 1e-12);
+}
+
+TEST(Sequence, HashesBecomeTheFramesNumber)
+{
+    EXPECT_EQ(frame_file("a/smoke_####.vdb", 7), "a/smoke_0007.vdb");
+    EXPECT_EQ(frame_file("smoke_##.vdb", 1234), "smoke_1234.vdb");
+    EXPECT_EQ(frame_file("#_####.vdb", 3), "#_0003.vdb");
+    EXPECT_EQ(frame_file("smoke.vdb", 3), "smoke.vdb");
+    EXPECT_EQ(frame_file("a#b/smoke.vdb", 3), "a#b/smoke.vdb") << "a folder is no sequence";
+    EXPECT_TRUE(is_sequence("x/#.vdb"));
+    EXPECT_FALSE(is_sequence("x#/a.vdb"));
+}
+
+TEST(Sequence, FramesThatAreThereAreFound)
+{
+    const test::TempFolder folder;
+    for (const char* name : {"s_0003.vdb", "s_0011.vdb", "s_12345.vdb", "s_003.vdb", "s_x.vdb",
+                             "s_0004.vdb.tmp", "t_0005.vdb"})
+        std::ofstream(folder.path() / name) << "x";
+    EXPECT_THAT(frames_of(folder.path() / "s_####.vdb"), testing::ElementsAre(3, 11, 12345));
+    EXPECT_TRUE(frames_of(folder.path() / "none" / "s_####.vdb").empty());
+}
+
+TEST(Sequence, AScenesTimeCameraAndFilesAreTheFrames)
+{
+    Scene scene;
+    scene.time = 2;
+    scene.frames_per_second = 4;
+    scene.camera_path = {key(0, {0, 0, 0}), key(10, {10, 0, 0})};
+    GridMedium moving, still;
+    moving.file = "smoke_###.vdb";
+    moving.density = std::make_shared<VoxelGrid>();
+    still.file = "cloud.vdb";
+    still.density = moving.density;
+    scene.media = {moving, still};
+    const Scene now = scene_at(scene, 6);
+    EXPECT_DOUBLE_EQ(now.time, 3.5);
+    expect_near(now.camera.position, {3.5, 0, 0});
+    EXPECT_EQ(std::get<GridMedium>(now.media[0]).file, "smoke_006.vdb");
+    EXPECT_EQ(std::get<GridMedium>(now.media[0]).density, nullptr);
+    EXPECT_EQ(std::get<GridMedium>(now.media[1]).density, still.density);
+}
+
+class FrameLoaderTest : public testing::Test {
+protected:
+    void SetUp() override
+    {
+        for (int frame = 1; frame <= 3; ++frame)
+            fs::copy_file(fs::path(FUM_TEST_DATA) / "smoke_plume.vdb",
+                          folder_.path() / fmt::format("s_{:04}.vdb", frame));
+        fs::copy_file(fs::path(FUM_TEST_DATA) / "smoke_plume.vdb", folder_.path() / "still.vdb");
+        GridMedium moving;
+        moving.file = (folder_.path() / "s_####.vdb").string();
+        GridMedium still;
+        still.file = (folder_.path() / "still.vdb").string();
+        scene_.media = {moving, still};
+    }
+    test::TempFolder folder_;
+    Scene scene_;
+};
+
+TEST_F(FrameLoaderTest, EachFrameHasItsFileAndTheRestIsReadOnce)
+{
+    asset::FrameLoader frames({scene_, {}}, 1, 3);
+    std::shared_ptr<const VoxelGrid> moving, still;
+    for (int frame = 1; frame <= 3; ++frame) {
+        const asset::LoadedScene now = frames.next();
+        const auto& a = std::get<GridMedium>(now.scene.media[0]);
+        const auto& b = std::get<GridMedium>(now.scene.media[1]);
+        EXPECT_EQ(a.file, (folder_.path() / fmt::format("s_{:04}.vdb", frame)).string());
+        ASSERT_TRUE(a.density && b.density);
+        EXPECT_NE(a.density, moving);
+        EXPECT_TRUE(still == nullptr || b.density == still);
+        moving = a.density;
+        still = b.density;
+    }
+}
+
+TEST_F(FrameLoaderTest, AMissingFrameIsNamedWithThoseThatAreThere)
+{
+    fs::remove(folder_.path() / "s_0002.vdb");
+    asset::FrameLoader frames({scene_, {}}, 1, 3);
+    EXPECT_NO_THROW(frames.next());
+    try {
+        frames.next();
+        FAIL() << "nothing was said";
+    } catch (const Error& error) {
+        EXPECT_THAT(error.what(),
+                    testing::AllOf(testing::HasSubstr("s_0002.vdb"),
+                                   testing::HasSubstr("frame 2 is missing"),
+                                   testing::HasSubstr("2 of "), testing::HasSubstr("the last 3")));
+    }
+}
+
+}  // namespace
+}  // namespace fumarole
