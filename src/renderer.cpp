@@ -12,6 +12,7 @@
 #include "light/light_set.h"
 #include "medium/media_set.h"
 #include "pass/frame_setup.h"
+#include "pass/froxels.h"
 #include "pass/ray_march.h"
 #include "shared/bindings.h"
 #include "surface/surface_set.h"
@@ -65,12 +66,19 @@ struct Renderer::Parts {
     gl::Sampler depth_sampler;  ///< so that the host's filter and comparison don't matter
     std::uint64_t scene_id = 0;
     const pass::Toolbox tools{device, programs, timers, media, lights, fullscreen};
+    Settings::Mode mode = Settings::Mode::raymarch;  ///< of the pass
     std::unique_ptr<pass::VolumePass> pass;
 };
 
-pass::VolumePass& Renderer::Parts::volume_pass(const Settings& /*s*/)
+pass::VolumePass& Renderer::Parts::volume_pass(const Settings& s)
 {
-    if (pass == nullptr)
+    if (pass != nullptr && mode == s.mode)
+        return *pass;
+    pass.reset();  // one mode's textures at a time
+    mode = s.mode;
+    if (mode == Settings::Mode::froxel)
+        pass = std::make_unique<pass::Froxels>(tools);
+    else
         pass = std::make_unique<pass::RayMarch>(tools);
     return *pass;
 }
@@ -104,7 +112,7 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 void Renderer::set_scene(const Scene& scene, const Settings& settings)
 {
-    const gl::StateGuard guard(parts_->device, GRID_UNIT, BLOCK_COUNT);
+    const gl::StateGuard guard(parts_->device, GRID_UNIT, BLOCK_COUNT, 0);
     ++parts_->scene_id;
     try {
         parts_->media.set(scene, settings.layout, settings.storage);
@@ -125,7 +133,7 @@ void Renderer::composite(const Frame& frame, const Settings& settings)
     if (parts.media.empty())
         return;
     const gl::Device& gl = parts.device;
-    const gl::StateGuard guard(gl, parts.texture_units(), BLOCK_COUNT);
+    const gl::StateGuard guard(gl, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
     const auto view = parts.begin(frame, settings);
     if (!view)
         return;
@@ -157,7 +165,7 @@ LayerImages Renderer::read_layers(const Frame& frame, const Settings& settings)
     LayerImages images{std::vector<float>(pixels * 3, 0.0f), std::vector<float>(pixels * 3, 1.0f)};
     if (parts.media.empty())
         return images;
-    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT);
+    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
     const auto view = parts.begin(frame, settings);
     if (!view)
         return images;
@@ -187,9 +195,15 @@ double Renderer::count_samples(const Frame& frame, const Settings& settings)
     Parts& parts = *parts_;
     if (parts.media.empty())
         return 0;
-    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT);
+    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
     const auto view = parts.begin(frame, settings);
     return view ? parts.volume_pass(settings).count_samples(*view) : 0;
+}
+
+void Renderer::reset_history(int view)
+{
+    if (parts_->pass != nullptr)
+        parts_->pass->forget(view);
 }
 
 void Renderer::draw_surfaces(const Frame& frame, const Settings& settings, bool through_media)
@@ -199,7 +213,7 @@ void Renderer::draw_surfaces(const Frame& frame, const Settings& settings, bool 
     const gl::Device& gl = parts.device;
     const bool dimmed = through_media && settings.volume_shadows && !parts.media.empty() &&
                         parts.lights.count() > 0;
-    const gl::StateGuard guard(gl, parts.texture_units(), BLOCK_COUNT);
+    const gl::StateGuard guard(gl, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
     const auto time = parts.timers.scope(through_media ? "surfaces through media" : "surfaces");
     const pass::Eye eye = pass::make_eye(frame);
     Settings surface_settings = settings;
@@ -274,14 +288,18 @@ std::vector<std::string> Renderer::explain(const Settings& settings) const
     say("media: {}, of which {} change from place to place; others need no fetch and no shadow "
         "steps",
         media.media, media.heterogeneous);
-    if (parts.tools.monochrome(settings))
+    const bool froxel = settings.mode == Settings::Mode::froxel;
+    if (froxel)
+        for (const std::string& line : pass::explain_froxels(parts.tools, settings))
+            lines.push_back(line);
+    else if (parts.tools.monochrome(settings))
         say("extinction: {}: transmittance rides in the alpha of one target, one upsample instead "
             "of two",
             media.colored_extinction ? "coloured, but its mean was asked for" : "grey");
     else
         say("extinction: {}: a target of its own for transmittance, two upsamples",
             media.colored_extinction ? "coloured" : "grey, but two targets were asked for");
-    if (pass::march_format(parts.tools, settings) != settings.format)
+    if (!froxel && pass::march_format(parts.tools, settings) != settings.format)
         say("target format: rgba16f, since r11g11b10f has no alpha for the transmittance");
     say("phase: {}", media.isotropic ? "g is 0 everywhere: a constant, no angle is worked out"
                      : media.mixed_g
@@ -325,7 +343,8 @@ void Renderer::enable_timing(bool on)
 
 FrameReport Renderer::take_report()
 {
-    return {parts_->timers.take(), parts_->device.bytes()};
+    return {parts_->timers.take(), parts_->device.bytes(),
+            parts_->pass != nullptr ? parts_->pass->history_use() : ""};
 }
 
 const char* Renderer::timing_method() const

@@ -28,7 +28,7 @@ struct Options {
     std::string input;
     std::vector<std::string> outputs;
     std::string size, grid, up = "auto", backend = "osmesa", exposure = "auto", display = "filmic",
-                            preset = "default", target, save_scene, mode = "raymarch";
+                            preset = "default", target, save_scene, mode;
     int aa = 1, frames = 1;
     std::uint32_t seed = 0;
     bool alpha = false, explain = false, json = false;
@@ -41,6 +41,8 @@ Settings parse_settings(const Options& options)
         Settings settings = find_preset(options.preset);
         for (const auto& [name, value] : options.settings)
             find_setting(name).set(settings, value);
+        if (!options.mode.empty())
+            settings.mode = find_mode(options.mode);
         return settings;
     } catch (const Error& error) {
         throw UsageError(error.what());
@@ -274,7 +276,7 @@ void run(Options options)
                   {"aa", options.aa},
                   {"frames", options.frames},
                   {"seed", options.seed},
-                  {"mode", options.mode},
+                  {"mode", mode_name(settings.mode)},
                   {"preset", options.preset},
                   {"settings", settings_json(settings)},
                   {"exposure_ev", display.exposure_ev},
@@ -332,8 +334,10 @@ void add_render(CLI::App& app)
     command->add_flag("--json", o.json, "print JSON");
     command->add_option("--backend", o.backend, "OpenGL without a window [osmesa]")
         ->check(CLI::IsMember({"osmesa", "egl"}));
-    command->add_option("--mode", o.mode, "[raymarch]")->check(CLI::IsMember({"raymarch"}));
-    command->add_option("--preset", o.preset, "default or eevee2017 [default]");
+    command->add_option("--mode", o.mode, "[the preset's]")
+        ->check(CLI::IsMember({"raymarch", "froxel"}));
+    command->add_option("--preset", o.preset,
+                        "default, eevee2017, froxel or eevee2017-froxel [default]");
     for (const SettingInfo& info : setting_table()) {
         const std::string name(info.name);
         command

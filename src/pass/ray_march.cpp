@@ -12,18 +12,6 @@ namespace {
 
 constexpr const char* kMarch = "pass/ray_march.frag";
 
-GLenum gl_format(Settings::Format format)
-{
-    switch (format) {
-    case Settings::Format::r11g11b10f:
-        return GL_R11F_G11F_B10F;
-    case Settings::Format::rgba16f:
-        return GL_RGBA16F;
-    default:
-        return GL_RGBA32F;
-    }
-}
-
 gl::Defines upsample_defines(const Settings& s)
 {
     const bool small = s.upsample == Settings::Upsample::bilinear2x2;

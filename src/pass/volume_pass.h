@@ -71,6 +71,8 @@ public:
 
     /// Drops what is kept of a view from frame to frame.
     virtual void forget(int /*view*/) {}
+    /// What the last draw() did with what was kept, in words; "" if nothing ever is.
+    [[nodiscard]] virtual std::string history_use() const { return ""; }
 
 protected:
     const Toolbox& tools_;
