@@ -33,5 +33,6 @@ float slices_before(float view_z, float slices, vec4 range, vec4 spacing)
     float k = min(floor(slice_at(view_z, range, spacing) * slices), slices - 1.0);
     float begin = slice_view_z(k / slices, range, spacing);
     float end = slice_view_z((k + 1.0) / slices, range, spacing);
-    return k + clamp((view_z - begin) / (end - begin), 0.0, 1.0);
+    // A slice may be thinner than a 32-bit depth tells.
+    return k + clamp((view_z - begin) / max(end - begin, 1e-30), 0.0, 1.0);
 }

@@ -3,7 +3,8 @@
 //   out  source      radiance added per range.z metres: sigma_s * in_scattering + emission
 //        extinction  of the V-buffer, averaged over frames as the source is
 // The history is last frame's froxel at the unjittered middle of this one, so samples that are jittered
-// from frame to frame average over the froxel.
+// from frame to frame average over the froxel. Each froxel is worked out in every frame, seen or hidden by
+// a surface: none of them can have been hidden, so a surface that moves away uncovers nothing unknown.
 //
 // Variant, besides those of scene/froxel_sample.glsl and scene/in_scattering.glsl:
 //   GRID_SHADOWS    light is dimmed by the V-buffer, marched in the view's frustum, as in 2017: what lies
@@ -68,29 +69,69 @@ vec4 extinction_of(ivec3 froxel)
 #endif
 }
 
-vec3 source_at(ivec3 froxel)
+// What a froxel holds of media.
+struct Medium {
+    vec3 sigma_s, emission;
+    float g;
+};
+
+Medium medium_of(ivec3 froxel)
 {
+    Medium medium = Medium(texelFetch(u_sigma_s_tx, froxel, 0).rgb, vec3(0.0), u_media.media[0].sigma_s.a);
 #ifdef FOR_EACH_EMISSION
-    vec3 source = texelFetch(u_emission_tx, froxel, 0).rgb;
-#else
-    vec3 source = vec3(0.0);
+    medium.emission = texelFetch(u_emission_tx, froxel, 0).rgb;
 #endif
-    vec3 sigma_s = texelFetch(u_sigma_s_tx, froxel, 0).rgb;
-    if (sigma_s == vec3(0.0))
-        return source;
 #ifdef MIXED_G
     vec2 phase = texelFetch(u_phase_tx, froxel, 0).xy;
-    float g = phase.y > 0.0 ? phase.x / phase.y : 0.0;
-#else
-    float g = u_media.media[0].sigma_s.a;
+    medium.g = phase.y > 0.0 ? phase.x / phase.y : 0.0;
 #endif
-    FroxelSample at = froxel_sample(froxel);
-    return source + sigma_s * in_scattering_at(at.p, at.wo, g);
+    return medium;
 }
+
+vec3 source_of(ivec3 froxel, Medium medium)
+{
+    if (medium.sigma_s == vec3(0.0))
+        return medium.emission;
+    FroxelSample at = froxel_sample(froxel);
+    return medium.emission + medium.sigma_s * in_scattering_at(at.p, at.wo, medium.g);
+}
+
+#if defined(HISTORY) && !defined(HISTORY_STILL)
+// The source at p towards wo, were all light to arrive.
+vec3 open_source_at(vec3 p, vec3 wo, Medium medium)
+{
+#ifdef WORLD_LIGHT
+    vec3 in_scattering = u_lights.world_radiance.rgb;
+#else
+    vec3 in_scattering = vec3(0.0);
+#endif
+    for (int i = 0; i < LIGHT_COUNT; ++i) {
+        LightSample light = light_sample(i, p);
+        in_scattering += light.irradiance * phase_of(light, wo, medium.g);
+    }
+    return medium.emission + medium.sigma_s * in_scattering;
+}
+
+// How much brighter a medium at p is from here than it was from where the eye was: what is kept was
+// scattered there, and would make a view that moves darker one way and brighter the other.
+vec3 turned_to_eye(vec3 p, vec3 wo, Medium medium)
+{
+#ifdef ISOTROPIC
+    return vec3(1.0);
+#else
+    const float kMost = 4.0;  // of a change so steep the history knows nothing
+    vec4 eye = u_froxels.history_eye;
+    vec3 old_wo = eye.w == 0.0 ? eye.xyz : normalize(eye.xyz - p);
+    vec3 now = open_source_at(p, wo, medium);
+    vec3 then = open_source_at(p, old_wo, medium);
+    return clamp((now + 1e-30) / (then + 1e-30), 1.0 / kMost, kMost);
+#endif
+}
+#endif
 
 #ifdef HISTORY
 // Moves source and extinction towards last frame's, where last frame's grid holds this froxel's middle.
-void add_history(ivec3 froxel, inout vec3 source, inout vec4 extinction)
+void add_history(ivec3 froxel, Medium medium, inout vec3 source, inout vec4 extinction)
 {
     float weight = u_froxels.jitter.w;
 #ifdef HISTORY_STILL
@@ -107,6 +148,7 @@ void add_history(ivec3 froxel, inout vec3 source, inout vec4 extinction)
     if (!is_inside(uvw))
         return;
     vec4 old_source = textureLod(u_history_tx, uvw, 0.0) * u_froxels.history_range.w;
+    old_source.rgb *= turned_to_eye(middle, -normalize(ray.direction), medium);
 #ifndef EXTINCTION_IN_ALPHA
     vec4 old_extinction = textureLod(u_history_extinction_tx, uvw, 0.0) * u_froxels.history_range.w;
 #endif
@@ -126,14 +168,15 @@ void main()
     if (any(greaterThanEqual(froxel, froxel_count())))
         return;
     vec4 extinction = extinction_of(froxel);
-    vec3 source = source_at(froxel);
+    Medium medium = medium_of(froxel);
+    vec3 source = source_of(froxel, medium);
 #ifdef COUNT_SAMPLES
     if (froxel_sample(froxel).share > 0.0)
         ++g_samples;  // the V-buffer's own
     imageStore(u_source_img, froxel, vec4(float(g_samples)));
 #else
 #ifdef HISTORY
-    add_history(froxel, source, extinction);
+    add_history(froxel, medium, source, extinction);
 #endif
 #ifdef EXTINCTION_IN_ALPHA
     imageStore(u_source_img, froxel, vec4(source, extinction.a));

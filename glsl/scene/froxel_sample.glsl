@@ -20,6 +20,6 @@ FroxelSample froxel_sample(ivec3 froxel)
     FroxelSample s;
     s.p = ray.origin + ray.direction * mix(inside.x, inside.y, u_froxels.jitter.z);
     s.wo = -normalize(ray.direction);
-    s.share = max(inside.y - inside.x, 0.0) / (slice.y - slice.x);
+    s.share = max(inside.y - inside.x, 0.0) / max(slice.y - slice.x, 1e-30);
     return s;
 }

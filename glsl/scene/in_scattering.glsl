@@ -15,6 +15,16 @@
 #define LIGHT_DEPTH(p, light) optical_depth(p, light.wi, light.range, int(u_frame.march.z))
 #endif
 
+float phase_of(LightSample light, vec3 wo, float g)
+{
+#ifdef ISOTROPIC
+    return phase_isotropic();
+#else
+    float g_clamp = u_frame.resolve.z;
+    return phase_henyey_greenstein(dot(-light.wi, wo), clamp(g, -g_clamp, g_clamp));
+#endif
+}
+
 // Radiance scattered towards the eye at p, per metre of ray and unit of sigma_s. wo: unit length, to the eye.
 vec3 in_scattering_at(vec3 p, vec3 wo, float g)
 {
@@ -29,13 +39,7 @@ vec3 in_scattering_at(vec3 p, vec3 wo, float g)
         float visibility = surface_visibility(i, p, vec3(0.0));
         if (visibility == 0.0)
             continue;
-#ifdef ISOTROPIC
-        float phase = phase_isotropic();
-#else
-        float g_clamp = u_frame.resolve.z;
-        float phase = phase_henyey_greenstein(dot(-light.wi, wo), clamp(g, -g_clamp, g_clamp));
-#endif
-        vec3 arriving = light.irradiance * (visibility * phase);
+        vec3 arriving = light.irradiance * (visibility * phase_of(light, wo, g));
 #ifdef VOLUME_SHADOWS
         arriving *= exp(-LIGHT_DEPTH(p, light));
 #endif

@@ -16,7 +16,8 @@ struct FroxelParams {
     // The same of last frame, from this frame's world.
     mat4 history_clip_from_world;
     vec4 history_view_z_from_world;
-    vec4 history_range;  // as range; w: its range.z as a factor of this frame's
+    vec4 history_range;  // as range; w: this frame's range.z over its own
+    vec4 history_eye;    // xyz: where the eye was [m]; w 0: orthographic, the direction to it
 };
 
 FUM_SHARED_END

@@ -241,6 +241,8 @@ void Froxels::write_block(const PassFrame& frame, const View& view, float histor
     params.history_view_z_from_world = glm::vec4(view_z_from_eye(last, now.eye));
     params.history_range =
         range_of(last.range, (now.range.y - now.range.x) / (last.range.y - last.range.x));
+    params.history_eye = frame.eye.perspective ? glm::vec4(glm::vec3(last.eye - now.eye), 1.0f)
+                                               : glm::vec4(glm::vec3(-last.forward), 0.0f);
     block_.write(params);
     tools_.device->BindBufferBase(GL_UNIFORM_BUFFER, FROXEL_BLOCK, block_.id());
 }

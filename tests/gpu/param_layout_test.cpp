@@ -51,7 +51,8 @@ const Offsets kFroxels{MEMBER(FroxelParams, grid),
                        MEMBER(FroxelParams, view_z_from_world),
                        MEMBER(FroxelParams, history_clip_from_world),
                        MEMBER(FroxelParams, history_view_z_from_world),
-                       MEMBER(FroxelParams, history_range)};
+                       MEMBER(FroxelParams, history_range),
+                       MEMBER(FroxelParams, history_eye)};
 const Offsets kLight{MEMBER(LightParams, position), MEMBER(LightParams, intensity),
                      MEMBER(LightParams, axis), MEMBER(LightParams, edge)};
 const Offsets kView{MEMBER(ShadowView, clip_from_world), MEMBER(ShadowView, origin),
