@@ -319,6 +319,11 @@ std::vector<std::string> Renderer::explain(const Settings& settings) const
     if (parts.lights.count() > 0) {
         if (!settings.volume_shadows)
             say("light through media: undimmed, as asked");
+        else if (froxel && settings.froxel_shadows == Settings::FroxelShadows::grid)
+            say("light through media: {} steps a froxel and light through the V-buffer; what is "
+                "out "
+                "of view throws no shadow",
+                settings.shadow_steps);
         else if (media.heterogeneous == 0)
             say("light through media: closed form, no marching: all media are homogeneous");
         else

@@ -319,7 +319,9 @@ void add_render(CLI::App& app)
     command->add_option("--up", o.up, "of a .vdb [auto]")->check(CLI::IsMember({"auto", "y", "z"}));
     command->add_option("--aa", o.aa, "frames averaged over the pixel's square [1]")
         ->check(CLI::Range(1, 65536));
-    command->add_option("--frames", o.frames, "frames timed; the table gives their median [1]")
+    command
+        ->add_option("--frames", o.frames,
+                     "frames timed; the table gives their median; froxels gather over them [1]")
         ->check(CLI::Range(1, 100000));
     command->add_option("--seed", o.seed, "another seed, other jitter [0]");
     command->add_option("--target", o.target, "write one target alone as RGB")

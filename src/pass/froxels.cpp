@@ -5,6 +5,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <numeric>
 
+#include "errors.h"
 #include "halton.h"
 #include "shared/bindings.h"
 
@@ -49,6 +50,16 @@ FroxelPlan make_plan(const Toolbox& tools, const PassFrame& frame)
     plan.emission = media.emission;
     plan.mixed_g = media.mixed_g;
     return plan;
+}
+
+void check_size(glm::ivec3 count, const gl::Device& gl)
+{
+    const int limit = gl.capabilities().max_texture_3d;
+    if (std::max({count.x, count.y, count.z + kEndSlices}) > limit)
+        throw Error(
+            fmt::format("{} x {} x {} froxels are more than this GL's 3-D textures hold ({} "
+                        "a side); give a larger --tile or fewer --slices",
+                        count.x, count.y, count.z, limit));
 }
 
 FroxelView make_view(const PassFrame& frame)
@@ -160,6 +171,13 @@ gl::Defines scatter_defines(const Toolbox& tools, const Settings& s, const Froxe
     return defines;
 }
 
+/// Binds a volume to be written; nothing where it is not there.
+void bind_image(const gl::Device& gl, GLuint unit, const gl::Texture& volume, GLenum format)
+{
+    if (volume)
+        gl->BindImageTexture(unit, volume.id(), 0, GL_TRUE, 0, GL_WRITE_ONLY, format);
+}
+
 }  // namespace
 
 const char* to_string(HistoryUse use)
@@ -197,6 +215,7 @@ Froxels::Froxels(const Toolbox& tools) : VolumePass{tools}, block_{tools.device,
 Froxels::View& Froxels::view_of(const PassFrame& frame)
 {
     const FroxelPlan plan = make_plan(tools_, frame);
+    check_size(plan.count, tools_.device);
     View& view = views_[frame.host.history];
     if (view.plan == plan)
         return view;
@@ -256,13 +275,6 @@ void Froxels::dispatch(const char* file, const gl::Defines& defines, glm::ivec3 
     gl->DispatchCompute(groups.x, groups.y, groups.z);
     // For the next step's fetches; and its stores wait until this one has read.
     gl->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
-}
-
-/// Binds a volume to be written; nothing where it is not there.
-static void bind_image(const gl::Device& gl, GLuint unit, const gl::Texture& volume, GLenum format)
-{
-    if (volume)
-        gl->BindImageTexture(unit, volume.id(), 0, GL_TRUE, 0, GL_WRITE_ONLY, format);
 }
 
 void Froxels::draw_v_buffer(const PassFrame& frame, const View& view) const

@@ -101,6 +101,34 @@ TEST_F(Froxel, UniformFogIsExactAtEveryDepthAndCorner)
     }
 }
 
+// A box seen askew is cut at its own faces within slices, its scattering as its extinction: white
+// in a white world, it can't be seen.
+TEST_F(Froxel, ABoxAskewEndsAtItsFaces)
+{
+    Scene scene = empty_scene(48);
+    scene.camera.vfov_deg = 40;
+    scene.camera.position = {4, 3, 2.5};
+    BoxMedium box;
+    box.min = {-0.5, -0.7, -0.6};
+    box.max = {0.6, 0.4, 0.5};
+    box.sigma_s = {0.3f, 1.0f, 3.0f};
+    scene.camera.look_at = (box.min + box.max) / 2.0;
+    scene.media = {box};
+    scene.world.radiance = glm::vec3(1);
+    const Still still = render(scene, plain_froxels());
+    EXPECT_TRUE(images_near(
+        picture_of(still, still.transmittance),
+        ideal(scene,
+              [&](glm::dvec2 at) {
+                  return glm::exp(-glm::dvec3(box.sigma_s) *
+                                  box_segment(ray_at(scene, at), box.min, box.max).length());
+              }),
+        2e-5, 1e-6, "where a ray meets a face, in 32-bit floats, 1e-6 m at 5 m, times sigma"));
+    EXPECT_TRUE(images_near(picture_of(still, still.composite),
+                            ideal(scene, [](glm::dvec2) { return glm::dvec3(1); }), 1e-5, 1e-6,
+                            "64 sums in 32-bit floats"));
+}
+
 // A slice's own extinction dims its source by (1 - exp(-tau)) / tau. Wronski leaves that out, so it
 // is too bright by the inverse, whatever the number of slices in view.
 TEST_F(Froxel, WronskisIntegrationIsTooBrightByItsKnownFactor)
