@@ -3,7 +3,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
-#include <numeric>
+#include <optional>
 
 #include "errors.h"
 #include "gl/framebuffer.h"
@@ -11,9 +11,9 @@
 #include "gl/timer.h"
 #include "light/light_set.h"
 #include "medium/media_set.h"
-#include "pass/blue_noise.h"
 #include "pass/frame_setup.h"
-#include "pass/volume_pass.h"
+#include "pass/froxels.h"
+#include "pass/ray_march.h"
 #include "shared/bindings.h"
 #include "surface/surface_set.h"
 
@@ -39,39 +39,19 @@ void check(const Frame& frame)
 struct Renderer::Parts {
     explicit Parts(gl::GetProc get_proc)
         : device{get_proc}, programs{device}, timers{device}, surfaces{device}, media{device},
-          lights{device, programs}, targets{device}, fullscreen{device, "fullscreen"},
-          host{device, "host"}, frame_block{device, "frame"}, draw_block{device, "surface draw"}
+          lights{device, programs}, fullscreen{device, "fullscreen"}, host{device, "host"},
+          frame_block{device, "frame"}, draw_block{device, "surface draw"}, depth_sampler{
+                                                                                device,
+                                                                                "scene depth"}
     {
-        blue_noise = gl::Texture::make_2d(device, "blue noise", glm::ivec2(pass::kBlueNoiseSize),
-                                          GL_R32F, gl::Filter::nearest);
-        std::vector<float> offsets;
-        for (std::uint16_t rank : pass::kBlueNoise)
-            offsets.push_back((static_cast<float>(rank) + 0.5f) /
-                              static_cast<float>(pass::kBlueNoise.size()));
-        blue_noise.upload(GL_RED, GL_FLOAT, offsets.data());
-        depth_sampler = {device, "scene depth"};
     }
 
-    [[nodiscard]] bool monochrome(const Settings& s) const
-    {
-        return s.targets == Settings::Targets::mono ||
-               (s.targets == Settings::Targets::automatic && !media.traits().colored_extinction);
-    }
-    /// A monochrome target keeps transmittance in an alpha that the small format has not.
-    [[nodiscard]] Settings::Format format(const Settings& s) const
-    {
-        const bool small = s.format == Settings::Format::r11g11b10f;
-        return monochrome(s) && small ? Settings::Format::rgba16f : s.format;
-    }
-    [[nodiscard]] gl::Defines march_defines(const Settings& s) const;
-    [[nodiscard]] gl::Defines upsample_defines(const Settings& s) const;
     [[nodiscard]] int texture_units() const { return GRID_UNIT + media.texture_units(); }
-    /// False if no medium can be seen: nothing is drawn then.
-    bool begin(const Frame& frame, const Settings& s);
-    void draw_fullscreen(const gl::Program& program) const;
-    void draw_layer_depth(const Settings& s);
-    void draw_march(const Settings& s);
-    void upsample(const Settings& s, gl::TextureView target);
+    /// Sets up what all passes of a frame read. Nothing if no medium can be seen: nothing is drawn
+    /// then.
+    std::optional<pass::PassFrame> begin(const Frame& frame, const Settings& s);
+    pass::VolumePass& volume_pass(const Settings& s);
+    void blend(const pass::PassFrame& frame, pass::Layer layer, const char* what);
 
     gl::Device device;
     gl::ProgramCache programs;
@@ -79,96 +59,50 @@ struct Renderer::Parts {
     surface::SurfaceSet surfaces;
     medium::MediaSet media;
     light::LightSet lights;
-    pass::LayerTargets targets;
     gl::VertexArray fullscreen;
     gl::Framebuffer host;
     gl::UniformBuffer<shared::FrameParams> frame_block;
     gl::UniformBuffer<shared::DrawParams> draw_block;
-    gl::Texture blue_noise;
     gl::Sampler depth_sampler;  ///< so that the host's filter and comparison don't matter
+    std::uint64_t scene_id = 0;
+    const pass::Toolbox tools{device, programs, timers, media, lights, fullscreen};
+    Settings::Mode mode = Settings::Mode::raymarch;  ///< of the pass
+    std::unique_ptr<pass::VolumePass> pass;
 };
 
-gl::Defines Renderer::Parts::march_defines(const Settings& s) const
+pass::VolumePass& Renderer::Parts::volume_pass(const Settings& s)
 {
-    gl::Defines defines = media.defines();
-    const gl::Defines of_lights = lights.defines();
-    defines.insert(defines.end(), of_lights.begin(), of_lights.end());
-    const auto add = [&](bool condition, const char* name) {
-        if (condition)
-            defines.emplace_back(name, "");
-    };
-    add(s.jitter == Settings::Jitter::blue, "BLUE_NOISE");
-    add(s.volume_shadows && lights.count() > 0, "VOLUME_SHADOWS");
-    add(s.world_light && lights.world_radiance() != glm::vec3(0.0f), "WORLD_LIGHT");
-    add(s.range == Settings::Range::camera, "CAMERA_RANGE");
-    add(s.shadow_range == Settings::ShadowRange::light, "SHADOW_TO_LIGHT");
-    add(s.least_extinction > 0, "LEAST_EXTINCTION");
-    add(monochrome(s), "MONOCHROME");
-    defines.emplace_back("LAYER_SCALE", fmt::format("{}", s.resolution));
-    return defines;
+    if (pass != nullptr && mode == s.mode)
+        return *pass;
+    pass.reset();  // one mode's textures at a time
+    mode = s.mode;
+    if (mode == Settings::Mode::froxel)
+        pass = std::make_unique<pass::Froxels>(tools);
+    else
+        pass = std::make_unique<pass::RayMarch>(tools);
+    return *pass;
 }
 
-gl::Defines Renderer::Parts::upsample_defines(const Settings& s) const
+std::optional<pass::PassFrame> Renderer::Parts::begin(const Frame& frame, const Settings& s)
 {
-    const bool small = s.upsample == Settings::Upsample::bilinear2x2;
-    gl::Defines defines{{"LAYER_SCALE", fmt::format("{}", s.resolution)},
-                        {"UPSAMPLE_TAPS", s.resolution == 1 ? "1" : (small ? "2" : "4")}};
-    if (s.upsample == Settings::Upsample::box4x4)
-        defines.emplace_back("BOX_2017", "");
-    return defines;
-}
-
-void Renderer::Parts::draw_fullscreen(const gl::Program& program) const
-{
-    device->UseProgram(program.id());
-    device->BindVertexArray(fullscreen.id());
-    device->DrawArrays(GL_TRIANGLES, 0, 3);
-}
-
-bool Renderer::Parts::begin(const Frame& frame, const Settings& s)
-{
-    const pass::Eye eye = pass::make_eye(frame);
-    const Bounds bounds = media.bounds();
+    const pass::PassFrame view{frame, s, pass::make_eye(frame), media.bounds(), scene_id};
     // 2017 marched whatever the view: its floor under the extinction is everywhere.
     const bool everywhere = s.range == Settings::Range::camera;
-    if (!everywhere && pass::view_z_range(eye, bounds).y <= eye.near)
-        return false;
-    frame_block.write(pass::make_frame_params(frame, eye, bounds, s));
+    if (!everywhere && pass::view_z_range(view.eye, view.media).y <= view.eye.near)
+        return std::nullopt;
+    frame_block.write(pass::make_frame_params(frame, view.eye, view.media, s));
     device->BindBufferBase(GL_UNIFORM_BUFFER, FRAME_BLOCK, frame_block.id());
-    media.bind(eye.position);
-    lights.bind(eye.position);
-    targets.resize(pass::layer_size(glm::ivec2(frame.color.size), s), format(s), monochrome(s));
-    const pass::VolumeLayer layer = targets.layer();
+    media.bind(view.eye.position);
+    lights.bind(view.eye.position);
     device->BindTextureUnit(SCENE_DEPTH_UNIT, frame.depth.id);
     device->BindSampler(SCENE_DEPTH_UNIT, depth_sampler.id());
-    device->BindTextureUnit(LAYER_DEPTH_UNIT, layer.depth.id);
-    device->BindTextureUnit(BLUE_NOISE_UNIT, blue_noise.id());
-    return true;
+    return view;
 }
 
-void Renderer::Parts::draw_layer_depth(const Settings& s)
+void Renderer::Parts::blend(const pass::PassFrame& frame, pass::Layer layer, const char* what)
 {
-    const auto time = timers.scope("layer depth");
-    gl::Defines defines{{"LAYER_SCALE", fmt::format("{}", s.resolution)}};
-    if (s.layer_depth == Settings::LayerDepth::checkerboard)
-        defines.emplace_back("CHECKERBOARD", "");
-    targets.depth_framebuffer().bind(targets.size());
-    draw_fullscreen(programs.get({"pass/fullscreen.vert", "pass/layer_depth.frag"}, defines));
-}
-
-void Renderer::Parts::draw_march(const Settings& s)
-{
-    const auto time = timers.scope("ray march");
-    targets.framebuffer().bind(targets.size());
-    draw_fullscreen(
-        programs.get({"pass/fullscreen.vert", "pass/ray_march.frag"}, march_defines(s)));
-}
-
-void Renderer::Parts::upsample(const Settings& s, gl::TextureView target)
-{
-    device->BindTextureUnit(SCATTERING_UNIT, target.id);
-    draw_fullscreen(
-        programs.get({"pass/fullscreen.vert", "resolve/upsample.frag"}, upsample_defines(s)));
+    const auto time = timers.scope(fmt::format("{} {}", pass->resolve_name(), what));
+    pass->resolve(frame, layer);
 }
 
 Renderer::Renderer(gl::GetProc get_proc) : parts_{std::make_unique<Parts>(get_proc)} {}
@@ -178,7 +112,8 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 void Renderer::set_scene(const Scene& scene, const Settings& settings)
 {
-    const gl::StateGuard guard(parts_->device, GRID_UNIT, BLOCK_COUNT);
+    const gl::StateGuard guard(parts_->device, GRID_UNIT, BLOCK_COUNT, 0);
+    ++parts_->scene_id;
     try {
         parts_->media.set(scene, settings.layout, settings.storage);
         parts_->surfaces.set(scene.surfaces);
@@ -198,31 +133,25 @@ void Renderer::composite(const Frame& frame, const Settings& settings)
     if (parts.media.empty())
         return;
     const gl::Device& gl = parts.device;
-    const gl::StateGuard guard(gl, parts.texture_units(), BLOCK_COUNT);
-    if (!parts.begin(frame, settings))
+    const gl::StateGuard guard(gl, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+    const auto view = parts.begin(frame, settings);
+    if (!view)
         return;
     parts.host.attach_color({frame.color});
-    parts.draw_layer_depth(settings);
-    parts.draw_march(settings);
+    parts.volume_pass(settings).draw(*view);
 
-    const pass::VolumeLayer layer = parts.targets.layer();
     parts.host.bind(glm::ivec2(frame.color.size));
     gl->Enablei(GL_BLEND, 0);
     gl->BlendEquationi(0, GL_FUNC_ADD);
     gl->ColorMaski(0, GL_TRUE, GL_TRUE, GL_TRUE, GL_FALSE);
-    if (parts.monochrome(settings)) {
-        const auto time = parts.timers.scope("upsample both");
+    if (parts.tools.monochrome(settings)) {
         gl->BlendFunci(0, GL_ONE, GL_SRC_ALPHA);
-        parts.upsample(settings, layer.scattering);
+        parts.blend(*view, pass::Layer::scattering, "both");
     } else {
-        {
-            const auto time = parts.timers.scope("upsample transmittance");
-            gl->BlendFunci(0, GL_ZERO, GL_SRC_COLOR);
-            parts.upsample(settings, layer.transmittance);
-        }
-        const auto time = parts.timers.scope("upsample scattering");
+        gl->BlendFunci(0, GL_ZERO, GL_SRC_COLOR);
+        parts.blend(*view, pass::Layer::transmittance, "transmittance");
         gl->BlendFunci(0, GL_ONE, GL_ONE);
-        parts.upsample(settings, layer.scattering);
+        parts.blend(*view, pass::Layer::scattering, "scattering");
     }
     gl->NamedFramebufferTexture(parts.host.id(), GL_COLOR_ATTACHMENT0, 0, 0);
 }
@@ -236,20 +165,21 @@ LayerImages Renderer::read_layers(const Frame& frame, const Settings& settings)
     LayerImages images{std::vector<float>(pixels * 3, 0.0f), std::vector<float>(pixels * 3, 1.0f)};
     if (parts.media.empty())
         return images;
-    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT);
-    if (!parts.begin(frame, settings))
+    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+    const auto view = parts.begin(frame, settings);
+    if (!view)
         return images;
     const gl::Texture full = gl::Texture::make_2d(parts.device, "layer at full size", size,
                                                   GL_RGBA32F, gl::Filter::nearest);
     gl::Framebuffer framebuffer(parts.device, "layer at full size");
     framebuffer.attach_color({full.view()});
     framebuffer.bind(size);
-    const pass::VolumeLayer layer = parts.targets.layer();
-    parts.upsample(settings, layer.scattering);
+    pass::VolumePass& pass = parts.volume_pass(settings);
+    pass.resolve(*view, pass::Layer::scattering);
     const std::vector<float> scattering = full.read(4);
-    const bool monochrome = parts.monochrome(settings);
+    const bool monochrome = parts.tools.monochrome(settings);
     if (!monochrome)
-        parts.upsample(settings, layer.transmittance);
+        pass.resolve(*view, pass::Layer::transmittance);
     const std::vector<float> transmittance = monochrome ? scattering : full.read(4);
     for (std::size_t i = 0; i < pixels; ++i)
         for (std::size_t c = 0; c < 3; ++c) {
@@ -265,22 +195,15 @@ double Renderer::count_samples(const Frame& frame, const Settings& settings)
     Parts& parts = *parts_;
     if (parts.media.empty())
         return 0;
-    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT);
-    if (!parts.begin(frame, settings))
-        return 0;
-    parts.draw_layer_depth(settings);
-    const glm::ivec2 size = parts.targets.size();
-    const gl::Texture counts =
-        gl::Texture::make_2d(parts.device, "sample counts", size, GL_R32F, gl::Filter::nearest);
-    gl::Framebuffer framebuffer(parts.device, "sample counts");
-    framebuffer.attach_color({counts.view()});
-    framebuffer.bind(size);
-    gl::Defines defines = parts.march_defines(settings);
-    defines.emplace_back("COUNT_SAMPLES", "");
-    parts.draw_fullscreen(
-        parts.programs.get({"pass/fullscreen.vert", "pass/ray_march.frag"}, defines));
-    const std::vector<float> samples = counts.read(1);
-    return std::accumulate(samples.begin(), samples.end(), 0.0);
+    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+    const auto view = parts.begin(frame, settings);
+    return view ? parts.volume_pass(settings).count_samples(*view) : 0;
+}
+
+void Renderer::reset_history(int view)
+{
+    if (parts_->pass != nullptr)
+        parts_->pass->forget(view);
 }
 
 void Renderer::draw_surfaces(const Frame& frame, const Settings& settings, bool through_media)
@@ -290,7 +213,7 @@ void Renderer::draw_surfaces(const Frame& frame, const Settings& settings, bool 
     const gl::Device& gl = parts.device;
     const bool dimmed = through_media && settings.volume_shadows && !parts.media.empty() &&
                         parts.lights.count() > 0;
-    const gl::StateGuard guard(gl, parts.texture_units(), BLOCK_COUNT);
+    const gl::StateGuard guard(gl, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
     const auto time = parts.timers.scope(through_media ? "surfaces through media" : "surfaces");
     const pass::Eye eye = pass::make_eye(frame);
     Settings surface_settings = settings;
@@ -318,7 +241,7 @@ void Renderer::draw_surfaces(const Frame& frame, const Settings& settings, bool 
         defines.emplace_back("ENVIRONMENT", "");
         parts.lights.bind_environment();
     }
-    parts.draw_fullscreen(parts.programs.get({"pass/fullscreen.vert", "pass/sky.frag"}, defines));
+    parts.tools.draw_fullscreen("pass/sky.frag", defines);
 
     if (parts.lights.has_environment())
         parts.lights.bind_irradiance();
@@ -365,14 +288,18 @@ std::vector<std::string> Renderer::explain(const Settings& settings) const
     say("media: {}, of which {} change from place to place; others need no fetch and no shadow "
         "steps",
         media.media, media.heterogeneous);
-    if (parts.monochrome(settings))
+    const bool froxel = settings.mode == Settings::Mode::froxel;
+    if (froxel)
+        for (const std::string& line : pass::explain_froxels(parts.tools, settings))
+            lines.push_back(line);
+    else if (parts.tools.monochrome(settings))
         say("extinction: {}: transmittance rides in the alpha of one target, one upsample instead "
             "of two",
             media.colored_extinction ? "coloured, but its mean was asked for" : "grey");
     else
         say("extinction: {}: a target of its own for transmittance, two upsamples",
             media.colored_extinction ? "coloured" : "grey, but two targets were asked for");
-    if (parts.format(settings) != settings.format)
+    if (!froxel && pass::march_format(parts.tools, settings) != settings.format)
         say("target format: rgba16f, since r11g11b10f has no alpha for the transmittance");
     say("phase: {}", media.isotropic ? "g is 0 everywhere: a constant, no angle is worked out"
                      : media.mixed_g
@@ -392,6 +319,11 @@ std::vector<std::string> Renderer::explain(const Settings& settings) const
     if (parts.lights.count() > 0) {
         if (!settings.volume_shadows)
             say("light through media: undimmed, as asked");
+        else if (froxel && settings.froxel_shadows == Settings::FroxelShadows::grid)
+            say("light through media: {} steps a froxel and light through the V-buffer; what is "
+                "out "
+                "of view throws no shadow",
+                settings.shadow_steps);
         else if (media.heterogeneous == 0)
             say("light through media: closed form, no marching: all media are homogeneous");
         else
@@ -416,7 +348,8 @@ void Renderer::enable_timing(bool on)
 
 FrameReport Renderer::take_report()
 {
-    return {parts_->timers.take(), parts_->device.bytes()};
+    return {parts_->timers.take(), parts_->device.bytes(),
+            parts_->pass != nullptr ? parts_->pass->history_use() : ""};
 }
 
 const char* Renderer::timing_method() const

@@ -36,6 +36,12 @@ struct Frame {
     /// Likewise, where in its texel each sample of a half-size layer lies: -0.5..0.5 texels from
     /// the middle. Averaged frames then see what lies between the samples of one.
     glm::dvec2 layer_offset{0};
+    /// Counts frames: each has the froxels' samples elsewhere. Frame 0 has them in the middle.
+    std::uint64_t index = 0;
+    /// The view that this is a frame of, where a host draws several: froxels are kept from frame to
+    /// frame for each. kNoHistory: a picture on its own, nothing is read of others.
+    int history = 0;
+    static constexpr int kNoHistory = -1;
 };
 
 /// Where the two layers of the last composite() lie, for whoever wants them apart. Full size, made
@@ -49,6 +55,7 @@ struct LayerImages {
 struct FrameReport {
     std::vector<std::pair<std::string, double>> pass_ms;  ///< empty unless timing is on
     std::uint64_t gpu_bytes = 0;                          ///< textures and buffers of the renderer
+    std::string history;  ///< froxels: what the last frame did with those before it, and why
 };
 
 /// The volumetric post-process. One for each GL context, which must be current in every call, the
@@ -73,6 +80,10 @@ public:
     /// Without media it draws nothing and the picture keeps its bits.
     /// @throws Error if frame's sizes differ or its colour can't be drawn to.
     void composite(const Frame& frame, const Settings& settings);
+
+    /// Frees what is kept of a view (Frame::history): after a cut, or when the view is gone. A cut,
+    /// another scene and other settings are seen without it.
+    void reset_history(int view);
 
     /// Draws the scene's own surfaces and its world into frame.color and frame.depth, for those who
     /// have no renderer of their own. through_media: light is dimmed by the media on its way.

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "errors.h"
+#include "halton.h"
 #include "pass/frame_setup.h"
 
 namespace fumarole {
@@ -59,15 +60,9 @@ private:
     int count_ = 0;
 };
 
-/// Halton 1964, bases 2 and 3, over -0.5..0.5; point 0 is the middle.
-glm::dvec2 layer_offset(int i)
+/// Halton's bases 2 and 3, over -0.5..0.5; point 0 is the middle.
+glm::dvec2 layer_offset(std::uint64_t i)
 {
-    const auto radical_inverse = [](int n, int base) {
-        double value = 0, digit = 1.0 / base;
-        for (; n > 0; n /= base, digit /= base)
-            value += digit * (n % base);
-        return value;
-    };
     return glm::fract(glm::dvec2(radical_inverse(i, 2), radical_inverse(i, 3)) + 0.5) - 0.5;
 }
 
@@ -196,12 +191,24 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
         frame.clip_from_view = clip_from_view(scene.camera, scene.resolution, subpixel_offset(i));
         frame.layer_offset = settings.resolution > 1 ? layer_offset(i) : glm::dvec2(0);
         frame.jitter_offset = glm::fract(kGolden * (i + 1024.0 * options.seed));
+        frame.index = static_cast<std::uint64_t>(i) + 1024ull * options.seed;
+        frame.history = Frame::kNoHistory;
+    };
+    // Frames that are averaged are each a picture of their own. One picture of several frames of
+    // froxels is what they have gathered.
+    const bool gathers = report != nullptr && options.aa == 1 && options.timed_frames > 1 &&
+                         settings.mode == Settings::Mode::froxel && settings.history > 0;
+    const auto aim_to_gather = [&](int i) {
+        aim(0);
+        frame.index += static_cast<std::uint64_t>(i);
+        frame.history = 0;
     };
 
     Mean composite(size.x, size.y, 3), scattering(size.x, size.y, 3),
         transmittance(size.x, size.y, 3), surface(size.x, size.y, 3),
         surface_lit(size.x, size.y, 3), foreground(size.x, size.y, 4);
-    const int all = (report != nullptr ? 1 + options.timed_frames : 0) + options.aa;
+    const int warm_up = gathers ? 3 : 1;
+    const int all = (report != nullptr ? warm_up + options.timed_frames : 0) + options.aa;
     int done = 0;
     const auto tell = [&] {
         if (options.progress)
@@ -220,9 +227,17 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
         std::vector<double> volume;
         aim(0);
         draw();  // compiles, and warms caches
+        if (gathers) {
+            aim_to_gather(0);
+            draw();
+            draw();  // the variant that reads history
+            renderer_.reset_history(frame.history);
+        }
         renderer_.enable_timing(true);
         renderer_.take_report();
         for (int i = 0; i < options.timed_frames; ++i) {
+            if (gathers)
+                aim_to_gather(i);
             draw();
             const FrameReport one = renderer_.take_report();
             volume.push_back(volume_ms(one.pass_ms));
@@ -237,6 +252,7 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
             report->passes.push_back(summarize(name, times[name]));
         report->volume = summarize("volume", volume);
         report->timing_method = renderer_.timing_method();
+        report->history = renderer_.take_report().history;
         report->samples = renderer_.count_samples(frame, settings);
     }
 
@@ -245,7 +261,10 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
     still.height = size.y;
     for (int i = 0; i < options.aa; ++i) {
         tell();
-        aim(i);
+        if (gathers)
+            aim_to_gather(options.timed_frames);
+        else
+            aim(i);
         renderer_.draw_surfaces(frame, settings, false);
         surface.add(color.read(4));
         renderer_.draw_surfaces(frame, settings, true);

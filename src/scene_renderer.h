@@ -35,14 +35,17 @@ struct StillReport {
     std::vector<PassTime> passes;  ///< each pass over the timed frames
     PassTime volume;               ///< all that the volume adds to a frame
     const char* timing_method = "";
-    double samples = 0;  ///< media evaluations of the march in one frame, shadows included
+    double samples = 0;   ///< media evaluations of the march in one frame, shadows included
+    std::string history;  ///< FrameReport::history of the last timed frame
     std::uint64_t gpu_bytes = 0;
     double setup_ms = 0;  ///< uploads and shadow map, once
 };
 
 struct StillOptions {
-    int aa = 1;              ///< frames averaged over the pixel's square; 1 samples pixel centres
-    int timed_frames = 1;    ///< repeats of the first frame that are timed, after one that is not
+    int aa = 1;  ///< frames averaged over the pixel's square; 1 samples pixel centres
+    /// Repeats of the first frame that are timed, after one that is not. Froxels, where no frames
+    /// are averaged, gather over them, and the picture is the frame that follows.
+    int timed_frames = 1;
     std::uint32_t seed = 0;  ///< another seed, other jitter
     bool foreground = false;
     /// Called before each frame and at the end, with frames done and frames in all, the timed ones

@@ -103,13 +103,13 @@ std::vector<SettingInfo> make_table()
         number("steps", "march", "1..4096", "", &S::steps, 1, 4096,
                "steps along the whole range of view depth"),
         number("distribution", "march", "0..1", "", &S::distribution, 0.0f, 1.0f,
-               "spacing of the steps, 0 linear to 1 exponential (perspective only)"),
+               "spacing of steps and slices, 0 linear to 1 exponential (perspective only)"),
         choice("jitter", "march", "none|blue", &S::jitter,
                {{"none", as_int(S::Jitter::none)}, {"blue", as_int(S::Jitter::blue)}},
-               "where in its step a pixel samples: the middle, or by blue noise"),
+               "where a step samples: its middle, or by blue noise; froxels: by Halton's points"),
         choice("range", "march", "media|camera", &S::range,
                {{"media", as_int(S::Range::media)}, {"camera", as_int(S::Range::camera)}},
-               "march where media are, cut exactly; or near to far as in 2017"),
+               "steps and slices where media are, cut exactly; or near to far as in 2017"),
         number("g-clamp", "march", "0..0.9999", "", &S::g_clamp, 0.0f, 0.9999f,
                "largest |g| of the phase function"),
         choice("world-light", "march", "on|off", &S::world_light, {{"on", 1}, {"off", 0}},
@@ -149,7 +149,34 @@ std::vector<SettingInfo> make_table()
                {{"r11g11b10f", as_int(S::Format::r11g11b10f)},
                 {"rgba16f", as_int(S::Format::rgba16f)},
                 {"rgba32f", as_int(S::Format::rgba32f)}},
-               "of the layer's targets"),
+               "of the layer's targets, and of the froxels' volumes"),
+        number("tile", "froxel", "1..64", "pixels", &S::tile, 1, 64, "edge of a froxel"),
+        number("slices", "froxel", "1..1024", "", &S::slices, 1, 1024,
+               "froxels along the whole range of view depth"),
+        choice("slice-spacing", "froxel", "exponential|power|linear", &S::slice_spacing,
+               {{"exponential", as_int(S::SliceSpacing::exponential)},
+                {"power", as_int(S::SliceSpacing::power)},
+                {"linear", as_int(S::SliceSpacing::linear)}},
+               "of slices, by --distribution; orthographic views have them linear"),
+        number("history", "froxel", "0..0.999", "", &S::history, 0.0f, 0.999f,
+               "weight of last frame's froxels while the view moves; 0: none is kept"),
+        choice("history-format", "froxel", "r11g11b10f|rgba16f|rgba32f", &S::history_format,
+               {{"r11g11b10f", as_int(S::Format::r11g11b10f)},
+                {"rgba16f", as_int(S::Format::rgba16f)},
+                {"rgba32f", as_int(S::Format::rgba32f)}},
+               "of what is kept from frame to frame"),
+        choice(
+            "froxel-shadows", "froxel", "media|grid", &S::froxel_shadows,
+            {{"media", as_int(S::FroxelShadows::media)}, {"grid", as_int(S::FroxelShadows::grid)}},
+            "what dims light: the media, or what the view's grid holds of them, as in 2017"),
+        choice("lookup", "froxel", "trilinear|tricubic", &S::lookup,
+               {{"trilinear", as_int(S::Lookup::trilinear)},
+                {"tricubic", as_int(S::Lookup::tricubic)}},
+               "between froxels: linear, or a cubic B-spline in 8 fetches"),
+        choice("integration", "froxel", "hillaire|wronski", &S::integration,
+               {{"hillaire", as_int(S::Integration::hillaire)},
+                {"wronski", as_int(S::Integration::wronski)}},
+               "of a slice: in closed form, or Wronski's, which gains energy"),
         choice("storage", "medium", "auto|r32f|r16f|r8", &S::storage,
                {{"auto", as_int(Storage::automatic)},
                 {"r32f", as_int(Storage::r32f)},
@@ -183,6 +210,25 @@ Settings eevee2017()
     return s;
 }
 
+Settings froxel()
+{
+    Settings s;
+    s.mode = Settings::Mode::froxel;
+    return s;
+}
+
+Settings eevee2017_froxel()
+{
+    Settings s = eevee2017();
+    s.mode = Settings::Mode::froxel;
+    s.tile = 8;
+    s.slices = 64;
+    s.history = 0.95f;
+    s.history_format = Settings::Format::r11g11b10f;
+    s.froxel_shadows = Settings::FroxelShadows::grid;
+    return s;
+}
+
 }  // namespace
 
 const std::vector<SettingInfo>& setting_table()
@@ -202,10 +248,26 @@ const SettingInfo& find_setting(std::string_view name)
     throw Error(fmt::format("no setting '{}' (there are: {})", name, fmt::join(names, ", ")));
 }
 
+std::string_view mode_name(Settings::Mode mode)
+{
+    return mode == Settings::Mode::froxel ? "froxel" : "raymarch";
+}
+
+Settings::Mode find_mode(std::string_view name)
+{
+    for (const auto mode : {Settings::Mode::raymarch, Settings::Mode::froxel})
+        if (mode_name(mode) == name)
+            return mode;
+    throw Error(fmt::format("--mode: no mode '{}' (there are: raymarch, froxel)", name));
+}
+
 const std::vector<std::pair<std::string_view, Settings>>& presets()
 {
     static const std::vector<std::pair<std::string_view, Settings>> table{
-        {"default", Settings{}}, {"eevee2017", eevee2017()}};
+        {"default", Settings{}},
+        {"eevee2017", eevee2017()},
+        {"froxel", froxel()},
+        {"eevee2017-froxel", eevee2017_froxel()}};
     return table;
 }
 

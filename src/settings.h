@@ -11,10 +11,15 @@ namespace fumarole {
 
 /// What trades speed for accuracy. The defaults are the preset `default`.
 struct Settings {
+    enum class Mode {
+        raymarch,  ///< a ray for each texel of a layer
+        froxel,    ///< a grid in the view's frustum, kept from frame to frame
+    };
     enum class Jitter { none, blue };
     enum class Range {
         media,   ///< march where media are; the first and last step are cut exactly
-        camera,  ///< 2017: from near to far, sampled at each step's end, past the scene's depth
+        camera,  ///< 2017: from near to far, sampled at each step's end, past the scene's depth;
+                 ///< froxels: slices from near to far, none of them cut
     };
     enum class ShadowRange {
         media,  ///< shadow rays end where the medium or the light is
@@ -24,8 +29,17 @@ struct Settings {
     enum class Format { r11g11b10f, rgba16f, rgba32f };
     enum class Upsample { tent4x4, bilinear2x2, box4x4 };
     enum class LayerDepth { checkerboard, corner };
+    enum class SliceSpacing { exponential, power, linear };
+    enum class FroxelShadows {
+        media,  ///< the media themselves, in view or not
+        grid,   ///< 2017: the V-buffer; what is out of view throws no shadow
+    };
+    enum class Lookup { trilinear, tricubic };
+    enum class Integration { hillaire, wronski };
 
-    // the march
+    Mode mode = Mode::raymarch;
+
+    // the march, and the froxels but for the number of steps
     int steps = 64;             ///< along the whole range, 1..4096
     float distribution = 0.8f;  ///< lambda: 0 linear .. 1 exponential
     Jitter jitter = Jitter::blue;
@@ -48,6 +62,16 @@ struct Settings {
     Targets targets = Targets::automatic;
     Format format = Format::rgba16f;
 
+    // the froxels
+    int tile = 8;     ///< pixels along an edge of a froxel, 1..64
+    int slices = 64;  ///< along the whole range, 1..1024
+    SliceSpacing slice_spacing = SliceSpacing::exponential;
+    float history = 0.95f;  ///< weight of last frame's froxels while the view moves, 0 for none
+    Format history_format = Format::rgba32f;
+    FroxelShadows froxel_shadows = FroxelShadows::media;
+    Lookup lookup = Lookup::trilinear;
+    Integration integration = Integration::hillaire;
+
     // the medium on the GPU
     medium::Storage storage = medium::Storage::automatic;
     medium::Layout layout = medium::Layout::automatic;
@@ -59,7 +83,7 @@ struct Settings {
 /// setting is adding a row.
 struct SettingInfo {
     std::string_view name;    ///< as the command line spells it, without dashes
-    std::string_view group;   ///< `march`, `light`, `resolve`, `medium`
+    std::string_view group;   ///< `march`, `light`, `resolve`, `froxel`, `medium`
     std::string_view values;  ///< `1..4096`, `none|blue`
     std::string_view unit;    ///< `1/m`, ..., or ""
     std::string_view help;    ///< one line
@@ -73,7 +97,11 @@ const std::vector<SettingInfo>& setting_table();
 /// @throws Error listing the names if there is no such setting.
 const SettingInfo& find_setting(std::string_view name);
 
-/// Settings by name: `default`, `eevee2017`.
+/// A mode as `--mode` spells it, and back. @throws Error listing the modes if there is no such one.
+std::string_view mode_name(Settings::Mode mode);
+Settings::Mode find_mode(std::string_view name);
+
+/// Settings by name: `default`, `eevee2017`, and both in froxels.
 const std::vector<std::pair<std::string_view, Settings>>& presets();
 
 /// @throws Error listing the presets if there is no such one.

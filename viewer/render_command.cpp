@@ -33,7 +33,7 @@ struct Options {
     std::string input;
     std::vector<std::string> outputs;
     std::string size, grid, up = "auto", backend = "osmesa", exposure = "auto", display = "filmic",
-                            preset = "default", target, save_scene, mode = "raymarch", region;
+                            preset = "default", target, save_scene, mode, region;
     int aa = 1, frames = 1;
     std::uint32_t seed = 0;
     double tolerance = 1e-3;
@@ -57,7 +57,7 @@ void check_mode(const Options& options, const CLI::App& command)
             throw UsageError("--target error: is for --mode reference, which estimates its error");
         return;
     }
-    constexpr const char* kWhy = "is for the ray march; --mode reference has no such thing, it "
+    constexpr const char* kWhy = "is for OpenGL; --mode reference has no such thing, it "
                                  "takes --tolerance, --region and --aa";
     for (const char* name : {"--preset", "--frames", "--seed", "--backend", "--alpha", "--explain"})
         refuse(name, kWhy);
@@ -90,6 +90,8 @@ Settings parse_settings(const Options& options)
         Settings settings = find_preset(options.preset);
         for (const auto& [name, value] : options.settings)
             find_setting(name).set(settings, value);
+        if (!options.mode.empty())
+            settings.mode = find_mode(options.mode);
         return settings;
     } catch (const Error& error) {
         throw UsageError(error.what());
@@ -357,7 +359,9 @@ void add_render(CLI::App& app)
         ->add_option("--aa", o.aa,
                      "frames, or samples of the reference, averaged over the pixel's square [1]")
         ->check(CLI::Range(1, 65536));
-    command->add_option("--frames", o.frames, "frames timed; the table gives their median [1]")
+    command
+        ->add_option("--frames", o.frames,
+                     "frames timed; the table gives their median; froxels gather over them [1]")
         ->check(CLI::Range(1, 100000));
     command->add_option("--seed", o.seed, "another seed, other jitter [0]");
     command->add_option("--target", o.target, "write one target alone as RGB")
@@ -374,9 +378,9 @@ void add_render(CLI::App& app)
         ->check(CLI::IsMember({"osmesa", "egl"}));
     command
         ->add_option("--mode", o.mode,
-                     "raymarch on OpenGL, or reference: to a tolerance, on the processor "
-                     "[raymarch]")
-        ->check(CLI::IsMember({"raymarch", "reference"}));
+                     "raymarch or froxel on OpenGL, or reference: to a tolerance, on the "
+                     "processor [the preset's]")
+        ->check(CLI::IsMember({"raymarch", "froxel", "reference"}));
     command
         ->add_option("--tolerance", o.tolerance,
                      "of the reference: relative error of each pixel [0.001]")
@@ -384,7 +388,8 @@ void add_render(CLI::App& app)
     command->add_option("--region", o.region,
                         "of the reference: X,Y,WIDTH,HEIGHT in pixels from the top left, which are "
                         "then the whole picture");
-    command->add_option("--preset", o.preset, "default or eevee2017 [default]");
+    command->add_option("--preset", o.preset,
+                        "default, eevee2017, froxel or eevee2017-froxel [default]");
     for (const SettingInfo& info : setting_table()) {
         const std::string name(info.name);
         command

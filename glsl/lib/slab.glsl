@@ -17,3 +17,15 @@ float slab_weight(float tau)
 }
 
 vec3 slab_weight(vec3 tau) { return vec3(slab_weight(tau.r), slab_weight(tau.g), slab_weight(tau.b)); }
+
+// The radiance that a slab adds to a ray which crosses it `slant` times as far as the one that it adds
+// `radiance` to, of optical depth tau: exact where the slab is uniform.
+vec3 seen_at_slant(vec3 radiance, float tau, float slant)
+{
+    return radiance * (slant * slab_weight(tau * slant) / slab_weight(tau));
+}
+
+vec3 seen_at_slant(vec3 radiance, vec3 tau, float slant)
+{
+    return radiance * (slant * slab_weight(tau * slant) / slab_weight(tau));
+}

@@ -5,19 +5,13 @@
 //        transmittance  per channel, 0..1
 //        or, MONOCHROME, one target: scattering in rgb, mean transmittance in alpha
 //
-// Variant, besides those of scene/media.glsl and scene/lights.glsl:
+// Variant, besides those of scene/in_scattering.glsl:
 //   BLUE_NOISE       sample each step at an offset of its own per pixel, else at its middle
-//   VOLUME_SHADOWS   media dim the light on its way to a sample
-//   WORLD_LIGHT      the world's mean radiance scatters too, undimmed, isotropically
-//   ISOTROPIC        no medium has g
 //   CAMERA_RANGE     march from near to far and past the scene's depth as 2017 did, sampling the end
 //                    of each step; else only where media are, each step cut exactly at both ends
 //   COUNT_SAMPLES    write the number of media evaluations instead
-#include "lib/phase.glsl"
 #include "lib/step_lattice.glsl"
-#include "scene/frame.glsl"
-#include "scene/media.glsl"
-#include "scene/lights.glsl"
+#include "scene/in_scattering.glsl"
 
 layout(binding = LAYER_DEPTH_UNIT) uniform sampler2D u_layer_depth_tx;
 #ifdef BLUE_NOISE
@@ -26,35 +20,6 @@ layout(binding = BLUE_NOISE_UNIT) uniform sampler2D u_blue_noise_tx;
 
 layout(location = 0) out vec4 out_scattering;
 layout(location = 1) out vec4 out_transmittance;
-
-// Radiance scattered towards the eye at p, per metre of ray and unit of sigma_s. wo: unit length, to the eye.
-vec3 in_scattering_at(vec3 p, vec3 wo, float g)
-{
-    vec3 in_scattering = vec3(0.0);
-#ifdef WORLD_LIGHT
-    in_scattering += u_lights.world_radiance.rgb;  // 4 pi sr of it, times the isotropic 1 / (4 pi)
-#endif
-    for (int i = 0; i < LIGHT_COUNT; ++i) {
-        LightSample light = light_sample(i, p);
-        if (light.irradiance == vec3(0.0))  // outside a spot's cone
-            continue;
-        float visibility = surface_visibility(i, p, vec3(0.0));
-        if (visibility == 0.0)
-            continue;
-#ifdef ISOTROPIC
-        float phase = phase_isotropic();
-#else
-        float g_clamp = u_frame.resolve.z;
-        float phase = phase_henyey_greenstein(dot(-light.wi, wo), clamp(g, -g_clamp, g_clamp));
-#endif
-        vec3 arriving = light.irradiance * (visibility * phase);
-#ifdef VOLUME_SHADOWS
-        arriving *= exp(-optical_depth(p, light.wi, light.range, int(u_frame.march.z)));
-#endif
-        in_scattering += arriving;
-    }
-    return in_scattering;
-}
 
 void main()
 {

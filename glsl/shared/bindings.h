@@ -8,7 +8,8 @@
 #define MEDIA_BLOCK 1
 #define LIGHTS_BLOCK 2
 #define DRAW_BLOCK 3
-#define BLOCK_COUNT 4
+#define FROXEL_BLOCK 4
+#define BLOCK_COUNT 5
 
 // Texture units.
 #define SCENE_DEPTH_UNIT 0
@@ -18,7 +19,36 @@
 #define BLUE_NOISE_UNIT 4
 #define SHADOW_MAP_UNIT 5
 #define IRRADIANCE_UNIT 6
-#define GRID_UNIT 7  // the first of two units a grid: texels, and pages if it has bricks
+#define GRID_UNIT 8  // the first of two units a grid: texels, and pages if it has bricks
+
+// The froxels' steps meet neither a layer nor the world's pictures: they take their units.
+#define V_BUFFER_SIGMA_S_UNIT 1
+#define V_BUFFER_SIGMA_T_UNIT 2
+#define V_BUFFER_EMISSION_UNIT 3
+#define V_BUFFER_PHASE_UNIT 4
+#define FROXEL_HISTORY_UNIT 6
+#define FROXEL_HISTORY_EXTINCTION_UNIT 7
+#define FROXEL_SOURCE_UNIT 1
+#define FROXEL_EXTINCTION_UNIT 2
+#define INTEGRATED_SCATTERING_UNIT 1
+#define INTEGRATED_TRANSMITTANCE_UNIT 2
+
+// Image units of the froxels' steps: never more than four at once.
+#define V_BUFFER_SIGMA_S_IMAGE 0
+#define V_BUFFER_SIGMA_T_IMAGE 1
+#define V_BUFFER_EMISSION_IMAGE 2
+#define V_BUFFER_PHASE_IMAGE 3
+#define FROXEL_SOURCE_IMAGE 0
+#define FROXEL_EXTINCTION_IMAGE 1
+#define INTEGRATED_SCATTERING_IMAGE 0
+#define INTEGRATED_TRANSMITTANCE_IMAGE 1
+#define IMAGE_COUNT 4
+
+// Froxels, and columns of them along an edge, that a work group takes.
+#define FROXEL_GROUP_X 8
+#define FROXEL_GROUP_Y 4
+#define FROXEL_GROUP_Z 2
+#define FROXEL_COLUMNS 8
 
 // How many of each a scene may hold: uniform blocks are at least 16 KiB and fragment shaders have
 // at least 16 texture units, so 4 bricked grids always fit, more where the driver has more.

@@ -32,9 +32,9 @@ constexpr std::array kSwitches{GL_DEPTH_TEST,
 
 }  // namespace
 
-StateGuard::StateGuard(const Device& device, int units, int blocks)
+StateGuard::StateGuard(const Device& device, int units, int blocks, int images)
     : gl_{device}, units_(static_cast<std::size_t>(units)),
-      blocks_(static_cast<std::size_t>(blocks))
+      blocks_(static_cast<std::size_t>(blocks)), images_(static_cast<std::size_t>(images))
 {
     gl_->GetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &draw_framebuffer_);
     gl_->GetIntegerv(GL_CURRENT_PROGRAM, &program_);
@@ -88,6 +88,15 @@ StateGuard::StateGuard(const Device& device, int units, int blocks)
         gl_->GetInteger64i_v(GL_UNIFORM_BUFFER_START, i, &block.offset);
         gl_->GetInteger64i_v(GL_UNIFORM_BUFFER_SIZE, i, &block.size);
     }
+    for (GLuint i = 0; i < images_.size(); ++i) {
+        Image& image = images_[i];
+        gl_->GetIntegeri_v(GL_IMAGE_BINDING_NAME, i, &image.texture);
+        gl_->GetIntegeri_v(GL_IMAGE_BINDING_LEVEL, i, &image.level);
+        gl_->GetBooleani_v(GL_IMAGE_BINDING_LAYERED, i, &image.layered);
+        gl_->GetIntegeri_v(GL_IMAGE_BINDING_LAYER, i, &image.layer);
+        gl_->GetIntegeri_v(GL_IMAGE_BINDING_ACCESS, i, &image.access);
+        gl_->GetIntegeri_v(GL_IMAGE_BINDING_FORMAT, i, &image.format);
+    }
     gl_->PolygonMode(GL_FRONT_AND_BACK, GL_FILL);
     gl_->ClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
     gl_->DepthRangeIndexed(0, 0.0, 1.0);
@@ -98,6 +107,12 @@ StateGuard::StateGuard(const Device& device, int units, int blocks)
 
 StateGuard::~StateGuard()
 {
+    for (GLuint i = 0; i < images_.size(); ++i) {
+        const Image& image = images_[i];
+        gl_->BindImageTexture(i, static_cast<GLuint>(image.texture), image.level, image.layered,
+                              image.layer, static_cast<GLenum>(image.access),
+                              static_cast<GLenum>(image.format));
+    }
     for (GLuint i = 0; i < blocks_.size(); ++i) {
         const Block& block = blocks_[i];
         const auto buffer = static_cast<GLuint>(block.buffer);

@@ -16,8 +16,9 @@ namespace fumarole::gl {
 /// viewport 0 to two attachments at most: set state by index, as what lies past them is not noted.
 class StateGuard {
 public:
-    /// Texture units 0..units-1 and uniform blocks 0..blocks-1 are ours while it lives.
-    StateGuard(const Device& device, int units, int blocks);
+    /// Texture units 0..units-1, uniform blocks 0..blocks-1 and image units 0..images-1 are ours
+    /// while it lives.
+    StateGuard(const Device& device, int units, int blocks, int images);
     ~StateGuard();
     StateGuard(const StateGuard&) = delete;
     StateGuard& operator=(const StateGuard&) = delete;
@@ -29,6 +30,10 @@ private:
     struct Block {
         GLint buffer = 0;
         GLint64 offset = 0, size = 0;
+    };
+    struct Image {
+        GLint texture = 0, level = 0, layer = 0, access = 0, format = 0;
+        GLboolean layered = GL_FALSE;
     };
     struct Blend {
         GLint src_rgb = 0, dst_rgb = 0, src_alpha = 0, dst_alpha = 0, equation_rgb = 0,
@@ -43,6 +48,7 @@ private:
     std::vector<GLboolean> enabled_;
     std::vector<Unit> units_;
     std::vector<Block> blocks_;
+    std::vector<Image> images_;
     std::array<Blend, kDrawBuffers> blend_{};
     GLint draw_framebuffer_ = 0, program_ = 0, vertex_array_ = 0, active_texture_ = 0;
     GLint uniform_buffer_ = 0, provoking_vertex_ = 0;

@@ -22,6 +22,7 @@ std::int64_t texel_bytes(GLenum format)
         return 2;
     case GL_R32F:
     case GL_R32UI:
+    case GL_RG16F:
     case GL_R11F_G11F_B10F:
     case GL_RGBA8:
     case GL_DEPTH_COMPONENT24:
@@ -129,7 +130,8 @@ Texture Texture::make(const Device& gl, std::string_view label, GLenum target, g
         }
         throw Error(
             fmt::format("OpenGL: no memory for '{}', {} x {} x {} texels of {} bytes; try a "
-                        "coarser grid, a smaller picture or a smaller --shadow-map",
+                        "coarser grid, a smaller picture, a smaller --shadow-map or fewer froxels "
+                        "(--tile, --slices)",
                         label, size.x, size.y, size.z, texel_bytes(format)));
     }
     gl.account(texture_bytes(gl, id));

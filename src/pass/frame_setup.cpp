@@ -34,6 +34,14 @@ double view_z_of(double depth, const glm::dvec4& map)
     return std::isfinite(view_z) ? view_z : std::numeric_limits<double>::infinity();
 }
 
+/// view_z [m] within which media can be seen: all the view if there are none.
+glm::dvec2 media_range_of(const Eye& eye, const Bounds& media)
+{
+    if (media.empty())
+        return {eye.near, eye.far};
+    return glm::max(view_z_range(eye, media), glm::dvec2(eye.near));
+}
+
 }  // namespace
 
 Eye make_eye(const Frame& frame)
@@ -86,6 +94,26 @@ int layer_guard(const Settings& settings)
 glm::ivec2 layer_size(glm::ivec2 full, const Settings& settings)
 {
     return (full + settings.resolution - 1) / settings.resolution + 2 * layer_guard(settings);
+}
+
+glm::dvec2 step_range(const Eye& eye, const Bounds& media, const Settings& settings)
+{
+    const glm::dvec2 of_media = media_range_of(eye, media);
+    if (settings.range == Settings::Range::camera)
+        return {eye.near, std::isfinite(eye.far) ? eye.far : of_media.y};
+    return of_media;
+}
+
+GLenum gl_format(Settings::Format format)
+{
+    switch (format) {
+    case Settings::Format::r11g11b10f:
+        return GL_R11F_G11F_B10F;
+    case Settings::Format::rgba16f:
+        return GL_RGBA16F;
+    default:
+        return GL_RGBA32F;
+    }
 }
 
 float format_limit(Settings::Format format)
@@ -142,14 +170,8 @@ shared::FrameParams make_frame_params(const Frame& frame, const Eye& eye, const 
     params.layer_offset = glm::vec4(glm::vec2(frame.layer_offset - guard),
                                     glm::round(frame.layer_offset * scale) - guard * scale);
 
-    glm::dvec2 media_range(eye.near, eye.far);
-    if (!media.empty()) {
-        const glm::dvec2 z = view_z_range(eye, media);
-        media_range = {std::max(eye.near, z.x), std::max(eye.near, z.y)};
-    }
-    glm::dvec2 steps = media_range;
-    if (settings.range == Settings::Range::camera)
-        steps = {eye.near, std::isfinite(eye.far) ? eye.far : media_range.y};
+    const glm::dvec2 media_range = media_range_of(eye, media);
+    const glm::dvec2 steps = step_range(eye, media, settings);
     params.step_range = glm::vec4(steps, steps.y / steps.x, 0.0f);
     // Relative depth means nothing where rays are parallel: there an edge is judged by the media's.
     params.media_range = glm::vec4(

@@ -24,8 +24,13 @@ Eye make_eye(const Frame& frame);
 /// Nearest and farthest view_z of a box [m].
 glm::dvec2 view_z_range(const Eye& eye, const Bounds& bounds);
 
+/// view_z of the first and the last step's or slice's end [m]: the media's as far as they are in
+/// view, or the camera's near and far.
+glm::dvec2 step_range(const Eye& eye, const Bounds& media, const Settings& settings);
+
 /// Largest value that a layer format holds.
 float format_limit(Settings::Format format);
+GLenum gl_format(Settings::Format format);
 
 /// The frame's block. media: world bounds of all media, not empty.
 shared::FrameParams make_frame_params(const Frame& frame, const Eye& eye, const Bounds& media,

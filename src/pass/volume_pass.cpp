@@ -2,44 +2,33 @@
 
 namespace fumarole::pass {
 
-namespace {
-
-GLenum gl_format(Settings::Format format)
+void Toolbox::draw_fullscreen(const char* fragment_file, const gl::Defines& defines) const
 {
-    switch (format) {
-    case Settings::Format::r11g11b10f:
-        return GL_R11F_G11F_B10F;
-    case Settings::Format::rgba16f:
-        return GL_RGBA16F;
-    default:
-        return GL_RGBA32F;
-    }
+    device->UseProgram(programs.get({"pass/fullscreen.vert", fragment_file}, defines).id());
+    device->BindVertexArray(fullscreen.id());
+    device->DrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-}  // namespace
-
-void LayerTargets::resize(glm::ivec2 texels, Settings::Format format, bool monochrome)
+gl::Defines Toolbox::scattering_defines(const Settings& s) const
 {
-    if (texels == size_ && format == format_ && monochrome == monochrome_)
-        return;
-    size_ = texels;
-    format_ = format;
-    monochrome_ = monochrome;
-    const GLenum color = gl_format(format);
-    depth_ = gl::Texture::make_2d(device_, "layer depth", texels, GL_R32F, gl::Filter::nearest);
-    scattering_ =
-        gl::Texture::make_2d(device_, "layer scattering", texels, color, gl::Filter::nearest);
-    transmittance_ = {};
-    depth_framebuffer_ = {device_, "layer depth"};
-    depth_framebuffer_.attach_color({depth_.view()});
-    framebuffer_ = {device_, "layer"};
-    if (monochrome) {
-        framebuffer_.attach_color({scattering_.view()});
-    } else {
-        transmittance_ = gl::Texture::make_2d(device_, "layer transmittance", texels, color,
-                                              gl::Filter::nearest);
-        framebuffer_.attach_color({scattering_.view(), transmittance_.view()});
-    }
+    gl::Defines defines = media.defines();
+    const gl::Defines of_lights = lights.defines();
+    defines.insert(defines.end(), of_lights.begin(), of_lights.end());
+    const auto add = [&](bool condition, const char* name) {
+        if (condition)
+            defines.emplace_back(name, "");
+    };
+    add(s.volume_shadows && lights.count() > 0, "VOLUME_SHADOWS");
+    add(s.world_light && lights.world_radiance() != glm::vec3(0.0f), "WORLD_LIGHT");
+    add(s.shadow_range == Settings::ShadowRange::light, "SHADOW_TO_LIGHT");
+    add(s.least_extinction > 0, "LEAST_EXTINCTION");
+    return defines;
+}
+
+bool Toolbox::monochrome(const Settings& s) const
+{
+    return s.targets == Settings::Targets::mono ||
+           (s.targets == Settings::Targets::automatic && !media.traits().colored_extinction);
 }
 
 }  // namespace fumarole::pass

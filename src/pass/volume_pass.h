@@ -1,43 +1,81 @@
 #pragma once
 
-#include "gl/buffer.h"
+#include "bounds.h"
 #include "gl/framebuffer.h"
 #include "gl/program.h"
-#include "gl/texture.h"
 #include "gl/timer.h"
+#include "light/light_set.h"
+#include "medium/media_set.h"
+#include "pass/frame_setup.h"
 #include "settings.h"
 
 namespace fumarole::pass {
 
-/// What the media do to each pixel between the eye and the scene's depth, at the layer's
-/// resolution. The composite is `scene * transmittance + scattering`, in linear Rec. 709.
-struct VolumeLayer {
-    gl::TextureView depth;          ///< r32f: view_z of the scene [m] as each texel took it
-    gl::TextureView scattering;     ///< radiance towards the eye [W/m^2/sr]; monochrome: alpha is
-                                    ///< the mean transmittance
-    gl::TextureView transmittance;  ///< per channel, 0..1; nothing if monochrome
+/// What a renderer's passes share; it outlives them.
+struct Toolbox {
+    const gl::Device& device;
+    gl::ProgramCache& programs;
+    gl::PassTimers& timers;
+    const medium::MediaSet& media;
+    const light::LightSet& lights;
+    const gl::VertexArray& fullscreen;
+
+    /// One fragment shader over all of the bound framebuffer.
+    void draw_fullscreen(const char* fragment_file, const gl::Defines& defines) const;
+
+    /// The lines that glsl/scene/in_scattering.glsl needs: media, lights, and how light travels.
+    [[nodiscard]] gl::Defines scattering_defines(const Settings& settings) const;
+
+    /// One number for transmittance, in the alpha of the scattering.
+    [[nodiscard]] bool monochrome(const Settings& settings) const;
 };
 
-/// Targets that are remade when the size or the format changes.
-class LayerTargets {
-public:
-    explicit LayerTargets(const gl::Device& device) : device_{device} {}
-    void resize(glm::ivec2 texels, Settings::Format format, bool monochrome);
-    [[nodiscard]] VolumeLayer layer() const
-    {
-        return {depth_.view(), scattering_.view(), transmittance_.view()};
-    }
-    [[nodiscard]] glm::ivec2 size() const { return size_; }
-    [[nodiscard]] const gl::Framebuffer& depth_framebuffer() const { return depth_framebuffer_; }
-    [[nodiscard]] const gl::Framebuffer& framebuffer() const { return framebuffer_; }
+/// One frame as the passes see it. Its block, the media, the lights and the scene's depth are bound
+/// while a pass works on it.
+struct PassFrame {
+    const Frame& host;
+    const Settings& settings;
+    Eye eye;
+    Bounds media;                ///< world bounds of all media [m], not empty
+    std::uint64_t scene_id = 0;  ///< another after every set_scene()
+};
 
-private:
-    const gl::Device& device_;
-    glm::ivec2 size_{0};
-    Settings::Format format_ = Settings::Format::rgba16f;
-    bool monochrome_ = false;
-    gl::Texture depth_, scattering_, transmittance_;
-    gl::Framebuffer depth_framebuffer_, framebuffer_;
+/// What the media do to each pixel between the eye and the scene's depth. The composite is
+/// `scene * transmittance + scattering`, in linear Rec. 709.
+enum class Layer {
+    scattering,     ///< radiance towards the eye [W/m^2/sr]; monochrome: alpha is the mean
+                    ///< transmittance
+    transmittance,  ///< per channel, 0..1; not if monochrome
+};
+
+/// From a frame to its two layers. The ray march and the froxels are siblings behind this face:
+/// they share glsl/lib and glsl/scene and differ in where they sample and where they store.
+class VolumePass {
+public:
+    explicit VolumePass(const Toolbox& tools) : tools_{tools} {}
+    virtual ~VolumePass() = default;
+    VolumePass(const VolumePass&) = delete;
+    VolumePass& operator=(const VolumePass&) = delete;
+
+    /// Works the layers out, in textures of the pass's own.
+    virtual void draw(const PassFrame& frame) = 0;
+
+    /// Draws one layer of the last draw() at every pixel of the bound framebuffer, which is as
+    /// large as the frame. Blending is the caller's.
+    virtual void resolve(const PassFrame& frame, Layer layer) = 0;
+    /// What resolve() is called in a table of times.
+    [[nodiscard]] virtual const char* resolve_name() const = 0;
+
+    /// Evaluations of the media that draw() takes, shadows included.
+    virtual double count_samples(const PassFrame& frame) = 0;
+
+    /// Drops what is kept of a view from frame to frame.
+    virtual void forget(int /*view*/) {}
+    /// What the last draw() did with what was kept, in words; "" if nothing ever is.
+    [[nodiscard]] virtual std::string history_use() const { return ""; }
+
+protected:
+    const Toolbox& tools_;
 };
 
 }  // namespace fumarole::pass

@@ -427,12 +427,21 @@ TEST(Render, EveryValueOfEverySettingWorks)
         for (std::size_t i = 0; i < kMostValues; ++i)
             commands[i].push_back(fmt::format("--{}={}", setting.name, values[i % values.size()]));
     }
+    for (std::size_t i = 0; i < kMostValues; ++i) {
+        commands.push_back(commands[i]);
+        commands.back().insert(commands.back().end(), {"--mode=froxel", "--frames=3"});
+    }
+    commands.push_back({"--mode=froxel", "--tile=1", "--slices=1", "--history=0"});
+    commands.push_back({"--mode=froxel", "--tile=64", "--slices=1024", "--history=0.999",
+                        "--frames=3", "--distribution=1"});
     commands.push_back({"--steps=1", "--shadow-steps=1", "--distribution=0", "--g-clamp=0",
                         "--shadow-map=16", "--depth-threshold=1e-6"});
     commands.push_back({"--steps=1000", "--shadow-steps=64", "--distribution=1", "--g-clamp=0.9999",
                         "--shadow-map=8192", "--depth-threshold=1e6", "--least-extinction=1e-3"});
     commands.push_back({"--preset=eevee2017"});
     commands.push_back({"--preset=default"});
+    commands.push_back({"--preset=froxel"});
+    commands.push_back({"--preset=eevee2017-froxel"});
     for (std::size_t i = 0; i < commands.size(); ++i) {
         const Arguments common{"render", sample("fire_plume.vdb"), "--size=48x27", "-o",
                                fmt::format("{}.exr", i)};

@@ -7,6 +7,7 @@
 
 #include "shared/draw_params.h"
 #include "shared/frame_params.h"
+#include "shared/froxel_params.h"
 #include "shared/light_params.h"
 #include "shared/medium_params.h"
 #include "support/gl_test.h"
@@ -42,6 +43,16 @@ const Offsets kFrame{MEMBER(FrameParams, ray_origin),
 const Offsets kDraw{MEMBER(DrawParams, clip_from_object), MEMBER(DrawParams, world_from_object),
                     MEMBER(DrawParams, albedo), MEMBER(DrawParams, shadow_origin),
                     MEMBER(DrawParams, shadow_axis)};
+const Offsets kFroxels{MEMBER(FroxelParams, grid),
+                       MEMBER(FroxelParams, range),
+                       MEMBER(FroxelParams, spacing),
+                       MEMBER(FroxelParams, jitter),
+                       MEMBER(FroxelParams, clip_from_world),
+                       MEMBER(FroxelParams, view_z_from_world),
+                       MEMBER(FroxelParams, history_clip_from_world),
+                       MEMBER(FroxelParams, history_view_z_from_world),
+                       MEMBER(FroxelParams, history_range),
+                       MEMBER(FroxelParams, history_eye)};
 const Offsets kLight{MEMBER(LightParams, position), MEMBER(LightParams, intensity),
                      MEMBER(LightParams, axis), MEMBER(LightParams, edge)};
 const Offsets kView{MEMBER(ShadowView, clip_from_world), MEMBER(ShadowView, origin),
@@ -127,6 +138,7 @@ void kernel(int i) {{ out_data[i] = vec4({}); }}
 private:
     const std::map<std::string, std::string> kUse{{"FrameParams", "u_params.resolve"},
                                                   {"DrawParams", "u_params.shadow_axis"},
+                                                  {"FroxelParams", "u_params.jitter"},
                                                   {"LightsParams", "u_params.world_radiance"},
                                                   {"MediaParams", "u_params.media[1].sigma_s"}};
 };
@@ -139,6 +151,11 @@ TEST_F(ParamLayout, Frame)
 TEST_F(ParamLayout, Draw)
 {
     expect_same(layout("draw_params.h", "DrawParams"), kDraw, sizeof(DrawParams));
+}
+
+TEST_F(ParamLayout, Froxels)
+{
+    expect_same(layout("froxel_params.h", "FroxelParams"), kFroxels, sizeof(FroxelParams));
 }
 
 TEST_F(ParamLayout, Lights)

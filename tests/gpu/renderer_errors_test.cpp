@@ -224,6 +224,23 @@ TEST_F(RendererErrors, FramesThatAreNone)
     expect_works_on(renderer);
 }
 
+TEST_F(RendererErrors, FroxelsThatTheGlCantHold)
+{
+    Scene scene = empty_scene(16);
+    scene.resolution = {static_cast<unsigned>(gl().capabilities().max_texture_3d) + 8, 2};
+    scene.media = {fog()};
+    Settings froxels = settings();
+    froxels.mode = Settings::Mode::froxel;
+    froxels.tile = 1;
+    Renderer renderer(get_proc());
+    renderer.set_scene(scene, froxels);
+    const Target target(scene);
+    expect_error([&] { renderer.composite(target.frame, froxels); },
+                 fmt::format("{} x 4 x 64 froxels", scene.resolution.x + 2));
+    expect_error([&] { renderer.composite(target.frame, froxels); }, "--tile");
+    expect_works_on(renderer);
+}
+
 TEST_F(RendererErrors, NoContext)
 {
     expect_error([] { gl::Device([](const char*) -> GLADapiproc { return nullptr; }); },

@@ -147,10 +147,10 @@ public:
     /// @returns what the validator says and its exit code.
     [[nodiscard]] std::pair<std::string, int> validate() const
     {
-        const std::string command =
-            fmt::format("cd '{}' && glslangValidator *.frag *.vert 2>&1 | grep -v '^[0-9]*[.]'; "
-                        "exit ${{PIPESTATUS[0]}}",
-                        folder_.path().string());
+        const std::string command = fmt::format(
+            "cd '{}' && glslangValidator *.frag *.vert *.comp 2>&1 | grep -v '^[0-9]*[.]'; "
+            "exit ${{PIPESTATUS[0]}}",
+            folder_.path().string());
         FILE* pipe = popen(fmt::format("bash -c \"{}\"", escaped(command)).c_str(), "r");
         std::string output;
         std::array<char, 4096> part{};
@@ -196,6 +196,24 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         for (unsigned set = 0; set < 4; ++set)
             variants.add("pass/surface.frag", lights + flags(set, {"ENVIRONMENT", "TWO_SIDED"}));
 
+    for (unsigned set = 0; set < 4; ++set)
+        variants.add("pass/integrate.comp", flags(set, {"EXTINCTION_IN_ALPHA", "WRONSKI"}));
+    for (unsigned set = 0; set < 8; ++set)
+        variants.add("resolve/froxels.frag",
+                     flags(set, {"EXTINCTION_IN_ALPHA", "TRICUBIC", "TRANSMITTANCE"}));
+
+    // The froxels that sample: as the march below, with what is theirs alone.
+    const auto froxels = [&](const Defines& media, const Defines& lights, unsigned set) {
+        const Defines sampling =
+            flags(set, {"VOLUME_SHADOWS", "WORLD_LIGHT", "EXTINCTION_IN_ALPHA", "CAMERA_RANGE",
+                        "SHADOW_TO_LIGHT", "LEAST_EXTINCTION"});
+        variants.add("pass/v_buffer.comp", media + lights + sampling);
+        variants.add("pass/scatter.comp", media + lights + sampling +
+                                              flags(set >> 6, {"GRID_SHADOWS", "HISTORY",
+                                                               "HISTORY_STILL", "COUNT_SAMPLES"}));
+    };
+    constexpr unsigned kFroxelSets = 1u << 10;
+
     // The march: every kind of medium with a few sets of flags, and every set with a few media.
     const auto march = [&](const Defines& media, const Defines& lights, unsigned set) {
         variants.add(
@@ -218,6 +236,11 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         if (kinds[i].name == "bricks_and_all_boxes" || kinds[i].name == "homogeneous_grey_dark_g0")
             for (unsigned set = 0; set < kSets; ++set)
                 march(of_media, kLights[set % kLights.size()], set);
+        for (const unsigned set : {0b0000000111u, 0b0010000011u, 0b0111111011u})
+            froxels(of_media, kLights[(i + set) % kLights.size()], set);
+        if (kinds[i].name == "bricks_and_all_boxes" || kinds[i].name == "homogeneous_grey_dark_g0")
+            for (unsigned set = 0; set < kFroxelSets; set += 5)  // odd: every bit comes both ways
+                froxels(of_media, kLights[set % kLights.size()], set);
         for (unsigned set = 0; set < 4; ++set)
             variants.add("pass/surface.frag", kLights[1 + (i + set) % 3] + of_media +
                                                   Defines{{"THROUGH_MEDIA", ""}} +

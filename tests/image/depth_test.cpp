@@ -31,25 +31,29 @@ TEST_F(SceneDepth, ASphereEndsTheFog)
     Scene scene = fog_scene(32, kSigma);
     const glm::dvec3 center(0.2, -6, 0.1);
     scene.surfaces = {SphereSurface{center, 1.2, glm::vec3(1)}};
-    const Still still = render(scene, plain_settings());
-    int on_sphere = 0;
-    for (int y = 0; y < 32; ++y)
-        for (int x = 0; x < 32; ++x) {
-            const PixelRay ray = ray_of(scene, x, y);
-            const double b = glm::dot(center, ray.direction);
-            const double root = b * b - glm::dot(center, center) + 1.2 * 1.2;
-            if (root < 0.1)
-                continue;  // the silhouette's own pixels
-            ++on_sphere;
-            // Media begin at the near plane, 0.01 m ahead.
-            const double length = b - std::sqrt(root) - 0.01 * ray.length_per_z;
-            const glm::vec3 t = pixel(still.transmittance, 32, x, y);
-            for (int c = 0; c < 3; ++c)
-                ASSERT_NEAR(t[c], std::exp(-kSigma[c] * length), 0.4 * 1.2e-3)
-                    << "pixel " << x << ", " << y << ": the sphere is made of 128 x 64 patches, "
-                    << "3e-4 of its radius deep, 1 / cos(60 deg) of it along a ray";
-        }
-    EXPECT_GT(on_sphere, 150);
+    // Froxels of 4 pixels: uniform fog is exact whatever lies between their columns.
+    for (const Settings& settings : {plain_settings(), plain_froxels(4)}) {
+        const Still still = render(scene, settings);
+        int on_sphere = 0;
+        for (int y = 0; y < 32; ++y)
+            for (int x = 0; x < 32; ++x) {
+                const PixelRay ray = ray_of(scene, x, y);
+                const double b = glm::dot(center, ray.direction);
+                const double root = b * b - glm::dot(center, center) + 1.2 * 1.2;
+                if (root < 0.1)
+                    continue;  // the silhouette's own pixels
+                ++on_sphere;
+                // Media begin at the near plane, 0.01 m ahead.
+                const double length = b - std::sqrt(root) - 0.01 * ray.length_per_z;
+                const glm::vec3 t = pixel(still.transmittance, 32, x, y);
+                for (int c = 0; c < 3; ++c)
+                    ASSERT_NEAR(t[c], std::exp(-kSigma[c] * length), 0.4 * 1.2e-3)
+                        << "pixel " << x << ", " << y
+                        << ": the sphere is made of 128 x 64 patches, "
+                        << "3e-4 of its radius deep, 1 / cos(60 deg) of it along a ray";
+            }
+        EXPECT_GT(on_sphere, 150);
+    }
 }
 
 TEST_F(SceneDepth, AWallEndsTheFogAtEachPixelsOwnDistance)
@@ -59,16 +63,18 @@ TEST_F(SceneDepth, AWallEndsTheFogAtEachPixelsOwnDistance)
     scene.surfaces = {BoxSurface{{-40, -9, -40}, {40, -7, 40}, glm::vec3(1)}};
     for (const auto projection :
          {Camera::Projection::perspective, Camera::Projection::orthographic})
-        for (const int resolution : {1, 2, 4}) {
+        for (const Settings& settings : {plain_settings(1), plain_settings(2), plain_settings(4),
+                                         plain_froxels(1), plain_froxels(5)}) {
+            const int resolution = settings.resolution;
             scene.camera.projection = projection;
             scene.camera.ortho_height = 4;
-            const Still still = render(scene, plain_settings(resolution));
+            const Still still = render(scene, settings);
             const Image truth = resolved(scene, resolution, [&](glm::dvec2 at) {
                 return glm::exp(-kSigma * (6.99 * ray_at(scene, at).length_per_z));
             });
             EXPECT_TRUE(images_near(picture_of(still, still.transmittance), truth, 5e-6, 2e-6,
                                     "reversed 32-bit depth is 1e-7 of 7 m; 64 factors of exp"))
-                << "resolution " << resolution;
+                << "resolution " << resolution << ", " << mode_name(settings.mode);
         }
 }
 
@@ -80,17 +86,19 @@ TEST_F(SceneDepth, SurfacesBeforeAndBehindTheMediaAreLeftInPeace)
     fog.max = {60, -10, 60};
     fog.sigma_a = glm::vec3(0.1f);
     scene.media = {fog};
-    scene.surfaces = {BoxSurface{{-40, -9, -40}, {40, -7, 40}, glm::vec3(1)}};
-    const Still before = render(scene, plain_settings(2));
-    for (const float t : before.transmittance)
-        ASSERT_EQ(t, 1.0f) << "a wall before the fog hides it";
-    scene.surfaces = {BoxSurface{{-90, -90, -90}, {90, -30, 90}, glm::vec3(1)}};
-    const Still behind = render(scene, plain_settings(2));
-    scene.surfaces.clear();
-    const Still none = render(scene, plain_settings(2));
-    EXPECT_TRUE(images_near(picture_of(behind, behind.transmittance),
-                            picture_of(none, none.transmittance), 1e-6, 1e-6,
-                            "a wall behind the fog is as good as the sky"));
+    for (const Settings& settings : {plain_settings(2), plain_froxels(2)}) {
+        scene.surfaces = {BoxSurface{{-40, -9, -40}, {40, -7, 40}, glm::vec3(1)}};
+        const Still before = render(scene, settings);
+        for (const float t : before.transmittance)
+            ASSERT_EQ(t, 1.0f) << "a wall before the fog hides it";
+        scene.surfaces = {BoxSurface{{-90, -90, -90}, {90, -30, 90}, glm::vec3(1)}};
+        const Still behind = render(scene, settings);
+        scene.surfaces.clear();
+        const Still none = render(scene, settings);
+        EXPECT_TRUE(images_near(picture_of(behind, behind.transmittance),
+                                picture_of(none, none.transmittance), 1e-6, 1e-6,
+                                "a wall behind the fog is as good as the sky"));
+    }
 }
 
 TEST_F(SceneDepth, AMediumBehindOrBesideTheEyeShadesWhatIsInView)
@@ -99,28 +107,30 @@ TEST_F(SceneDepth, AMediumBehindOrBesideTheEyeShadesWhatIsInView)
     auto& fog = std::get<BoxMedium>(scene.media[0]);
     fog.sigma_s = glm::vec3(0.05f);
     fog.max.y = -2;  // away from the eye
-    for (const glm::dvec3 to_sun : {glm::dvec3(0, 1, 0), glm::dvec3(1, 0, 0)}) {
-        scene.lights = {SunLight{to_sun, glm::vec3(3)}};
-        scene.media.resize(1);
-        const Still open = render(scene, plain_settings());
-        BoxMedium cloud;  // behind the eye, or right of the fog
-        cloud.min = to_sun.y == 1 ? glm::dvec3(-70, 10, -70) : glm::dvec3(100, -70, -70);
-        cloud.max = to_sun.y == 1 ? glm::dvec3(70, 11.5, 70) : glm::dvec3(101.5, 10, 70);
-        cloud.sigma_a = {0.5f, 1.0f, 2.0f};
-        scene.media.emplace_back(cloud);
-        const Still shaded = render(scene, plain_settings());
-        EXPECT_GT(pixel(open.scattering, 16, 8, 8).r, 1e-3f);
-        for (const int at : {0, 8})
-            for (int c = 0; c < 3; ++c) {
-                const double expected = std::exp(-1.5 * double(cloud.sigma_a[c]));
-                EXPECT_NEAR(pixel(shaded.scattering, 16, at, at)[c] /
-                                pixel(open.scattering, 16, at, at)[c],
-                            expected, 1e-3 * expected)
-                    << "the cloud is 1.5 m thick; it also widens the range that the steps are "
-                       "spread over, and midpoints of other steps see the fog's own shadow 4e-4 "
-                       "off";
-            }
-    }
+    for (const Settings& settings : plain_siblings())
+        for (const glm::dvec3 to_sun : {glm::dvec3(0, 1, 0), glm::dvec3(1, 0, 0)}) {
+            scene.lights = {SunLight{to_sun, glm::vec3(3)}};
+            scene.media.resize(1);
+            const Still open = render(scene, settings);
+            BoxMedium cloud;  // behind the eye, or right of the fog
+            cloud.min = to_sun.y == 1 ? glm::dvec3(-70, 10, -70) : glm::dvec3(100, -70, -70);
+            cloud.max = to_sun.y == 1 ? glm::dvec3(70, 11.5, 70) : glm::dvec3(101.5, 10, 70);
+            cloud.sigma_a = {0.5f, 1.0f, 2.0f};
+            scene.media.emplace_back(cloud);
+            const Still shaded = render(scene, settings);
+            EXPECT_GT(pixel(open.scattering, 16, 8, 8).r, 1e-3f);
+            for (const int at : {0, 8})
+                for (int c = 0; c < 3; ++c) {
+                    const double expected = std::exp(-1.5 * double(cloud.sigma_a[c]));
+                    EXPECT_NEAR(pixel(shaded.scattering, 16, at, at)[c] /
+                                    pixel(open.scattering, 16, at, at)[c],
+                                expected, 1e-3 * expected)
+                        << "the cloud is 1.5 m thick; it also widens the range that the steps are "
+                           "spread over, and midpoints of other steps see the fog's own shadow "
+                           "4e-4 "
+                           "off";
+                }
+        }
 }
 
 // -- conventions ---------------------------------------------------------------------------------

@@ -16,6 +16,7 @@ struct View {
     Projection projection;
     int resolution;
     Settings::Format format;
+    Settings::Mode mode = Settings::Mode::raymarch;
 };
 
 constexpr View kViews[] = {
@@ -25,6 +26,10 @@ constexpr View kViews[] = {
     {"orthographic_full", Projection::orthographic, 1, Settings::Format::rgba32f},
     {"orthographic_half", Projection::orthographic, 2, Settings::Format::rgba32f},
     {"perspective_half_f16", Projection::perspective, 2, Settings::Format::rgba16f},
+    {"froxel_perspective", Projection::perspective, 1, Settings::Format::rgba32f,
+     Settings::Mode::froxel},
+    {"froxel_orthographic", Projection::orthographic, 1, Settings::Format::rgba32f,
+     Settings::Mode::froxel},
 };
 
 std::string name_of(const testing::TestParamInfo<View>& info)
@@ -65,6 +70,8 @@ protected:
     {
         Settings s = plain_settings(GetParam().resolution);
         s.format = GetParam().format;
+        s.mode = GetParam().mode;
+        s.tile = 1;
         return s;
     }
     /// What the format itself may take, relative to values of about 1, over `rounding` of 32-bit

@@ -19,6 +19,14 @@ Settings ImageTest::plain_settings(int resolution)
     return settings;
 }
 
+Settings ImageTest::plain_froxels(int tile)
+{
+    Settings settings = plain_settings();
+    settings.mode = Settings::Mode::froxel;
+    settings.tile = tile;
+    return settings;
+}
+
 PixelRay ImageTest::ray_at(const Scene& scene, glm::dvec2 at)
 {
     const Camera& camera = scene.camera;

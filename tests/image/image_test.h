@@ -36,6 +36,18 @@ protected:
     /// No jitter, 32-bit layer: what is left is the method.
     static Settings plain_settings(int resolution = 1);
 
+    /// The same for froxels of a pixel: columns are the picture's rays, so what holds for the march
+    /// at full resolution holds for them.
+    static Settings plain_froxels(int tile = 1);
+    /// Both, for what holds in both modes.
+    static std::vector<Settings> plain_siblings() { return {plain_settings(), plain_froxels()}; }
+    /// Steps of the march, slices of the froxels.
+    static void set_steps(Settings& settings, int steps)
+    {
+        settings.steps = steps;
+        settings.slices = steps;
+    }
+
     static PixelRay ray_at(const Scene& scene, glm::dvec2 at);
     static PixelRay ray_of(const Scene& scene, int x, int y)
     {

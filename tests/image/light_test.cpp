@@ -61,14 +61,16 @@ TEST_F(Lighting, SunInAUniformSlabThatShadesItself)
          {Camera::Projection::perspective, Camera::Projection::orthographic})
         for (const glm::dvec3 to_sun : {glm::dvec3(0.3, 0.8, 0.5), glm::dvec3(0.2, -0.9, 0.3)})
             for (const float g : {0.6f, -0.4f})
-                for (const int resolution : {1, 2, 4}) {
+                for (const Settings& settings :
+                     {plain_settings(1), plain_settings(2), plain_settings(4), plain_froxels()}) {
+                    const int resolution = settings.resolution;
                     Scene scene = wide_scene();
                     scene.camera.projection = projection;
                     const glm::dvec3 wi = glm::normalize(to_sun);
                     scene.lights = {SunLight{wi, irradiance}};
                     const BoxMedium medium = slab({0.2f, 0.5f, 1.0f}, {0.1f, 0.1f, 0.0f}, g);
                     scene.media = {medium};
-                    const Still still = render(scene, plain_settings(resolution));
+                    const Still still = render(scene, settings);
                     const PictureField field = [&](glm::dvec2 at) {
                         return sun_in_slab(ray_at(scene, at), medium, wi, irradiance);
                     };
@@ -81,7 +83,8 @@ TEST_F(Lighting, SunInAUniformSlabThatShadesItself)
                         *std::max_element(truth.pixels.begin(), truth.pixels.end());
                     EXPECT_TRUE(images_near(actual, truth, 2.2e-4 * largest, 1.6e-4 * largest,
                                             "midpoint rule on the sun's shadow over 64 steps"))
-                        << "g " << g << ", sun y " << wi.y << ", resolution " << resolution;
+                        << "g " << g << ", sun y " << wi.y << ", resolution " << resolution << ", "
+                        << mode_name(settings.mode);
                     figure("relative error", max_difference(actual, truth) / largest);
                 }
 }
@@ -109,9 +112,6 @@ TEST_F(Lighting, VolumeShadowsOffLeavesTheSunUndimmed)
     scene.lights = {SunLight{{0.3, 0.8, 0.5}, glm::vec3(2)}};
     const BoxMedium medium = slab(glm::vec3(0.5f), glm::vec3(0.2f), 0.3f);
     scene.media = {medium};
-    Settings settings = plain_settings();
-    settings.volume_shadows = false;
-    const Still still = render(scene, settings);
     const glm::dvec3 wi = glm::normalize(glm::dvec3(0.3, 0.8, 0.5));
     const Image truth = ideal(scene, [&](glm::dvec2 at) {
         const PixelRay ray = ray_at(scene, at);
@@ -119,8 +119,13 @@ TEST_F(Lighting, VolumeShadowsOffLeavesTheSunUndimmed)
         return glm::dvec3(2 * 0.5 * henyey_greenstein(glm::dot(wi, ray.direction), 0.3) *
                           -std::expm1(-0.7 * length) / 0.7);
     });
-    EXPECT_TRUE(images_near(picture_of(still, still.scattering), truth, 2e-6, 1e-6,
-                            "a constant source is a closed form; 32-bit sums"));
+    for (Settings settings : plain_siblings()) {
+        settings.volume_shadows = false;
+        const Still still = render(scene, settings);
+        EXPECT_TRUE(images_near(picture_of(still, still.scattering), truth, 2e-6, 1e-6,
+                                "a constant source is a closed form; 32-bit sums"))
+            << mode_name(settings.mode);
+    }
 }
 
 /// Fog all around, a light in it; the integral along the ray in double.
@@ -167,20 +172,24 @@ TEST_F(Lighting, PointLightInUniformFogConvergesToTheIntegral)
     for (const float v : truth.pixels)
         mean += double(v) / static_cast<double>(truth.pixels.size());
     double before = 0;
-    for (const int steps : {64, 128, 256, 512}) {
-        Settings settings = plain_settings();
-        settings.steps = steps;
-        const Still still = render(scene, settings);
-        const double error = rms_difference(picture_of(still, still.scattering), truth) / mean;
-        figure(fmt::format("rms error over mean at {} steps", steps), error);
-        if (before > 0) {
-            EXPECT_LT(error, 0.6 * before) << steps << " steps";
+    for (Settings settings : plain_siblings()) {
+        before = 0;
+        for (const int steps : {64, 128, 256, 512}) {
+            set_steps(settings, steps);
+            const Still still = render(scene, settings);
+            const double error = rms_difference(picture_of(still, still.scattering), truth) / mean;
+            figure(
+                fmt::format("{}: rms error over mean at {} steps", mode_name(settings.mode), steps),
+                error);
+            if (before > 0) {
+                EXPECT_LT(error, 0.6 * before) << steps << " steps, " << mode_name(settings.mode);
+            }
+            before = error;
         }
-        before = error;
+        EXPECT_LT(before, 2e-3) << "rms over mean at 512 steps, " << mode_name(settings.mode);
     }
     // The nearest ray passes at a tenth of the longest step's length from the light at 64 steps; at
     // 512 the peak of 1/d^2 spans several steps and midpoints see it.
-    EXPECT_LT(before, 2e-3) << "rms over mean at 512 steps";
 
     // A full picture, layer at half and quarter size: the same samples, interpolated.
     Settings settings = plain_settings(1);
@@ -238,21 +247,27 @@ TEST_F(Lighting, SelfShadowOfAGridConvergesWithShadowSteps)
         }
         return glm::dvec3(radiance);
     });
-    Settings settings = plain_settings();
-    settings.steps = 256;
     const double largest = *std::max_element(truth.pixels.begin(), truth.pixels.end());
-    double before = 0;
-    for (const int shadow_steps : {1, 2, 4, 8, 16}) {
-        settings.shadow_steps = shadow_steps;
-        const Still still = render(scene, settings);
-        const double error = rms_difference(picture_of(still, still.scattering), truth) / largest;
-        figure(fmt::format("rms error over largest at {} shadow steps", shadow_steps), error);
-        if (before > 0) {
-            EXPECT_LT(error, std::max(0.6 * before, 1e-3)) << shadow_steps << " shadow steps";
+    for (Settings settings : plain_siblings()) {
+        SCOPED_TRACE(mode_name(settings.mode));
+        set_steps(settings, 256);
+        double before = 0;
+        for (const int shadow_steps : {1, 2, 4, 8, 16}) {
+            settings.shadow_steps = shadow_steps;
+            const Still still = render(scene, settings);
+            const double error =
+                rms_difference(picture_of(still, still.scattering), truth) / largest;
+            figure(fmt::format("{}: rms error over largest at {} shadow steps",
+                               mode_name(settings.mode), shadow_steps),
+                   error);
+            if (before > 0) {
+                EXPECT_LT(error, std::max(0.6 * before, 1e-3)) << shadow_steps << " shadow steps";
+            }
+            before = error;
         }
-        before = error;
+        EXPECT_LT(before, 1e-3)
+            << "16 midpoints in a lump of 16 voxels, and 8 bits of filter weights";
     }
-    EXPECT_LT(before, 1e-3) << "16 midpoints in a lump of 16 voxels, and 8 bits of filter weights";
 }
 
 // Albedo 1, the world's light undimmed, the same world behind: what a ray loses it gains, exactly,
@@ -271,19 +286,23 @@ TEST_F(Lighting, WhiteFurnace)
     smoke.g = 0.7f;
     for (const Medium& medium : {Medium(uniform), Medium(noisy), Medium(smoke)}) {
         scene.media = {medium};
-        for (const bool plain : {true, false}) {
-            const Settings settings = plain ? plain_settings() : Settings{};
+        for (const Settings& settings :
+             {plain_settings(), plain_froxels(4), Settings{}, find_preset("froxel")}) {
+            const bool plain = settings.format == Settings::Format::rgba32f;
             const Still still = render(scene, settings);
             const Image one = ideal(scene, [](glm::dvec2) { return glm::dvec3(1); });
             EXPECT_LT(*std::min_element(still.transmittance.begin(), still.transmittance.end()),
                       0.7f)
                 << "there is a medium to see";
-            const double tolerance = plain ? 64 * 0x1p-24 : 5e-4;
+            // The froxels' 16-bit values are of a straight ray; the corner's is 1.13 times as long.
+            const double slant = settings.mode == Settings::Mode::froxel ? 1.13 : 1;
+            const double tolerance = plain ? 64 * 0x1p-24 : 5e-4 * slant;
             EXPECT_TRUE(images_near(picture_of(still, still.composite), one, tolerance, tolerance,
                                     "rounding: of 64 steps' 32-bit sums, 2^-24 each, or of two "
                                     "16-bit values under 1"))
-                << "medium of kind " << medium.index();
-            figure(plain ? "furnace error, 32-bit" : "furnace error, default",
+                << "medium of kind " << medium.index() << ", " << mode_name(settings.mode);
+            figure(fmt::format("furnace error, {}, {}", mode_name(settings.mode),
+                               plain ? "32-bit" : "default"),
                    max_difference(picture_of(still, still.composite), one));
         }
     }

@@ -124,6 +124,16 @@ TEST_F(Eevee2017, IsWhatItsDocumentSays)
     EXPECT_EQ(s.format, Settings::Format::r11g11b10f);
     EXPECT_EQ(s.targets, Settings::Targets::two);
     EXPECT_EQ(find_preset("default"), Settings{});
+    const Settings f = find_preset("eevee2017-froxel");
+    EXPECT_EQ(f.mode, Settings::Mode::froxel);
+    EXPECT_EQ(f.tile, 8);
+    EXPECT_EQ(f.slices, 64);
+    EXPECT_EQ(f.distribution, 0.8f);
+    EXPECT_EQ(f.slice_spacing, Settings::SliceSpacing::exponential);
+    EXPECT_EQ(f.history, 0.95f);
+    EXPECT_EQ(f.range, Settings::Range::camera);
+    EXPECT_EQ(f.format, Settings::Format::r11g11b10f);
+    EXPECT_EQ(f.froxel_shadows, Settings::FroxelShadows::grid);
 }
 
 }  // namespace

@@ -1,0 +1,404 @@
+#include "pass/froxels.h"
+
+#include <cmath>
+#include <fmt/format.h>
+#include <glm/gtc/matrix_transform.hpp>
+#include <numeric>
+
+#include "errors.h"
+#include "halton.h"
+#include "shared/bindings.h"
+
+namespace fumarole::pass {
+
+namespace {
+
+/// Beyond these a frame shows another place, and not the same one from further on.
+constexpr double kCutTurn = 0.35;    ///< radians between one frame and the next
+constexpr double kCutTravel = 0.25;  ///< of the grid's depth
+constexpr double kCutZoom = 1.25;    ///< of the picture's scale
+
+/// Slices before the eye's first and behind its last that continue what is integrated.
+constexpr int kEndSlices = 3;
+
+constexpr glm::ivec3 kFroxelGroup(FROXEL_GROUP_X, FROXEL_GROUP_Y, FROXEL_GROUP_Z);
+
+/// Columns beyond the picture on each side, so that a lookup at its edge finds all its texels.
+int guard_columns(const Settings& s)
+{
+    return s.lookup == Settings::Lookup::tricubic ? 2 : 1;
+}
+
+glm::ivec3 froxel_count(const PassFrame& frame)
+{
+    const Settings& s = frame.settings;
+    const glm::ivec2 columns = (glm::ivec2(frame.host.color.size) + s.tile - 1) / s.tile;
+    return {columns + 2 * guard_columns(s), s.slices};
+}
+
+FroxelPlan make_plan(const Toolbox& tools, const PassFrame& frame)
+{
+    const medium::MediaTraits& media = tools.media.traits();
+    const Settings& s = frame.settings;
+    FroxelPlan plan;
+    plan.count = froxel_count(frame);
+    plan.format = gl_format(s.format);
+    plan.history = s.history > 0 && frame.host.history != Frame::kNoHistory;
+    plan.source_format = plan.history ? gl_format(s.history_format) : plan.format;
+    const bool alpha = plan.format != GL_R11F_G11F_B10F && plan.source_format != GL_R11F_G11F_B10F;
+    plan.extinction_in_alpha = alpha && !media.colored_extinction;
+    plan.emission = media.emission;
+    plan.mixed_g = media.mixed_g;
+    return plan;
+}
+
+void check_size(glm::ivec3 count, const gl::Device& gl)
+{
+    const int limit = gl.capabilities().max_texture_3d;
+    if (std::max({count.x, count.y, count.z + kEndSlices}) > limit)
+        throw Error(
+            fmt::format("{} x {} x {} froxels are more than this GL's 3-D textures hold ({} "
+                        "a side); give a larger --tile or fewer --slices",
+                        count.x, count.y, count.z, limit));
+}
+
+FroxelView make_view(const PassFrame& frame)
+{
+    glm::dvec2 range = step_range(frame.eye, frame.media, frame.settings);
+    range.y = std::max(range.y, range.x * (1 + 1e-6) + 1e-30);
+    return {frame.host.view_from_world,
+            frame.host.clip_from_view,
+            frame.eye.position,
+            frame.eye.forward,
+            range,
+            frame.settings,
+            frame.scene_id};
+}
+
+/// Whether `now` sees another place than `last` or in another way.
+bool is_cut(const FroxelView& last, const FroxelView& now)
+{
+    const glm::dmat4 &a = last.clip_from_view, &b = now.clip_from_view;
+    const auto zoomed = [&](int axis) {
+        const double zoom = b[axis][axis] / a[axis][axis];
+        return !(zoom < kCutZoom && zoom > 1 / kCutZoom);
+    };
+    return glm::dot(last.forward, now.forward) < std::cos(kCutTurn) ||
+           glm::length(now.eye - last.eye) > kCutTravel * (last.range.y - last.range.x) ||
+           a[2][3] != b[2][3] || zoomed(0) || zoomed(1);
+}
+
+HistoryUse judge_history(const FroxelPlan& plan, const std::optional<FroxelView>& last,
+                         const FroxelView& now)
+{
+    if (!plan.history)
+        return HistoryUse::off;
+    if (!last)
+        return HistoryUse::first;
+    if (last->scene_id != now.scene_id)
+        return HistoryUse::scene_changed;
+    if (last->settings != now.settings)
+        return HistoryUse::settings_changed;
+    if (is_cut(*last, now))
+        return HistoryUse::cut;
+    const bool same = last->view_from_world == now.view_from_world &&
+                      last->clip_from_view == now.clip_from_view && last->range == now.range;
+    return same ? HistoryUse::still : HistoryUse::moved;
+}
+
+bool has_history(HistoryUse use)
+{
+    return use == HistoryUse::still || use == HistoryUse::moved;
+}
+
+/// x, y, z of FroxelParams::spacing.
+glm::dvec3 spacing_of(const Settings& s, bool perspective)
+{
+    // 2017 held 1 - distribution to a hundredth: exp2(25) is the last spacing with a first slice.
+    const double rest = std::max(1.0 - static_cast<double>(s.distribution), 0.01);
+    if (!perspective || s.slice_spacing == Settings::SliceSpacing::linear)
+        return {0, 1, 1};
+    if (s.slice_spacing == Settings::SliceSpacing::power)
+        return {2, 1 / rest, 0};
+    const double rate = 0.25 / rest;
+    return {1, rate, std::exp2(rate) - 1};
+}
+
+/// Where in their froxels this frame's samples lie; frame 0 has them in the middle.
+glm::dvec3 jitter_of(const PassFrame& frame)
+{
+    if (frame.settings.jitter == Settings::Jitter::none)
+        return glm::dvec3(0.5);
+    const std::uint64_t i = frame.host.index;
+    return glm::fract(
+        glm::dvec3(radical_inverse(i, 2), radical_inverse(i, 3), radical_inverse(i, 7)) + 0.5);
+}
+
+/// view_z of an eye-centred point as a dot product.
+glm::dvec4 view_z_from_eye(const FroxelView& view, glm::dvec3 eye)
+{
+    return {view.forward, glm::dot(view.forward, eye - view.eye)};
+}
+
+glm::dmat4 clip_from_eye(const FroxelView& view, glm::dvec3 eye)
+{
+    return view.clip_from_view * view.view_from_world * glm::translate(glm::dmat4(1.0), eye);
+}
+
+gl::Defines storage_defines(const FroxelPlan& plan)
+{
+    if (plan.extinction_in_alpha)
+        return {{"EXTINCTION_IN_ALPHA", ""}};
+    return {};
+}
+
+/// Of the two steps that sample the media.
+gl::Defines sampling_defines(const Toolbox& tools, const Settings& s, const FroxelPlan& plan)
+{
+    gl::Defines defines = tools.scattering_defines(s);
+    const gl::Defines storage = storage_defines(plan);
+    defines.insert(defines.end(), storage.begin(), storage.end());
+    if (s.range == Settings::Range::camera)
+        defines.emplace_back("CAMERA_RANGE", "");
+    return defines;
+}
+
+gl::Defines scatter_defines(const Toolbox& tools, const Settings& s, const FroxelPlan& plan)
+{
+    gl::Defines defines = sampling_defines(tools, s, plan);
+    if (s.froxel_shadows == Settings::FroxelShadows::grid)
+        defines.emplace_back("GRID_SHADOWS", "");
+    return defines;
+}
+
+/// Binds a volume to be written; nothing where it is not there.
+void bind_image(const gl::Device& gl, GLuint unit, const gl::Texture& volume, GLenum format)
+{
+    if (volume)
+        gl->BindImageTexture(unit, volume.id(), 0, GL_TRUE, 0, GL_WRITE_ONLY, format);
+}
+
+}  // namespace
+
+const char* to_string(HistoryUse use)
+{
+    constexpr std::array kNames{"off",
+                                "none: first frame",
+                                "dropped: a cut",
+                                "dropped: scene, light or media changed",
+                                "dropped: settings changed",
+                                "reprojected",
+                                "kept: nothing moved"};
+    return kNames.at(static_cast<std::size_t>(use));
+}
+
+float HistoryWeight::next(HistoryUse use, float asked)
+{
+    if (!has_history(use))
+        reset();
+    // An exponential mean of weight w is worth 1 / (1 - w) frames of a running one.
+    const double most = 1 / (1 - static_cast<double>(asked));
+    if (use == HistoryUse::moved)
+        fading_ = 1;
+    if (fading_ > kFaded)
+        frames_ = std::min(frames_, most - 1);
+    else
+        fading_ = 0;
+    const double weight = frames_ / (frames_ + 1);
+    fading_ *= weight;
+    ++frames_;
+    return static_cast<float>(weight);
+}
+
+Froxels::Froxels(const Toolbox& tools) : VolumePass{tools}, block_{tools.device, "froxels"} {}
+
+Froxels::View& Froxels::view_of(const PassFrame& frame)
+{
+    const FroxelPlan plan = make_plan(tools_, frame);
+    check_size(plan.count, tools_.device);
+    View& view = views_[frame.host.history];
+    if (view.plan == plan)
+        return view;
+    view = {};
+    view.plan = plan;
+    const auto make = [&](const char* label, GLenum format, glm::ivec3 size) {
+        return gl::Texture::make_3d(tools_.device, label, size, format, gl::Filter::linear);
+    };
+    const glm::ivec3 integrated = plan.count + glm::ivec3(0, 0, kEndSlices);
+    view.sigma_s = make("V-buffer sigma_s", plan.format, plan.count);
+    view.scattering = make("integrated scattering", plan.format, integrated);
+    if (plan.emission)
+        view.emission = make("V-buffer emission", plan.format, plan.count);
+    if (plan.mixed_g)
+        view.phase = make("V-buffer phase", GL_RG16F, plan.count);
+    for (int i = 0; i < (plan.history ? 2 : 1); ++i)
+        view.source.at(i) = make("froxel source", plan.source_format, plan.count);
+    if (plan.extinction_in_alpha)
+        return view;
+    view.sigma_t = make("V-buffer sigma_t", plan.format, plan.count);
+    view.transmittance = make("integrated transmittance", plan.format, integrated);
+    for (int i = 0; i < (plan.history ? 2 : 1); ++i)
+        view.extinction.at(i) = make("froxel extinction", plan.source_format, plan.count);
+    return view;
+}
+
+void Froxels::write_block(const PassFrame& frame, const View& view, float history_weight) const
+{
+    const FroxelView now = make_view(frame);
+    const FroxelView& last = view.last ? *view.last : now;
+    const auto range_of = [](glm::dvec2 range, double w) {
+        return glm::vec4(range, range.y - range.x, w);
+    };
+    shared::FroxelParams params{};
+    params.grid = glm::vec4(view.plan.count, frame.settings.tile);
+    params.range = range_of(now.range, guard_columns(frame.settings));
+    params.spacing = glm::vec4(spacing_of(frame.settings, frame.eye.perspective), 0.0);
+    params.jitter = glm::vec4(jitter_of(frame), history_weight);
+    params.clip_from_world = glm::mat4(clip_from_eye(now, now.eye));
+    params.view_z_from_world = glm::vec4(view_z_from_eye(now, now.eye));
+    params.history_clip_from_world = glm::mat4(clip_from_eye(last, now.eye));
+    params.history_view_z_from_world = glm::vec4(view_z_from_eye(last, now.eye));
+    params.history_range =
+        range_of(last.range, (now.range.y - now.range.x) / (last.range.y - last.range.x));
+    params.history_eye = frame.eye.perspective ? glm::vec4(glm::vec3(last.eye - now.eye), 1.0f)
+                                               : glm::vec4(glm::vec3(-last.forward), 0.0f);
+    block_.write(params);
+    tools_.device->BindBufferBase(GL_UNIFORM_BUFFER, FROXEL_BLOCK, block_.id());
+}
+
+void Froxels::dispatch(const char* file, const gl::Defines& defines, glm::ivec3 invocations,
+                       glm::ivec3 group) const
+{
+    const gl::Device& gl = tools_.device;
+    gl->UseProgram(tools_.programs.get({file}, defines).id());
+    const glm::uvec3 groups((invocations + group - 1) / group);
+    gl->DispatchCompute(groups.x, groups.y, groups.z);
+    // For the next step's fetches; and its stores wait until this one has read.
+    gl->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+}
+
+void Froxels::draw_v_buffer(const PassFrame& frame, const View& view) const
+{
+    const gl::Device& gl = tools_.device;
+    const FroxelPlan& plan = view.plan;
+    bind_image(gl, V_BUFFER_SIGMA_S_IMAGE, view.sigma_s, plan.format);
+    bind_image(gl, V_BUFFER_SIGMA_T_IMAGE, view.sigma_t, plan.format);
+    bind_image(gl, V_BUFFER_EMISSION_IMAGE, view.emission, plan.format);
+    bind_image(gl, V_BUFFER_PHASE_IMAGE, view.phase, GL_RG16F);
+    dispatch("pass/v_buffer.comp", sampling_defines(tools_, frame.settings, plan), plan.count,
+             kFroxelGroup);
+}
+
+void Froxels::bind_v_buffer(const View& view) const
+{
+    const gl::Device& gl = tools_.device;
+    gl->BindTextureUnit(V_BUFFER_SIGMA_S_UNIT, view.sigma_s.id());
+    gl->BindTextureUnit(V_BUFFER_SIGMA_T_UNIT, view.sigma_t.id());
+    gl->BindTextureUnit(V_BUFFER_EMISSION_UNIT, view.emission.id());
+    gl->BindTextureUnit(V_BUFFER_PHASE_UNIT, view.phase.id());
+}
+
+void Froxels::scatter(const PassFrame& frame, View& view, HistoryUse use) const
+{
+    const gl::Device& gl = tools_.device;
+    const FroxelPlan& plan = view.plan;
+    gl::Defines defines = scatter_defines(tools_, frame.settings, plan);
+    if (plan.history) {
+        gl->BindTextureUnit(FROXEL_HISTORY_UNIT, view.source.at(view.current).id());
+        gl->BindTextureUnit(FROXEL_HISTORY_EXTINCTION_UNIT, view.extinction.at(view.current).id());
+        view.current = 1 - view.current;
+    }
+    if (has_history(use))
+        defines.emplace_back("HISTORY", "");
+    if (use == HistoryUse::still)
+        defines.emplace_back("HISTORY_STILL", "");
+    bind_v_buffer(view);
+    bind_image(gl, FROXEL_SOURCE_IMAGE, view.source.at(view.current), plan.source_format);
+    bind_image(gl, FROXEL_EXTINCTION_IMAGE, view.extinction.at(view.current), plan.source_format);
+    dispatch("pass/scatter.comp", defines, plan.count, kFroxelGroup);
+}
+
+void Froxels::integrate(const PassFrame& frame, const View& view) const
+{
+    const gl::Device& gl = tools_.device;
+    const FroxelPlan& plan = view.plan;
+    gl::Defines defines = storage_defines(plan);
+    if (frame.settings.integration == Settings::Integration::wronski)
+        defines.emplace_back("WRONSKI", "");
+    gl->BindTextureUnit(FROXEL_SOURCE_UNIT, view.source.at(view.current).id());
+    gl->BindTextureUnit(FROXEL_EXTINCTION_UNIT, view.extinction.at(view.current).id());
+    bind_image(gl, INTEGRATED_SCATTERING_IMAGE, view.scattering, plan.format);
+    bind_image(gl, INTEGRATED_TRANSMITTANCE_IMAGE, view.transmittance, plan.format);
+    dispatch("pass/integrate.comp", defines, {plan.count.x, plan.count.y, 1},
+             {FROXEL_COLUMNS, FROXEL_COLUMNS, 1});
+}
+
+void Froxels::draw(const PassFrame& frame)
+{
+    View& view = view_of(frame);
+    const FroxelView now = make_view(frame);
+    use_ = judge_history(view.plan, view.last, now);
+    write_block(frame, view, view.weight.next(use_, frame.settings.history));
+    {
+        const auto time = tools_.timers.scope("froxel media");
+        draw_v_buffer(frame, view);
+    }
+    {
+        const auto time = tools_.timers.scope("froxel light");
+        scatter(frame, view, use_);
+    }
+    {
+        const auto time = tools_.timers.scope("froxel integration");
+        integrate(frame, view);
+    }
+    view.last = now;
+}
+
+void Froxels::resolve(const PassFrame& frame, Layer layer)
+{
+    const gl::Device& gl = tools_.device;
+    const View& view = view_of(frame);
+    write_block(frame, view, 0);
+    gl::Defines defines = storage_defines(view.plan);
+    if (frame.settings.lookup == Settings::Lookup::tricubic)
+        defines.emplace_back("TRICUBIC", "");
+    if (layer == Layer::transmittance)
+        defines.emplace_back("TRANSMITTANCE", "");
+    gl->BindTextureUnit(INTEGRATED_SCATTERING_UNIT, view.scattering.id());
+    gl->BindTextureUnit(INTEGRATED_TRANSMITTANCE_UNIT, view.transmittance.id());
+    tools_.draw_fullscreen("resolve/froxels.frag", defines);
+}
+
+double Froxels::count_samples(const PassFrame& frame)
+{
+    const gl::Device& gl = tools_.device;
+    const View& view = view_of(frame);
+    write_block(frame, view, 0);
+    draw_v_buffer(frame, view);
+    const gl::Texture counts =
+        gl::Texture::make_3d(gl, "sample counts", view.plan.count, GL_R32F, gl::Filter::nearest);
+    bind_v_buffer(view);
+    bind_image(gl, FROXEL_SOURCE_IMAGE, counts, GL_R32F);
+    gl::Defines defines = scatter_defines(tools_, frame.settings, view.plan);
+    defines.emplace_back("COUNT_SAMPLES", "");
+    dispatch("pass/scatter.comp", defines, view.plan.count, kFroxelGroup);
+    gl->MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);  // for the read below
+    const std::vector<float> samples = counts.read(1);
+    return std::accumulate(samples.begin(), samples.end(), 0.0);
+}
+
+std::vector<std::string> explain_froxels(const Toolbox& tools, const Settings& s)
+{
+    const medium::MediaTraits& media = tools.media.traits();
+    std::vector<std::string> lines;
+    lines.push_back(fmt::format("froxels: tiles of {} x {} pixels, {} slices over the depth of {}",
+                                s.tile, s.tile, s.slices,
+                                s.range == Settings::Range::media ? "the media" : "the view"));
+    const bool alpha = s.format != Settings::Format::r11g11b10f && !media.colored_extinction;
+    lines.push_back(fmt::format(
+        "V-buffer: sigma_s, {}{}{}", alpha ? "grey sigma_t in its alpha" : "a volume for sigma_t",
+        media.emission ? ", one for emission" : "", media.mixed_g ? ", one for the phase" : ""));
+    return lines;
+}
+
+}  // namespace fumarole::pass

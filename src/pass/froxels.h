@@ -1,0 +1,104 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "gl/buffer.h"
+#include "gl/texture.h"
+#include "pass/volume_pass.h"
+#include "shared/froxel_params.h"
+
+namespace fumarole::pass {
+
+/// Which volumes a scene and its settings need: no more than that is made.
+struct FroxelPlan {
+    glm::ivec3 count{0};  ///< columns, guard included, and slices
+    GLenum format = 0;    ///< of the V-buffer and of what is integrated
+    GLenum source_format = 0;
+    bool extinction_in_alpha =
+        false;  ///< one extinction for all channels, in the alpha of a colour
+    bool emission = false;
+    bool mixed_g = false;
+    bool history = false;
+
+    bool operator==(const FroxelPlan&) const = default;
+};
+
+/// What a froxel's block says of one frame, in double: what the next frame's history is mapped by.
+struct FroxelView {
+    glm::dmat4 view_from_world{1.0}, clip_from_view{1.0};
+    glm::dvec3 eye{0}, forward{0};  ///< metres, world; unit length
+    glm::dvec2 range{0};            ///< view_z [m] of the grid's ends
+    Settings settings;
+    std::uint64_t scene_id = 0;
+};
+
+/// Why last frame's froxels were or were not used. What lies outside of last frame's grid is told
+/// apart in the shader.
+enum class HistoryUse { off, first, cut, scene_changed, settings_changed, moved, still };
+const char* to_string(HistoryUse use);
+
+/// How much of its history a view keeps from frame to frame.
+///
+/// While nothing changes every frame counts the same: frame n weighs 1 / n, the mean, which
+/// converges as far as the jitter goes. While the view moves, history is kept by the weight asked
+/// for, since what was reprojected blurs and what was seen before no longer holds. When it comes to
+/// rest that weight stays until what was gathered in motion has faded to kFaded; then frames count
+/// again from where an exponential mean of that weight stands.
+class HistoryWeight {
+public:
+    void reset() { *this = {}; }
+    /// The weight of history in a frame that has some, 0..1.
+    float next(HistoryUse use, float asked);
+
+private:
+    static constexpr double kFaded = 0.01;
+    double frames_ = 0;  ///< that history is worth
+    double fading_ = 0;  ///< share of what was gathered in motion that is still there
+};
+
+/// Froxels: media and light sampled in the cells of a grid in the view's frustum, kept from frame
+/// to frame, integrated front to back, looked up at each pixel's depth. Wronski 2014, "Volumetric
+/// Fog"; Hillaire 2015; Eevee's design of October 2017. One file a step: glsl/pass/v_buffer.comp,
+/// scatter.comp, integrate.comp, glsl/resolve/froxels.frag.
+class Froxels : public VolumePass {
+public:
+    explicit Froxels(const Toolbox& tools);
+    void draw(const PassFrame& frame) override;
+    void resolve(const PassFrame& frame, Layer layer) override;
+    [[nodiscard]] const char* resolve_name() const override { return "froxel lookup of"; }
+    double count_samples(const PassFrame& frame) override;
+    void forget(int view) override { views_.erase(view); }
+    [[nodiscard]] std::string history_use() const override { return to_string(use_); }
+
+private:
+    struct View {
+        FroxelPlan plan;
+        gl::Texture sigma_s, sigma_t, emission, phase;
+        /// Two of each where there is a history: one is read while the other is written.
+        std::array<gl::Texture, 2> source, extinction;
+        gl::Texture scattering, transmittance;  ///< integrated
+        int current = 0;                        ///< into source, extinction: of the last frame
+        std::optional<FroxelView> last;
+        HistoryWeight weight;
+    };
+    View& view_of(const PassFrame& frame);
+    void write_block(const PassFrame& frame, const View& view, float history_weight) const;
+    void draw_v_buffer(const PassFrame& frame, const View& view) const;
+    void bind_v_buffer(const View& view) const;
+    void scatter(const PassFrame& frame, View& view, HistoryUse use) const;
+    void integrate(const PassFrame& frame, const View& view) const;
+    void dispatch(const char* file, const gl::Defines& defines, glm::ivec3 invocations,
+                  glm::ivec3 group) const;
+
+    gl::UniformBuffer<shared::FroxelParams> block_;
+    std::map<int, View> views_;  ///< by Frame::history
+    HistoryUse use_ = HistoryUse::off;
+};
+
+/// What of the scene the froxels keep and why: a line each.
+std::vector<std::string> explain_froxels(const Toolbox& tools, const Settings& settings);
+
+}  // namespace fumarole::pass

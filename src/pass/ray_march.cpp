@@ -1,0 +1,131 @@
+#include "pass/ray_march.h"
+
+#include <fmt/format.h>
+#include <numeric>
+
+#include "pass/blue_noise.h"
+#include "shared/bindings.h"
+
+namespace fumarole::pass {
+
+namespace {
+
+constexpr const char* kMarch = "pass/ray_march.frag";
+
+gl::Defines upsample_defines(const Settings& s)
+{
+    const bool small = s.upsample == Settings::Upsample::bilinear2x2;
+    gl::Defines defines{{"LAYER_SCALE", fmt::format("{}", s.resolution)},
+                        {"UPSAMPLE_TAPS", s.resolution == 1 ? "1" : (small ? "2" : "4")}};
+    if (s.upsample == Settings::Upsample::box4x4)
+        defines.emplace_back("BOX_2017", "");
+    return defines;
+}
+
+}  // namespace
+
+Settings::Format march_format(const Toolbox& tools, const Settings& s)
+{
+    const bool small = s.format == Settings::Format::r11g11b10f;
+    return tools.monochrome(s) && small ? Settings::Format::rgba16f : s.format;
+}
+
+RayMarch::RayMarch(const Toolbox& tools) : VolumePass{tools}
+{
+    blue_noise_ = gl::Texture::make_2d(tools_.device, "blue noise", glm::ivec2(kBlueNoiseSize),
+                                       GL_R32F, gl::Filter::nearest);
+    std::vector<float> offsets;
+    for (std::uint16_t rank : kBlueNoise)
+        offsets.push_back((static_cast<float>(rank) + 0.5f) /
+                          static_cast<float>(kBlueNoise.size()));
+    blue_noise_.upload(GL_RED, GL_FLOAT, offsets.data());
+}
+
+gl::Defines RayMarch::march_defines(const Settings& s) const
+{
+    gl::Defines defines = tools_.scattering_defines(s);
+    const auto add = [&](bool condition, const char* name) {
+        if (condition)
+            defines.emplace_back(name, "");
+    };
+    add(s.jitter == Settings::Jitter::blue, "BLUE_NOISE");
+    add(s.range == Settings::Range::camera, "CAMERA_RANGE");
+    add(tools_.monochrome(s), "MONOCHROME");
+    defines.emplace_back("LAYER_SCALE", fmt::format("{}", s.resolution));
+    return defines;
+}
+
+void RayMarch::resize(const PassFrame& frame)
+{
+    const gl::Device& gl = tools_.device;
+    const glm::ivec2 texels = layer_size(glm::ivec2(frame.host.color.size), frame.settings);
+    const Settings::Format format = march_format(tools_, frame.settings);
+    const bool monochrome = tools_.monochrome(frame.settings);
+    if (texels == size_ && format == format_ && monochrome == monochrome_)
+        return;
+    size_ = texels;
+    format_ = format;
+    monochrome_ = monochrome;
+    const GLenum color = gl_format(format);
+    depth_ = gl::Texture::make_2d(gl, "layer depth", texels, GL_R32F, gl::Filter::nearest);
+    scattering_ = gl::Texture::make_2d(gl, "layer scattering", texels, color, gl::Filter::nearest);
+    transmittance_ = {};
+    depth_framebuffer_ = {gl, "layer depth"};
+    depth_framebuffer_.attach_color({depth_.view()});
+    framebuffer_ = {gl, "layer"};
+    if (monochrome) {
+        framebuffer_.attach_color({scattering_.view()});
+    } else {
+        transmittance_ =
+            gl::Texture::make_2d(gl, "layer transmittance", texels, color, gl::Filter::nearest);
+        framebuffer_.attach_color({scattering_.view(), transmittance_.view()});
+    }
+}
+
+void RayMarch::draw_layer_depth(const PassFrame& frame)
+{
+    resize(frame);
+    const auto time = tools_.timers.scope("layer depth");
+    gl::Defines defines{{"LAYER_SCALE", fmt::format("{}", frame.settings.resolution)}};
+    if (frame.settings.layer_depth == Settings::LayerDepth::checkerboard)
+        defines.emplace_back("CHECKERBOARD", "");
+    depth_framebuffer_.bind(size_);
+    tools_.draw_fullscreen("pass/layer_depth.frag", defines);
+    tools_.device->BindTextureUnit(LAYER_DEPTH_UNIT, depth_.id());
+    tools_.device->BindTextureUnit(BLUE_NOISE_UNIT, blue_noise_.id());
+}
+
+void RayMarch::draw(const PassFrame& frame)
+{
+    draw_layer_depth(frame);
+    const auto time = tools_.timers.scope("ray march");
+    framebuffer_.bind(size_);
+    tools_.draw_fullscreen(kMarch, march_defines(frame.settings));
+}
+
+void RayMarch::resolve(const PassFrame& frame, Layer layer)
+{
+    resize(frame);
+    const gl::Texture& target = layer == Layer::scattering ? scattering_ : transmittance_;
+    tools_.device->BindTextureUnit(LAYER_DEPTH_UNIT, depth_.id());
+    tools_.device->BindTextureUnit(SCATTERING_UNIT, target.id());
+    tools_.draw_fullscreen("resolve/upsample.frag", upsample_defines(frame.settings));
+}
+
+double RayMarch::count_samples(const PassFrame& frame)
+{
+    draw_layer_depth(frame);
+    const gl::Device& gl = tools_.device;
+    const gl::Texture counts =
+        gl::Texture::make_2d(gl, "sample counts", size_, GL_R32F, gl::Filter::nearest);
+    gl::Framebuffer framebuffer(gl, "sample counts");
+    framebuffer.attach_color({counts.view()});
+    framebuffer.bind(size_);
+    gl::Defines defines = march_defines(frame.settings);
+    defines.emplace_back("COUNT_SAMPLES", "");
+    tools_.draw_fullscreen(kMarch, defines);
+    const std::vector<float> samples = counts.read(1);
+    return std::accumulate(samples.begin(), samples.end(), 0.0);
+}
+
+}  // namespace fumarole::pass

@@ -1,0 +1,200 @@
+// glsl/lib/froxel.glsl and tricubic.glsl against double, and how a view's history is weighed.
+
+#include <cmath>
+#include <random>
+
+#include "pass/froxels.h"
+#include "support/gl_test.h"
+#include "support/kernel.h"
+
+namespace fumarole::test {
+namespace {
+
+class FroxelLib : public GlTest {};
+
+struct Spacing {
+    const char* name;
+    glm::vec4 params;  ///< as lib/froxel.glsl has it
+    double (*t)(double s);
+};
+
+const Spacing kSpacings[] = {
+    {"linear", {0, 1, 1, 0}, [](double s) { return s; }},
+    // Eevee's of October 2017 at distribution 0.8, as it was written: z = (exp2(s / d) - a) / b.
+    {"exponential",
+     {1, 1.25, std::exp2(1.25) - 1, 0},
+     [](double s) {
+         const double d = 0.8, near = 1, far = 2;
+         const double a = (far - near * std::exp2(1 / d)) / (far - near);
+         const double b = (1 - a) / near;
+         return (std::exp2(s / d) - a) / b - 1;
+     }},
+    {"steep",
+     {1, 25, std::exp2(25.0f) - 1, 0},
+     [](double s) { return std::expm1(25 * s * std::log(2)) / std::expm1(25 * std::log(2)); }},
+    {"power", {2, 5, 0, 0}, [](double s) { return std::pow(s, 5); }},
+};
+
+TEST_F(FroxelLib, SlicesAreWhereTheirSpacingSaysAndComeBack)
+{
+    const Kernel kernel(gl(), R"(
+#include "lib/froxel.glsl"
+void kernel(int i)
+{
+    vec4 at = in_data[3 * i], range = in_data[3 * i + 1], spacing = in_data[3 * i + 2];
+    float z = slice_view_z(at.x, range, spacing);
+    out_data[i] = vec4(z, slice_at(z, range, spacing), slices_before(z, at.y, range, spacing), 0.0);
+}
+)",
+                        3);
+    constexpr int kSlices = 64;
+    for (const Spacing& spacing : kSpacings)
+        for (const glm::dvec2 range :
+             {glm::dvec2(0.1, 40), glm::dvec2(6, 17), glm::dvec2(500, 501)}) {
+            std::vector<glm::vec4> in;
+            for (int k = 0; k <= 4 * kSlices; ++k) {
+                in.emplace_back(k / (4.0 * kSlices), kSlices, 0, 0);
+                in.emplace_back(range.x, range.y, range.y - range.x, 0);
+                in.push_back(spacing.params);
+            }
+            const std::vector<glm::vec4> out = kernel(in);
+            const double length = range.y - range.x;
+            // A 32-bit depth of 500 m is 3e-5 m.
+            const double rounding = 2e-6 * length + 1.2e-7 * range.y;
+            for (int k = 0; k <= 4 * kSlices; ++k) {
+                const double s = k / (4.0 * kSlices);
+                ASSERT_NEAR(out[k].x, range.x + length * spacing.t(s), rounding)
+                    << spacing.name << " at " << s;
+                if (k > 0) {
+                    ASSERT_GE(out[k].x, out[k - 1].x) << spacing.name;
+                }
+                // Backwards, an error of z counts by how thin the slices are.
+                const double slope =
+                    (spacing.t(std::min(s + 0.01, 1.0)) - spacing.t(std::max(s - 0.01, 0.0))) /
+                    0.02;
+                if (slope * length > 1e3 * rounding) {
+                    ASSERT_NEAR(out[k].y, s, 1e-5 + 4 * rounding / (slope * length))
+                        << spacing.name;
+                }
+            }
+            EXPECT_NEAR(out.front().z, 0, 1e-6);
+            EXPECT_NEAR(out.back().z, kSlices, 1e-6);
+        }
+}
+
+// Depth counted in slices is linear in depth within a slice, whatever the spacing.
+TEST_F(FroxelLib, HalfTheDepthOfASliceIsHalfASlice)
+{
+    const Kernel kernel(gl(), R"(
+#include "lib/froxel.glsl"
+void kernel(int i)
+{
+    vec4 range = vec4(2.0, 12.0, 10.0, 0.0), spacing = in_data[2 * i + 1];
+    float k = in_data[2 * i].x, f = in_data[2 * i].y;
+    float z = mix(slice_view_z(k / 8.0, range, spacing), slice_view_z((k + 1.0) / 8.0, range, spacing), f);
+    out_data[i] = vec4(slices_before(z, 8.0, range, spacing), slices_before(1.0, 8.0, range, spacing),
+                       slices_before(1e30, 8.0, range, spacing), 0.0);
+}
+)",
+                        2);
+    for (const Spacing& spacing : kSpacings) {
+        if (std::string_view(spacing.name) == "steep")
+            continue;  // its first slices are thinner than a 32-bit depth tells
+        std::vector<glm::vec4> in;
+        for (int k = 0; k < 8; ++k)
+            for (const double f : {0.25, 0.5, 0.75}) {
+                in.emplace_back(k, f, 0, 0);
+                in.push_back(spacing.params);
+            }
+        const std::vector<glm::vec4> out = kernel(in);
+        for (std::size_t i = 0; i < out.size(); ++i) {
+            const double least = spacing.t(1.0 / 8) * 10;  // the thinnest slice [m]
+            ASSERT_NEAR(out[i].x, in[2 * i].x + in[2 * i].y, 1e-5 + 2e-6 / least) << spacing.name;
+            EXPECT_EQ(out[i].y, 0) << "before the grid";
+            EXPECT_EQ(out[i].z, 8) << "behind it";
+        }
+    }
+}
+
+TEST_F(FroxelLib, TricubicInEightFetchesIsTheSumOfSixtyFour)
+{
+    constexpr glm::ivec3 kSize(6, 5, 7);
+    std::mt19937 random(11);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    std::vector<float> texels(std::size_t{6} * 5 * 7 * 4);
+    for (float& t : texels)
+        t = uniform(random);
+    gl::Texture volume =
+        gl::Texture::make_3d(gl(), "volume", kSize, GL_RGBA32F, gl::Filter::linear);
+    volume.upload(GL_RGBA, GL_FLOAT, texels.data());
+    gl()->BindTextureUnit(0, volume.id());
+    const Kernel kernel(gl(), R"(
+#include "lib/tricubic.glsl"
+layout(binding = 0) uniform sampler3D u_volume_tx;
+void kernel(int i) { out_data[i] = texture_tricubic(u_volume_tx, in_data[i].xyz); }
+)");
+    std::vector<glm::vec4> in;
+    for (int i = 0; i < 300; ++i)
+        in.emplace_back(uniform(random), uniform(random), uniform(random), 0);
+    const std::vector<glm::vec4> out = kernel(in);
+    const auto weight = [](double x) {  // the cubic B-spline
+        x = std::abs(x);
+        return x < 1   ? (4 - 6 * x * x + 3 * x * x * x) / 6
+               : x < 2 ? (2 - x) * (2 - x) * (2 - x) / 6
+                       : 0;
+    };
+    for (std::size_t n = 0; n < in.size(); ++n) {
+        const glm::dvec3 at = glm::dvec3(in[n]) * glm::dvec3(kSize) - 0.5;
+        const glm::ivec3 base(glm::floor(at));
+        double sum = 0, weights = 0;
+        for (int k = 0; k < 64; ++k) {
+            const glm::ivec3 texel = base + glm::ivec3(k & 3, (k >> 2) & 3, k >> 4) - 1;
+            const glm::dvec3 d = at - glm::dvec3(texel);
+            const double w = weight(d.x) * weight(d.y) * weight(d.z);
+            const glm::ivec3 c = glm::clamp(texel, glm::ivec3(0), kSize - 1);
+            sum += w * texels[std::size_t(((c.z * kSize.y + c.y) * kSize.x + c.x) * 4)];
+            weights += w;
+        }
+        ASSERT_NEAR(weights, 1, 1e-12);
+        // A GPU's filter weights have 8 bits.
+        ASSERT_NEAR(out[n].x, sum, gl().capabilities().software ? 1e-5 : 8.0 / 256) << n;
+    }
+}
+
+using pass::HistoryUse;
+
+TEST(HistoryWeight, CountsEveryFrameTheSameWhileNothingMoves)
+{
+    pass::HistoryWeight weight;
+    EXPECT_EQ(weight.next(HistoryUse::first, 0.95f), 0);
+    for (int n = 2; n < 500; ++n)
+        ASSERT_FLOAT_EQ(weight.next(HistoryUse::still, 0.95f), 1 - 1.0f / static_cast<float>(n));
+    EXPECT_EQ(weight.next(HistoryUse::cut, 0.95f), 0) << "and starts over";
+    EXPECT_FLOAT_EQ(weight.next(HistoryUse::still, 0.95f), 0.5f);
+}
+
+TEST(HistoryWeight, IsTheOneAskedForInMotionAndUntilMotionHasFaded)
+{
+    pass::HistoryWeight weight;
+    weight.next(HistoryUse::first, 0.9f);
+    float w = 0;
+    for (int n = 2; n < 30; ++n) {
+        w = weight.next(HistoryUse::moved, 0.9f);
+        ASSERT_NEAR(w, std::min(1 - 1.0 / n, 0.9), 1e-6) << n;
+    }
+    // 0.9^44 < 1 %
+    double left = 0.9;
+    int frames = 0;
+    while ((w = weight.next(HistoryUse::still, 0.9f)) < 0.9001f && frames < 1000) {
+        left *= double(w);
+        ++frames;
+    }
+    EXPECT_NEAR(frames, 44, 2);
+    EXPECT_NEAR(left, 0.01, 0.002);
+    for (int n = 1; n < 100; ++n)
+        w = weight.next(HistoryUse::still, 0.9f);
+    EXPECT_NEAR(w, 1 - 1.0 / 110, 1e-3) << "then frames count again";
+}
+
+}  // namespace
+}  // namespace fumarole::test
