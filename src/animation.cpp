@@ -122,6 +122,18 @@ Scene scene_at(const Scene& scene, int frame)
     return now;
 }
 
+bool same_content(const Scene& a, const Scene& b)
+{
+    const auto drifts = [](const Medium& medium) {
+        const auto* box = std::get_if<BoxMedium>(&medium);
+        const auto* noise = box != nullptr ? std::get_if<NoiseProfile>(&box->profile) : nullptr;
+        return noise != nullptr && noise->drift != glm::dvec3(0);
+    };
+    return a.world == b.world && a.lights == b.lights && a.media == b.media &&
+           a.surfaces == b.surfaces &&
+           (a.time == b.time || std::none_of(a.media.begin(), a.media.end(), drifts));
+}
+
 std::optional<int> first_frame(const Scene& scene)
 {
     for (const Medium& medium : scene.media) {

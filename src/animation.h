@@ -31,6 +31,10 @@ std::vector<int> frames_of(const std::filesystem::path& sequence);
 /// and files are the frame's. What was read from a file that is another one now is let go of.
 Scene scene_at(const Scene& scene, int frame);
 
+/// Whether a renderer that holds one scene may draw the other from another camera: the same media,
+/// lights, surfaces and world, those read from files being the very same.
+bool same_content(const Scene& a, const Scene& b);
+
 /// The first frame of the scene's sequences, or nothing if it has none.
 std::optional<int> first_frame(const Scene& scene);
 

@@ -7,6 +7,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <map>
 
+#include "animation.h"
 #include "errors.h"
 #include "halton.h"
 #include "pass/frame_setup.h"
@@ -158,6 +159,19 @@ glm::dmat4 clip_from_view(const Camera& camera, glm::uvec2 size, glm::dvec2 offs
     return glm::translate(glm::dmat4(1.0), shift) * p;
 }
 
+double SceneRenderer::set_scene(const Scene& scene, const Settings& settings)
+{
+    if (held_ && held_->second == settings && same_content(held_->first, scene))
+        return 0;
+    const auto begin = std::chrono::steady_clock::now();
+    held_.reset();
+    renderer_.set_scene(scene, settings);
+    renderer_.device()->Finish();
+    held_.emplace(scene, settings);
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
+        .count();
+}
+
 Still SceneRenderer::render(const Scene& scene, const Settings& settings,
                             const StillOptions& options, StillReport* report)
 {
@@ -168,14 +182,9 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
         throw Error(fmt::format("a picture of {} x {} is larger than this GL draws ({} at most); "
                                 "give a smaller --size",
                                 size.x, size.y, limit));
-    const auto begin = std::chrono::steady_clock::now();
-    renderer_.set_scene(scene, settings);
-    if (report != nullptr) {
-        gl->Finish();
-        report->setup_ms =
-            std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
-                .count();
-    }
+    const double setup_ms = set_scene(scene, settings);
+    if (report != nullptr)
+        report->setup_ms = setup_ms;
 
     const gl::Texture color =
         gl::Texture::make_2d(gl, "picture", size, GL_RGBA32F, gl::Filter::nearest);
@@ -193,11 +202,23 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
         frame.jitter_offset = glm::fract(kGolden * (i + 1024.0 * options.seed));
         frame.index = static_cast<std::uint64_t>(i) + 1024ull * options.seed;
         frame.history = Frame::kNoHistory;
+        if (options.moving_frame) {
+            // Each frame has jitter of its own, however many are averaged in it.
+            const std::uint64_t number =
+                *options.moving_frame * static_cast<std::uint64_t>(options.aa) +
+                static_cast<std::uint64_t>(i);
+            frame.index += number;
+            frame.jitter_offset =
+                glm::fract(kGolden * (static_cast<double>(number) + 1024.0 * options.seed));
+            frame.history = options.aa == 1 ? 0 : Frame::kNoHistory;
+        }
     };
     // Frames that are averaged are each a picture of their own. One picture of several frames of
     // froxels is what they have gathered.
-    const bool gathers = report != nullptr && options.aa == 1 && options.timed_frames > 1 &&
-                         settings.mode == Settings::Mode::froxel && settings.history > 0;
+    const bool moves = options.moving_frame.has_value();
+    const bool gathers = report != nullptr && !moves && options.aa == 1 &&
+                         options.timed_frames > 1 && settings.mode == Settings::Mode::froxel &&
+                         settings.history > 0;
     const auto aim_to_gather = [&](int i) {
         aim(0);
         frame.index += static_cast<std::uint64_t>(i);
@@ -208,7 +229,7 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
         transmittance(size.x, size.y, 3), surface(size.x, size.y, 3),
         surface_lit(size.x, size.y, 3), foreground(size.x, size.y, 4);
     const int warm_up = gathers ? 3 : 1;
-    const int all = (report != nullptr ? warm_up + options.timed_frames : 0) + options.aa;
+    const int all = (report != nullptr && !moves ? warm_up + options.timed_frames : 0) + options.aa;
     int done = 0;
     const auto tell = [&] {
         if (options.progress)
@@ -221,7 +242,7 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
         renderer_.composite(frame, settings);
     };
 
-    if (report != nullptr) {
+    if (report != nullptr && !moves) {
         std::vector<std::string> order;
         std::map<std::string, std::vector<double>> times;
         std::vector<double> volume;
@@ -265,12 +286,25 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
             aim_to_gather(options.timed_frames);
         else
             aim(i);
+        if (report != nullptr && moves && i == 0) {
+            renderer_.enable_timing(true);
+            renderer_.take_report();
+        }
         renderer_.draw_surfaces(frame, settings, false);
         surface.add(color.read(4));
         renderer_.draw_surfaces(frame, settings, true);
         const std::vector<float> lit = color.read(4);
         surface_lit.add(lit);
         renderer_.composite(frame, settings);
+        if (report != nullptr && moves && i == 0) {
+            const FrameReport one = renderer_.take_report();
+            renderer_.enable_timing(false);
+            for (const auto& [name, ms] : one.pass_ms)
+                report->passes.push_back({name, ms, ms, ms});
+            report->volume = summarize("volume", {volume_ms(one.pass_ms)});
+            report->timing_method = renderer_.timing_method();
+            report->history = one.history;
+        }
         composite.add(color.read(4));
         const LayerImages layers = renderer_.read_layers(frame, settings);
         scattering.add(layers.scattering);

@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "renderer.h"
@@ -48,6 +50,9 @@ struct StillOptions {
     int timed_frames = 1;
     std::uint32_t seed = 0;  ///< another seed, other jitter
     bool foreground = false;
+    /// The number of a frame of a moving picture, which may have a history: the frames rendered
+    /// before it. Its own drawing is what is timed. Where frames are averaged, each is its own.
+    std::optional<std::uint64_t> moving_frame;
     /// Called before each frame and at the end, with frames done and frames in all, the timed ones
     /// too. What it throws ends the render.
     std::function<void(int, int)> progress;
@@ -66,7 +71,11 @@ public:
     [[nodiscard]] Renderer& renderer() { return renderer_; }
 
 private:
+    /// Hands the scene on unless the renderer holds it already. @returns milliseconds
+    double set_scene(const Scene& scene, const Settings& settings);
+
     Renderer renderer_;
+    std::optional<std::pair<Scene, Settings>> held_;
 };
 
 /// Projection of a scene's camera for a picture of this size: reversed depth in [0, 1], which keeps

@@ -9,7 +9,9 @@
 #include <numeric>
 #include <optional>
 
+#include "animation.h"
 #include "asset/auto_scene.h"
+#include "asset/frame_loader.h"
 #include "asset/scene_file.h"
 #include "command.h"
 #include "errors.h"
@@ -34,11 +36,15 @@ struct Options {
     std::vector<std::string> outputs;
     std::string size, grid, up = "auto", backend = "osmesa", exposure = "auto", display = "filmic",
                             preset = "default", target, save_scene, mode, region;
-    int aa = 1, frames = 1;
+    std::string frames = "1";
+    int aa = 1;
     std::uint32_t seed = 0;
     double tolerance = 1e-3;
     bool alpha = false, explain = false, json = false;
     std::map<std::string, std::string> settings;  ///< by name, as given
+
+    int timed_frames = 1;                      ///< of a still
+    std::optional<std::pair<int, int>> range;  ///< of a moving picture, both ends included
 
     [[nodiscard]] bool reference() const { return mode == "reference"; }
 };
@@ -59,8 +65,10 @@ void check_mode(const Options& options, const CLI::App& command)
     }
     constexpr const char* kWhy = "is for OpenGL; --mode reference has no such thing, it "
                                  "takes --tolerance, --region and --aa";
-    for (const char* name : {"--preset", "--frames", "--seed", "--backend", "--alpha", "--explain"})
+    for (const char* name : {"--preset", "--seed", "--backend", "--alpha", "--explain"})
         refuse(name, kWhy);
+    if (!options.range)
+        refuse("--frames", kWhy);
     for (const SettingInfo& info : setting_table())
         refuse("--" + std::string(info.name), kWhy);
 }
@@ -84,13 +92,36 @@ std::optional<study::ReferenceRegion> parse_region(const std::string& text)
     return study::ReferenceRegion{numbers[0], numbers[1], numbers[2], numbers[3]};
 }
 
+/// N frames of a still, or frames A to B of a moving picture.
+void parse_frames(Options& options)
+{
+    const char *at = options.frames.data(), *end = at + options.frames.size();
+    int first = 0, last = 0;
+    auto parsed = std::from_chars(at, end, first);
+    if (parsed.ec == std::errc{} && parsed.ptr == end && first >= 1 && first <= 100000) {
+        options.timed_frames = first;
+        return;
+    }
+    const std::string_view rest(parsed.ptr, end);
+    if (parsed.ec == std::errc{} && rest.starts_with("..")) {
+        parsed = std::from_chars(rest.data() + 2, end, last);
+        if (parsed.ec == std::errc{} && parsed.ptr == end && first >= 0 && last >= first) {
+            options.range = {first, last};
+            return;
+        }
+    }
+    throw UsageError(fmt::format("--frames: '{}' is neither a number of frames to time (1..100000) "
+                                 "nor frames A..B of a moving picture, e.g. 1..48",
+                                 options.frames));
+}
+
 Settings parse_settings(const Options& options)
 {
     try {
         Settings settings = find_preset(options.preset);
         for (const auto& [name, value] : options.settings)
             find_setting(name).set(settings, value);
-        if (!options.mode.empty())
+        if (!options.mode.empty() && !options.reference())
             settings.mode = find_mode(options.mode);
         return settings;
     } catch (const Error& error) {
@@ -120,7 +151,7 @@ void print_report(const StillReport& report, const gl::Device& gl, const Scene& 
     fmt::print("{} x {} on {} ({}), {}\n", scene.resolution.x, scene.resolution.y,
                gl.capabilities().renderer, report.timing_method, preset_line(options));
     fmt::print("{:<26}{:>10}{:>10}{:>10}   ms over {} frames\n", "pass", "min", "median", "max",
-               options.frames);
+               options.timed_frames);
     std::vector<PassTime> rows = report.passes;
     rows.push_back(report.volume);
     rows.back().name = "all that the volume adds";
@@ -131,6 +162,8 @@ void print_report(const StillReport& report, const gl::Device& gl, const Scene& 
     fmt::print("{:<26}{:>20.3g}   evaluations of the media a frame\n", "samples", report.samples);
     fmt::print("{:<26}{:>20.2f}   MB in textures and buffers\n", "on the GPU",
                static_cast<double>(report.gpu_bytes) * 1e-6);
+    if (!report.history.empty())
+        fmt::print("{:<26}{}\n", "history", report.history);
 }
 
 Json report_json(const StillReport& report)
@@ -147,10 +180,10 @@ Json report_json(const StillReport& report)
     return {{"timing", report.timing_method},       {"passes", passes},
             {"volume_ms", report.volume.median_ms}, {"volume", row(report.volume)},
             {"setup_ms", report.setup_ms},          {"samples", report.samples},
-            {"gpu_bytes", report.gpu_bytes}};
+            {"gpu_bytes", report.gpu_bytes},        {"history", report.history}};
 }
 
-/// What both modes print of a picture for machines.
+/// What all modes print of a picture for machines.
 Json picture_json(const Options& options, const Picture& picture, float exposure_ev,
                   const std::vector<std::string>& notes)
 {
@@ -177,23 +210,28 @@ PictureFiles files_of(const Options& options)
                 options.display == "srgb" ? Display::Transform::srgb : Display::Transform::filmic};
 }
 
-// ----------------------------------------------------------------------------------- ray march
+// -------------------------------------------------------------------------------------- OpenGL
 
-void run_raymarch(const Options& options, const PictureFiles& files, const Settings& settings,
-                  const asset::LoadedScene& loaded)
+std::unique_ptr<gl::HeadlessContext> make_context(const Options& options)
+{
+    return gl::HeadlessContext::make(options.backend == "egl"
+                                         ? gl::HeadlessContext::Backend::egl
+                                         : gl::HeadlessContext::Backend::osmesa);
+}
+
+void run_still(const Options& options, const PictureFiles& files, const Settings& settings,
+               const asset::LoadedScene& loaded)
 {
     const Scene& scene = loaded.scene;
-    const auto context =
-        gl::HeadlessContext::make(options.backend == "egl" ? gl::HeadlessContext::Backend::egl
-                                                           : gl::HeadlessContext::Backend::osmesa);
+    const auto context = make_context(options);
     SceneRenderer renderer(context->get_proc());
     Progress progress;
-    StillOptions still_options{.aa = options.aa,
-                               .timed_frames = options.frames,
-                               .seed = options.seed,
-                               .foreground = options.alpha,
-                               .progress = {}};
-    if (options.aa > 1 || options.frames > 1)
+    StillOptions still_options;
+    still_options.aa = options.aa;
+    still_options.timed_frames = options.timed_frames;
+    still_options.seed = options.seed;
+    still_options.foreground = options.alpha;
+    if (options.aa > 1 || options.timed_frames > 1)
         still_options.progress = [&](int done, int all) {
             progress.show("frames", static_cast<double>(done) / all);
         };
@@ -206,7 +244,7 @@ void run_raymarch(const Options& options, const PictureFiles& files, const Setti
     const std::vector<std::string> explained = renderer.renderer().explain(settings);
     if (options.json) {
         Json json = picture_json(options, picture, exposure_ev, loaded.notes);
-        json.update({{"frames", options.frames},
+        json.update({{"frames", options.timed_frames},
                      {"seed", options.seed},
                      {"preset", options.preset},
                      {"settings", settings_json(settings)},
@@ -233,7 +271,7 @@ struct ErrorSummary {
     double above = 0;            ///< share of pixels whose estimate is above the tolerance, 0..1
 };
 
-/// The tolerance is relative to a pixel, or to a tenth of the picture's mean where that is more.
+/// The tolerance is relative to a pixel, or where it is dark to what relative MSE counts.
 ErrorSummary summarize(const study::ReferenceStill& still, double tolerance)
 {
     std::vector<double> values;
@@ -241,16 +279,30 @@ ErrorSummary summarize(const study::ReferenceStill& still, double tolerance)
         values.push_back(
             std::max({still.composite[i], still.composite[i + 1], still.composite[i + 2]}));
     const double pixels = static_cast<double>(values.size());
-    const double mean = std::accumulate(values.begin(), values.end(), 0.0) / pixels;
+    const double square = std::inner_product(values.begin(), values.end(), values.begin(), 0.0);
+    const double dark = std::sqrt(0.1 * square / pixels);
     ErrorSummary summary;
     for (std::size_t i = 0; i < values.size(); ++i) {
         const double error = still.error[i];
         summary.mean += error / pixels;
         summary.worst = std::max(summary.worst, error);
-        if (error > tolerance * std::max(values[i], 0.1 * mean))
+        if (error > tolerance * std::max(values[i], dark))
             summary.above += 1 / pixels;
     }
     return summary;
+}
+
+study::ReferenceStill render_reference(const Options& options,
+                                       const std::optional<study::ReferenceRegion>& region,
+                                       const Scene& scene, Progress& progress)
+{
+    study::ReferenceOptions wanted;
+    wanted.tolerance = options.tolerance;
+    wanted.aa = options.aa;
+    wanted.region = region;
+    wanted.progress = [&](double share) { progress.show("reference", share); };
+    wanted.cancel = Interruption::flag();
+    return study::render_reference(scene, wanted);
 }
 
 /// No OpenGL here: the reference runs on the processor.
@@ -260,14 +312,8 @@ void run_reference(const Options& options, const PictureFiles& files,
 {
     Progress progress;
     progress.show("reference: preparing");
-    study::ReferenceOptions wanted;
-    wanted.tolerance = options.tolerance;
-    wanted.aa = options.aa;
-    wanted.region = region;
-    wanted.progress = [&](double share) { progress.show("reference", share); };
-    wanted.cancel = Interruption::flag();
     const auto begin = std::chrono::steady_clock::now();
-    const study::ReferenceStill still = study::render_reference(loaded.scene, wanted);
+    const study::ReferenceStill still = render_reference(options, region, loaded.scene, progress);
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     progress.clear();
@@ -295,6 +341,103 @@ void run_reference(const Options& options, const PictureFiles& files,
     print_written(files.outputs, exposure_ev);
 }
 
+// ------------------------------------------------------------------------------- moving pictures
+
+/// A file of a frame. Its name has #s: check_outputs saw to that.
+PictureFiles files_at(const PictureFiles& files, int frame)
+{
+    PictureFiles of_frame = files;
+    for (std::string& output : of_frame.outputs)
+        output = frame_file(output, frame).string();
+    return of_frame;
+}
+
+void check_moving_outputs(const Options& options)
+{
+    for (const std::string& output : options.outputs)
+        if (!is_sequence(output))
+            throw UsageError(fmt::format("-o: '{}' has no # for the frames' numbers; give e.g. "
+                                         "{}.####{}",
+                                         output, fs::path(output).stem().string(),
+                                         fs::path(output).extension().string()));
+}
+
+/// Frames are loaded ahead, drawn in order with their history, and written one by one. All have
+/// the exposure of the first, or brightness would hunt.
+void run_moving(const Options& options, PictureFiles files, const Settings& settings,
+                const std::optional<study::ReferenceRegion>& region)
+{
+    const auto [first, last] = *options.range;
+    const asset::LoadedScene opened =
+        open_moving({options.input, options.size, options.grid, options.up}, first);
+    if (!options.save_scene.empty())
+        asset::save_scene(opened.scene, options.save_scene);
+    asset::FrameLoader frames(opened, first, last);
+    std::unique_ptr<gl::HeadlessContext> context;
+    std::optional<SceneRenderer> renderer;
+    if (!options.reference()) {
+        context = make_context(options);
+        renderer.emplace(context->get_proc());
+    }
+    Progress progress;
+    std::vector<std::string> notes = opened.notes;
+    std::vector<double> volume;
+    Json rows = Json::array();
+    for (int frame = first; frame <= last; ++frame) {
+        if (*Interruption::flag())
+            throw Error(fmt::format("interrupted; the frames before {} were written", frame));
+        const asset::LoadedScene now = frames.next();
+        for (const std::string& note : now.notes)
+            if (std::find(notes.begin(), notes.end(), note) == notes.end())
+                notes.push_back(note);
+        const PictureFiles of_frame = files_at(files, frame);
+        Json row{{"frame", frame}, {"outputs", of_frame.outputs}};
+        Still still;
+        study::ReferenceStill reference;
+        if (renderer) {
+            progress.show("frames", static_cast<double>(frame - first) / (last - first + 1));
+            StillOptions wanted;
+            wanted.aa = options.aa;
+            wanted.seed = options.seed;
+            wanted.foreground = options.alpha;
+            wanted.moving_frame = static_cast<std::uint64_t>(frame - first);
+            StillReport report;
+            still = renderer->render(now.scene, settings, wanted, &report);
+            volume.push_back(report.volume.median_ms);
+            row["volume_ms"] = report.volume.median_ms;
+            row["setup_ms"] = report.setup_ms;
+            row["history"] = report.history;
+        } else {
+            reference = render_reference(options, region, now.scene, progress);
+        }
+        const Picture picture = renderer ? picture_of(still) : picture_of(reference);
+        const float exposure_ev = write_picture(picture, of_frame);
+        if (!files.exposure)
+            files.exposure = exposure_ev;
+        rows.push_back(row);
+    }
+    progress.clear();
+    if (options.json) {
+        print_json({{"input", options.input},
+                    {"mode", options.mode},
+                    {"preset", options.preset},
+                    {"aa", options.aa},
+                    {"exposure_ev", files.exposure.value_or(0)},
+                    {"notes", notes},
+                    {"frames", rows}});
+        return;
+    }
+    for (const std::string& note : notes)
+        fmt::print("{}\n", note);
+    if (!volume.empty()) {
+        std::sort(volume.begin(), volume.end());
+        fmt::print("all that the volume adds: {:.2f} .. {:.2f} .. {:.2f} ms a frame (min, median, "
+                   "max of {})\n",
+                   volume.front(), volume[volume.size() / 2], volume.back(), volume.size());
+    }
+    fmt::print("wrote frames {}..{} to {}\n", first, last, fmt::join(options.outputs, ", "));
+}
+
 void check_words(const Options& options, const CLI::App& command)
 {
     check_mode(options, command);
@@ -319,20 +462,30 @@ asset::LoadedScene load(const Options& options)
 
 void run(Options options, const CLI::App& command)
 {
+    parse_frames(options);
     check_words(options, command);
+    if (options.outputs.empty() && options.range)
+        options.outputs.push_back(fs::path(options.input).stem().string() + ".####.png");
     if (options.outputs.empty())
         options.outputs.push_back(fs::path(options.input).stem().string() + ".png");
     const PictureFiles files = files_of(options);
     const Settings settings = parse_settings(options);
+    if (!options.reference())
+        options.mode = mode_name(settings.mode);
     const std::optional<study::ReferenceRegion> region = parse_region(options.region);
     check_outputs(options.outputs);
-    if (!options.reference()) {
-        run_raymarch(options, files, settings, load(options));
+    if (options.range)
+        check_moving_outputs(options);
+    if (!options.reference() && !options.range) {
+        run_still(options, files, settings, load(options));
         return;
     }
     const Interruption interruption;
     try {
-        run_reference(options, files, region, load(options));
+        if (options.range)
+            run_moving(options, files, settings, region);
+        else
+            run_reference(options, files, region, load(options));
     } catch (const study::ReferenceCancelled&) {
         throw Error("interrupted; no picture was written");
     }
@@ -359,10 +512,9 @@ void add_render(CLI::App& app)
         ->add_option("--aa", o.aa,
                      "frames, or samples of the reference, averaged over the pixel's square [1]")
         ->check(CLI::Range(1, 65536));
-    command
-        ->add_option("--frames", o.frames,
-                     "frames timed; the table gives their median; froxels gather over them [1]")
-        ->check(CLI::Range(1, 100000));
+    command->add_option("--frames", o.frames,
+                        "N: frames timed; the table gives their median; froxels gather over them; "
+                        "A..B: a moving picture, into files named by #s as x.####.png [1]");
     command->add_option("--seed", o.seed, "another seed, other jitter [0]");
     command->add_option("--target", o.target, "write one target alone as RGB")
         ->check(CLI::IsMember({"composite", "scattering", "transmittance", "surface", "surface_lit",

@@ -4,8 +4,11 @@
 #include <filesystem>
 #include <fmt/format.h>
 
+#include "animation.h"
 #include "asset/auto_scene.h"
+#include "asset/frame_loader.h"
 #include "command.h"
+#include "errors.h"
 
 namespace fumarole::command {
 
@@ -34,22 +37,69 @@ bool is_scene_file(const std::string& file)
     return std::filesystem::path(file).extension() == ".json";
 }
 
-asset::LoadedScene load_input(const SceneInput& input)
+namespace {
+
+/// A scene file without the files that it names.
+asset::LoadedScene parse_input(const SceneInput& input)
 {
-    if (is_scene_file(input.file)) {
-        if (!input.grid.empty() || input.up != "auto")
-            throw UsageError("--grid and --up are for a .vdb; a scene file states its own");
-        asset::LoadedScene loaded = asset::load_scene(input.file);
-        if (!input.size.empty())
-            loaded.scene.resolution = parse_size(input.size);
-        return loaded;
-    }
+    if (!input.grid.empty() || input.up != "auto")
+        throw UsageError("--grid and --up are for a .vdb; a scene file states its own");
+    asset::LoadedScene parsed{asset::parse_scene(input.file), {}};
+    if (!input.size.empty())
+        parsed.scene.resolution = parse_size(input.size);
+    return parsed;
+}
+
+asset::LoadedScene auto_scene(const SceneInput& input, const std::string& vdb)
+{
     asset::AutoSceneOptions automatic;
     automatic.grid = input.grid;
     automatic.up = input.up == "auto" ? '\0' : input.up.front();
     if (!input.size.empty())
         automatic.resolution = parse_size(input.size);
-    return asset::make_auto_scene(input.file, automatic);
+    return asset::make_auto_scene(vdb, automatic);
+}
+
+std::string frame_note(const std::string& what, int frame)
+{
+    return fmt::format("frame {} of {}; --frames A..B renders more", frame, what);
+}
+
+}  // namespace
+
+asset::LoadedScene load_input(const SceneInput& input)
+{
+    if (!is_scene_file(input.file)) {
+        if (!is_sequence(input.file))
+            return auto_scene(input, input.file);
+        const std::vector<int> frames = frames_of(input.file);
+        if (frames.empty())
+            throw Error(
+                fmt::format("{}: no file is called so, with a number for the #s", input.file));
+        asset::LoadedScene loaded = auto_scene(input, frame_file(input.file, frames.front()));
+        loaded.notes.push_back(frame_note(input.file, frames.front()));
+        return loaded;
+    }
+    const asset::LoadedScene parsed = parse_input(input);
+    const std::optional<int> first = first_frame(parsed.scene);
+    asset::LoadedScene loaded = asset::load_frame(parsed.scene, first.value_or(0), parsed.scene);
+    if (first)
+        loaded.notes.push_back(frame_note(input.file, *first));
+    return loaded;
+}
+
+asset::LoadedScene open_moving(const SceneInput& input, int first)
+{
+    if (is_scene_file(input.file))
+        return parse_input(input);
+    asset::check_frame(input.file, first);
+    asset::LoadedScene loaded = auto_scene(input, frame_file(input.file, first));
+    if (is_sequence(input.file)) {
+        auto& grid = std::get<GridMedium>(loaded.scene.media.front());
+        grid.file = input.file;
+        grid.density = grid.emission = grid.color = nullptr;
+    }
+    return loaded;
 }
 
 }  // namespace fumarole::command

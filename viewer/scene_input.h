@@ -16,8 +16,13 @@ struct SceneInput {
 
 bool is_scene_file(const std::string& file);
 
-/// Reads a scene file, or makes a scene for a bare .vdb.
+/// Reads a scene file, or makes a scene for a bare .vdb. Of a sequence it is the first frame that
+/// is there.
 /// @throws UsageError if the words don't fit; Error as the readers do.
 asset::LoadedScene load_input(const SceneInput& input);
+
+/// The scene of all frames, for asset::FrameLoader; what was chosen for a bare sequence of .vdb is
+/// chosen by frame `first`. @throws as load_input
+asset::LoadedScene open_moving(const SceneInput& input, int first);
 
 }  // namespace fumarole::command

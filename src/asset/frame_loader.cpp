@@ -31,27 +31,25 @@ void take_over(Scene& scene, const Scene& from)
     scene.world.environment = from.world.environment;
 }
 
-void check_frame(const Scene& scene, int frame)
-{
-    for (const Medium& medium : scene.media) {
-        const auto* grid = std::get_if<GridMedium>(&medium);
-        if (grid == nullptr || !is_sequence(grid->file) ||
-            fs::exists(frame_file(grid->file, frame)))
-            continue;
-        const std::vector<int> there = frames_of(grid->file);
-        throw Error(fmt::format(
-            "{}: frame {} is missing; {}", frame_file(grid->file, frame).string(), frame,
-            there.empty() ? fmt::format("no file is called {}", grid->file)
-                          : fmt::format("{} of {} are there, the first {}, the last {}",
-                                        there.size(), grid->file, there.front(), there.back())));
-    }
-}
-
 }  // namespace
+
+void check_frame(const fs::path& sequence, int frame)
+{
+    if (!is_sequence(sequence) || fs::exists(frame_file(sequence, frame)))
+        return;
+    const std::vector<int> there = frames_of(sequence);
+    throw Error(fmt::format(
+        "{}: frame {} is missing; {}", frame_file(sequence, frame).string(), frame,
+        there.empty() ? fmt::format("no file is called {}", sequence.string())
+                      : fmt::format("{} of {} are there, the first {}, the last {}", there.size(),
+                                    sequence.string(), there.front(), there.back())));
+}
 
 LoadedScene load_frame(const Scene& scene, int frame, const Scene& like)
 {
-    check_frame(scene, frame);
+    for (const Medium& medium : scene.media)
+        if (const auto* grid = std::get_if<GridMedium>(&medium))
+            check_frame(grid->file, frame);
     LoadedScene loaded{scene_at(scene, frame), {}};
     take_over(loaded.scene, like);
     load_scene_files(loaded);

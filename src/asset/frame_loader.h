@@ -25,6 +25,9 @@ private:
     std::future<LoadedScene> loading_;
 };
 
+/// @throws Error if a sequence has no file for a frame, saying which ones it has
+void check_frame(const std::filesystem::path& sequence, int frame);
+
 /// A frame's scene with its files read. `like` may hold files that the frame needs as well.
 /// @throws Error as FrameLoader::next().
 LoadedScene load_frame(const Scene& scene, int frame, const Scene& like);

@@ -1,0 +1,126 @@
+// `fumarole render --frames A..B`: moving pictures as a user makes them.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "cli/run_program.h"
+#include "write/image_writer.h"
+
+namespace fumarole::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+/// A camera that passes by the sample smoke.
+std::string passing_by()
+{
+    return fmt::format(
+        R"({{"resolution": [48, 27], "frames_per_second": 8,
+ "camera": [{{"time": 0, "position": [-2,-10,2.5], "look_at": [0,0,2], "vfov_deg": 32, "near": 0.1, "far": 60}},
+            {{"time": 1, "position": [2,-10,2.5], "look_at": [0,0,2]}}],
+ "lights": [{{"type": "sun", "direction_to_light": [-0.7,-0.2,0.7], "irradiance_W_per_m2": [5,5,4]}}],
+ "media": [{{"type": "vdb", "file": "{}/smoke_plume.vdb", "sigma_s_per_density": [6,8,13]}}],
+ "surfaces": [{{"type": "box", "min": [-60,-60,-1], "max": [60,60,0], "albedo": [0.2,0.2,0.2]}}]}})",
+        FUM_TEST_DATA);
+}
+
+class Moving : public testing::Test {
+protected:
+    Outcome render(const Arguments& rest) const
+    {
+        Arguments all{"render"};
+        all.insert(all.end(), rest.begin(), rest.end());
+        return run_program(folder_.path(), all);
+    }
+    [[nodiscard]] std::vector<float> picture(const std::string& name) const
+    {
+        return write::read_exr(folder_.path() / name, {"R", "G", "B"}).pixels;
+    }
+    TempFolder folder_;
+};
+
+TEST_F(Moving, EachFrameIsTheStillOfItsMoment)
+{
+    folder_.write("path.json", passing_by());
+    const Outcome run =
+        render({"path.json", "--frames=0..4", "--jitter=none", "-o", "x.##.exr", "--json"});
+    ASSERT_EQ(run.code, 0) << run;
+    const Json json = Json::parse(run.out);
+    ASSERT_EQ(json["frames"].size(), 5u);
+    EXPECT_EQ(json["frames"][4]["outputs"][0], "x.04.exr");
+    EXPECT_GT(json["frames"][0]["setup_ms"].get<double>(), 0);
+    EXPECT_EQ(json["frames"][3]["setup_ms"], 0) << "only the camera moves: nothing is uploaded";
+    // Half way, from a scene file that has the camera there.
+    folder_.write("still.json", [] {
+        std::string text = passing_by();
+        const auto from = text.find("[{\"time\""), to = text.find("\"lights\"");
+        return text.replace(from, to - from,
+                            R"({"position": [0,-10,2.5], "look_at": [0,0,2], "vfov_deg": 32,
+                                "near": 0.1, "far": 60},)");
+    }());
+    const Outcome still = render({"still.json", "--jitter=none", "-o", "still.exr"});
+    ASSERT_EQ(still.code, 0) << still;
+    EXPECT_EQ(picture("x.04.exr"), picture("still.exr"));
+    EXPECT_NE(picture("x.00.exr"), picture("x.04.exr"));
+}
+
+TEST_F(Moving, FroxelsKeepTheirHistoryWhileTheCameraMoves)
+{
+    folder_.write("path.json", passing_by());
+    const Outcome run =
+        render({"path.json", "--frames=0..2", "--mode=froxel", "-o", "x.#.exr", "--json"});
+    ASSERT_EQ(run.code, 0) << run;
+    const Json frames = Json::parse(run.out)["frames"];
+    EXPECT_EQ(frames[0]["history"], "none: first frame");
+    EXPECT_EQ(frames[1]["history"], "reprojected");
+    EXPECT_EQ(frames[2]["history"], "reprojected");
+}
+
+TEST_F(Moving, SequencesOfFilesAreFollowed)
+{
+    for (int frame : {3, 4})
+        fs::copy_file(fs::path(FUM_TEST_DATA) / (frame == 3 ? "smoke_plume.vdb" : "fire_plume.vdb"),
+                      folder_.path() / fmt::format("s_{:03}.vdb", frame));
+    const Outcome run =
+        render({"s_###.vdb", "--size=48x27", "--frames=3..4", "-o", "x.#.exr", "-o", "x.#.png"});
+    ASSERT_EQ(run.code, 0) << run;
+    EXPECT_NE(run.out.find("wrote frames 3..4"), std::string::npos) << run;
+    EXPECT_NE(picture("x.3.exr"), picture("x.4.exr"));
+    EXPECT_TRUE(fs::exists(folder_.path() / "x.4.png"));
+
+    const Outcome one = render({"s_###.vdb", "--size=48x27", "-o", "one.exr"});
+    ASSERT_EQ(one.code, 0) << one;
+    EXPECT_NE(one.out.find("frame 3 of s_###.vdb"), std::string::npos) << one;
+}
+
+TEST_F(Moving, AMissingFrameEndsItAndThoseBeforeStay)
+{
+    fs::copy_file(fs::path(FUM_TEST_DATA) / "smoke_plume.vdb", folder_.path() / "s_1.vdb");
+    const Outcome run = render({"s_#.vdb", "--size=48x27", "--frames=1..2", "-o", "x.#.png"});
+    EXPECT_EQ(run.code, 1) << run;
+    EXPECT_EQ(run.error_lines(), 1) << run;
+    for (const char* part : {"s_2.vdb", "frame 2 is missing", "the last 1"})
+        EXPECT_NE(run.err.find(part), std::string::npos) << part << '\n' << run;
+    EXPECT_TRUE(fs::exists(folder_.path() / "x.1.png"));
+    EXPECT_FALSE(fs::exists(folder_.path() / "x.2.png"));
+}
+
+TEST_F(Moving, WrongWordsAreRefused)
+{
+    folder_.write("path.json", passing_by());
+    for (const auto& [arguments, named] : std::vector<std::pair<Arguments, const char*>>{
+             {{"path.json", "--frames=2..1"}, "--frames"},
+             {{"path.json", "--frames=-1..1"}, "--frames"},
+             {{"path.json", "--frames=1..x"}, "--frames"},
+             {{"path.json", "--frames=0"}, "--frames"},
+             {{"path.json", "--frames=1..2", "-o", "x.png"}, "has no #"}}) {
+        const Outcome run = render(arguments);
+        EXPECT_EQ(run.code, 2) << run;
+        EXPECT_NE(run.err.find(named), std::string::npos) << run;
+    }
+}
+
+}  // namespace
+}  // namespace fumarole::test
