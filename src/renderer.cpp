@@ -218,6 +218,8 @@ void Renderer::draw_surfaces(const Frame& frame, const Settings& settings, bool 
     const pass::Eye eye = pass::make_eye(frame);
     Settings surface_settings = settings;
     surface_settings.shadow_steps *= kSurfaceShadowFactor;
+    if (dimmed)
+        parts.tools.check_loops(1, surface_settings.shadow_steps, settings);
     parts.frame_block.write(
         pass::make_frame_params(frame, eye, parts.media.bounds(), surface_settings));
     gl->BindBufferBase(GL_UNIFORM_BUFFER, FRAME_BLOCK, parts.frame_block.id());

@@ -187,6 +187,7 @@ void MediaSet::add(const BoxMedium& medium)
             amplitudes += std::pow(noise->gain, i);
         entry.params.profile = {noise->threshold, noise->gain, 1.0 / amplitudes, noise->octaves};
         ++traits_.heterogeneous;
+        traits_.noise_turns += noise->octaves + 1;
     }
     if (is_zero(medium.sigma_s + medium.sigma_a))
         entry.depth = "no_depth";

@@ -22,6 +22,7 @@ struct MediaTraits {
     int heterogeneous = 0;  ///< that change from place to place
     int marched = 0;        ///< whose optical depth towards a light has no closed form
     int bricked_grids = 0;
+    int noise_turns = 0;  ///< of the loops over noise's octaves, at one point
     bool colored_extinction = false;
     bool colored_density = false;
     bool emission = false;

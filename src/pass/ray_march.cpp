@@ -97,6 +97,7 @@ void RayMarch::draw_layer_depth(const PassFrame& frame)
 
 void RayMarch::draw(const PassFrame& frame)
 {
+    tools_.check_loops(frame.settings.steps, frame.settings.shadow_steps, frame.settings);
     draw_layer_depth(frame);
     const auto time = tools_.timers.scope("ray march");
     framebuffer_.bind(size_);

@@ -1,5 +1,9 @@
 #include "pass/volume_pass.h"
 
+#include <fmt/format.h>
+
+#include "errors.h"
+
 namespace fumarole::pass {
 
 void Toolbox::draw_fullscreen(const char* fragment_file, const gl::Defines& defines) const
@@ -29,6 +33,26 @@ bool Toolbox::monochrome(const Settings& s) const
 {
     return s.targets == Settings::Targets::mono ||
            (s.targets == Settings::Targets::automatic && !media.traits().colored_extinction);
+}
+
+void Toolbox::check_loops(int steps, int shadow_steps, const Settings& s) const
+{
+    const int most = device.capabilities().max_loop_turns;
+    const medium::MediaTraits& traits = media.traits();
+    if (most == 0)
+        return;
+    // Each loop takes a turn more, to see that it is done.
+    double a_light = 1;
+    if (s.volume_shadows && traits.marched > 0)
+        a_light +=
+            traits.marched * (shadow_steps + 1.0) + shadow_steps * double(traits.noise_turns);
+    const double a_step = 2 + traits.noise_turns + lights.count() * a_light;
+    if (steps * a_step > most)
+        throw Error(fmt::format(
+            "{} steps with {} lights of {} shadow steps take {:.0f} turns of a shader's loops, and "
+            "{} stops them after {} without a word; lower --steps or --shadow-steps, or use a GPU",
+            steps, lights.count(), shadow_steps, steps * a_step, device.capabilities().renderer,
+            most));
 }
 
 }  // namespace fumarole::pass

@@ -28,6 +28,11 @@ struct Toolbox {
 
     /// One number for transmittance, in the alpha of the scattering.
     [[nodiscard]] bool monochrome(const Settings& settings) const;
+
+    /// Makes sure that a shader's loops are not cut off: `steps` points of the media, from each of
+    /// which every light is looked at through the media in `shadow_steps`.
+    /// @throws Error if this GL would, saying what to lower
+    void check_loops(int steps, int shadow_steps, const Settings& settings) const;
 };
 
 /// One frame as the passes see it. Its block, the media, the lights and the scene's depth are bound

@@ -224,6 +224,34 @@ TEST_F(RendererErrors, FramesThatAreNone)
     expect_works_on(renderer);
 }
 
+// llvmpipe ends a shader's loops after 65535 turns in all, without a word: what would be too thin
+// a fog is refused.
+TEST_F(RendererErrors, LoopsThatTheGlCutsOff)
+{
+    if (gl().capabilities().max_loop_turns == 0)
+        GTEST_SKIP() << "this GL lets loops run";
+    Scene scene = empty_scene(8);
+    BoxMedium cloud = fog();
+    cloud.profile = NoiseProfile{};
+    cloud.sigma_s = glm::vec3(1);
+    scene.media = {cloud};
+    scene.lights = {SunLight{}};
+    Settings many = settings();
+    many.steps = 1000;
+    many.shadow_steps = 100;
+    Renderer renderer(get_proc());
+    renderer.set_scene(scene, many);
+    const Target target(scene);
+    expect_error([&] { renderer.composite(target.frame, many); },
+                 "lower --steps or --shadow-steps");
+    many.steps = 64;
+    renderer.composite(target.frame, many);
+    many.steps = 1000;
+    many.shadow_steps = 4;
+    renderer.composite(target.frame, many);
+    expect_works_on(renderer);
+}
+
 TEST_F(RendererErrors, FroxelsThatTheGlCantHold)
 {
     Scene scene = empty_scene(16);
