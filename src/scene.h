@@ -10,7 +10,8 @@
 #include "voxel_grid.h"
 
 // A scene as data: what a scene file states (see docs of the format in README), and, beside each
-// file name, what was read from it. Metres, seconds, linear Rec. 709, right-handed world.
+// file name, what was read from it. Metres, seconds, linear Rec. 709, right-handed world. Grids,
+// meshes and maps are compared by their pointers.
 
 namespace fumarole {
 
@@ -33,11 +34,15 @@ struct Camera {
 struct SunLight {
     glm::dvec3 direction_to_light{0, 0, 1};  ///< normalised on reading
     glm::vec3 irradiance{1};                 ///< W/m^2, on a plane facing it
+
+    bool operator==(const SunLight&) const = default;
 };
 
 struct PointLight {
     glm::dvec3 position{0};          ///< metres
     glm::vec3 radiant_intensity{1};  ///< W/sr; irradiance at distance d is radiant_intensity / d^2
+
+    bool operator==(const PointLight&) const = default;
 };
 
 struct SpotLight {
@@ -46,6 +51,8 @@ struct SpotLight {
     double cone_deg = 45;            ///< full opening angle, (0, 180)
     double blend = 0.15;             ///< 0..1: the share of the cone over which its edge fades
     glm::vec3 radiant_intensity{1};  ///< W/sr on the axis
+
+    bool operator==(const SpotLight&) const = default;
 };
 
 using Light = std::variant<SunLight, PointLight, SpotLight>;
@@ -69,14 +76,20 @@ struct GridMedium {
     glm::vec3 sigma_a_per_density{0};  ///< 1/m per unit of density
     float g = 0;                       ///< Henyey-Greenstein, (-1, 1), > 0 scatters forward
     glm::vec3 emission_per_unit{0};    ///< W/m^2/sr per metre, per unit of the emission grid
+
+    bool operator==(const GridMedium&) const = default;
 };
 
-struct HomogeneousProfile {};
+struct HomogeneousProfile {
+    bool operator==(const HomogeneousProfile&) const = default;
+};
 
 /// Coefficients times exp(-(z - z0) / scale_height).
 struct ExpHeightProfile {
     double scale_height = 1;  ///< metres, > 0
     double z0 = 0;            ///< metres
+
+    bool operator==(const ExpHeightProfile&) const = default;
 };
 
 /// Coefficients times max(0, (fbm - threshold) / (1 - threshold)), fbm in 0..1, at p - time *
@@ -89,6 +102,8 @@ struct NoiseProfile {
     double threshold = 0.45;  ///< [0, 1)
     std::uint32_t seed = 0;
     glm::dvec3 drift{0};  ///< metres per second
+
+    bool operator==(const NoiseProfile&) const = default;
 };
 
 using Profile = std::variant<HomogeneousProfile, ExpHeightProfile, NoiseProfile>;
@@ -101,6 +116,8 @@ struct BoxMedium {
     glm::vec3 sigma_a{0};  ///< 1/m
     float g = 0;
     glm::vec3 emission{0};  ///< W/m^2/sr per metre, times the profile
+
+    bool operator==(const BoxMedium&) const = default;
 };
 
 using Medium = std::variant<GridMedium, BoxMedium>;
@@ -115,12 +132,16 @@ struct SphereSurface {
     glm::dvec3 center{0};  ///< metres
     double radius = 1;     ///< metres, > 0
     glm::vec3 albedo{0.5f};
+
+    bool operator==(const SphereSurface&) const = default;
 };
 
 struct BoxSurface {
     glm::dvec3 min{0};  ///< metres
     glm::dvec3 max{1};  ///< metres, > min
     glm::vec3 albedo{0.5f};
+
+    bool operator==(const BoxSurface&) const = default;
 };
 
 struct MeshSurface {
@@ -129,6 +150,8 @@ struct MeshSurface {
     glm::dvec3 translate{0};  ///< metres
     double scale = 1;         ///< > 0
     glm::vec3 albedo{0.5f};
+
+    bool operator==(const MeshSurface&) const = default;
 };
 
 /// All surfaces are Lambertian and opaque.
@@ -148,6 +171,8 @@ struct World {
     std::string environment_file;
     float environment_scale = 1;
     std::shared_ptr<const Environment> environment;
+
+    bool operator==(const World&) const = default;
 };
 
 struct Scene {

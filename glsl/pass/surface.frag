@@ -3,10 +3,10 @@
 //   ENVIRONMENT  the world is a map: irradiance by normal from a table, else pi * its one colour
 #include "lib/phase.glsl"
 #include "scene/frame.glsl"
-#ifdef THROUGH_MEDIA
-#include "scene/media.glsl"
-#endif
 #include "scene/lights.glsl"
+#ifdef THROUGH_MEDIA
+#include "scene/light_volumes.glsl"
+#endif
 #include "shared/draw_params.h"
 
 layout(std140, binding = DRAW_BLOCK) uniform Draw { DrawParams u_draw; };
@@ -40,7 +40,7 @@ void main()
             continue;
         vec3 arriving = light.irradiance * (visibility * cos_theta);
 #ifdef THROUGH_MEDIA
-        arriving *= exp(-optical_depth(p_world, light.wi, light.range, int(u_frame.march.z)));
+        arriving *= exp(-depth_to_light(i, p_world, light));
 #endif
         irradiance += arriving;
     }

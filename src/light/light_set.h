@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "bounds.h"
@@ -42,6 +43,8 @@ public:
     void bind_environment() const { device_->BindTextureUnit(IRRADIANCE_UNIT, environment_.id()); }
 
     [[nodiscard]] bool has_environment() const { return environment_source_ != nullptr; }
+    /// Those that shine: suns, points, spots.
+    [[nodiscard]] std::span<const Light> lights() const { return lights_; }
     [[nodiscard]] int suns() const { return suns_; }
     [[nodiscard]] int points() const { return points_; }
     [[nodiscard]] int spots() const { return spots_; }

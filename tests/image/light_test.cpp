@@ -251,6 +251,7 @@ TEST_F(Lighting, SelfShadowOfAGridConvergesWithShadowSteps)
     for (Settings settings : plain_siblings()) {
         SCOPED_TRACE(mode_name(settings.mode));
         set_steps(settings, 256);
+        settings.shadow_cache = 0;
         double before = 0;
         for (const int shadow_steps : {1, 2, 4, 8, 16}) {
             settings.shadow_steps = shadow_steps;
@@ -286,8 +287,9 @@ TEST_F(Lighting, WhiteFurnace)
     smoke.g = 0.7f;
     for (const Medium& medium : {Medium(uniform), Medium(noisy), Medium(smoke)}) {
         scene.media = {medium};
-        for (const Settings& settings :
+        for (Settings settings :
              {plain_settings(), plain_froxels(4), Settings{}, find_preset("froxel")}) {
+            settings.world_cache = 0;
             const bool plain = settings.format == Settings::Format::rgba32f;
             const Still still = render(scene, settings);
             const Image one = ideal(scene, [](glm::dvec2) { return glm::dvec3(1); });
