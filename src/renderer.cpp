@@ -238,6 +238,7 @@ void Renderer::draw_surfaces(const Frame& frame, const Settings& settings, bool 
         parts.media.bind(eye.position);
         parts.volumes.bind(eye.position, eye.forward, eye.perspective, parts.media);
     }
+    parts.volumes.bind_for_surfaces(eye.position, through_media);
 
     const bool reversed = frame.depth_convention.reversed;
     parts.host.attach_color({frame.color});
@@ -258,6 +259,8 @@ void Renderer::draw_surfaces(const Frame& frame, const Settings& settings, bool 
 
     if (parts.lights.has_environment())
         parts.lights.bind_irradiance();
+    const gl::Defines of_world = parts.volumes.surface_defines(settings);
+    defines.insert(defines.end(), of_world.begin(), of_world.end());
     if (dimmed) {
         for (const gl::Defines& more : {parts.media.defines(), parts.volumes.defines(settings)})
             defines.insert(defines.end(), more.begin(), more.end());

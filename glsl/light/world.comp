@@ -6,6 +6,7 @@
 //
 // Variant: BANDS           1 to 3: no more than the media's g can tell apart
 //          WORLD_SHADOWS   there are surfaces
+//          CLEAR           the media don't dim it
 //          MARCHED         there is an extinction's volume
 #include "lib/spherical_harmonics.glsl"
 #include "scene/light_volumes.glsl"
@@ -53,11 +54,13 @@ void main()
             continue;
         seen = 1.0;
         vec3 wi = u_world.directions[k].wi.xyz;
-        extinction_t tau = closed_depth(p, wi, kSunRange);
+        vec3 arriving = u_world.directions[k].power.rgb * visibility;
+#ifndef CLEAR
+        arriving *= exp(-closed_depth(p, wi, kSunRange));
 #ifdef MARCHED
-        tau += from_volume(traced_depth(p, wi, kSunRange, kStep));
+        arriving *= exp(-from_volume(traced_depth(p, wi, kSunRange, kStep)));
 #endif
-        vec3 arriving = u_world.directions[k].power.rgb * (visibility * exp(-tau));
+#endif
         for (int i = 0; i < kCount; ++i)
             radiance[i] += arriving * spherical_harmonic(i, wi);
     }

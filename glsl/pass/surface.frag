@@ -1,11 +1,17 @@
 // Lambertian surfaces: radiance albedo / pi * (irradiance of all lights + the world's), light hidden by
 // surfaces and, THROUGH_MEDIA, dimmed by the media on its way.
-//   ENVIRONMENT  the world is a map: irradiance by normal from a table, else pi * its one colour
+//   ENVIRONMENT       the world is a map: irradiance by normal from a table, else pi * its one colour
+//   WORLD_IRRADIANCE  what of it is hidden and dimmed is in a volume
+#include "lib/lattice.glsl"
 #include "lib/phase.glsl"
 #include "scene/frame.glsl"
+#include "scene/light_volumes_block.glsl"
 #include "scene/lights.glsl"
 #ifdef THROUGH_MEDIA
 #include "scene/light_volumes.glsl"
+#endif
+#ifdef WORLD_IRRADIANCE
+#include "scene/world_irradiance.glsl"
 #endif
 #include "shared/draw_params.h"
 
@@ -29,6 +35,9 @@ void main()
     vec3 irradiance = textureLod(u_irradiance_tx, lat_long_uv(n), 0.0).rgb;
 #else
     vec3 irradiance = kPi * u_lights.world_radiance.rgb;
+#endif
+#ifdef WORLD_IRRADIANCE
+    irradiance = world_irradiance(p_world, n, irradiance);
 #endif
     for (int i = 0; i < LIGHT_COUNT; ++i) {
         LightSample light = light_sample(i, p_world);

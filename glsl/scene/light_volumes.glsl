@@ -7,10 +7,10 @@
 //   VOLUME_RGB    marched media differ in the colour of their extinction: three numbers are stored; else
 //                 one, and extinction_color makes a colour of it
 #include "lib/lattice.glsl"
+#include "scene/light_volumes_block.glsl"
 #include "scene/lights.glsl"
 #include "scene/media.glsl"
 
-layout(std140, binding = LIGHT_VOLUMES_BLOCK) uniform LightVolumes { LightVolumesParams u_volumes; };
 #ifdef DEPTH_VOLUME
 layout(binding = DEPTH_VOLUME_UNIT) uniform sampler3D u_depth_volume_tx;
 #endif

@@ -11,13 +11,14 @@ struct LatticeParams {
     mat4 node_from_world;  // nodes from metres
     mat4 world_from_node;
     vec4 last;          // xyz: the last node along each axis; w: layers that the texture has along z
-    vec4 inverse_size;  // xyz: 1 / texels of the texture
+    vec4 inverse_size;  // xyz: 1 / texels of the texture; w: metres from node to node along x
 };
 
 struct LightVolumesParams {
     LatticeParams extinction;  // of the marched media: there while the others are filled
     LatticeParams depth;       // a layer a light
     LatticeParams world;
+    LatticeParams surfaces;  // of the world's light that reaches surfaces
     vec4 extinction_color;  // what one stored number stands for: rgb: a colour; a: 1
     vec4 view;              // xyz: where an orthographic eye looks, unit length; w: 1, else all 0
     vec4 fill;              // x: the light whose layer is filled; y: directions of the world; z: media

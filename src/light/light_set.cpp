@@ -11,10 +11,6 @@ namespace fumarole::light {
 
 namespace {
 
-/// Surfaces this many times larger than the media don't get a share of a sun's detailed view: a
-/// ground would spread it over itself. They are in the outer view.
-constexpr double kLargeSurface = 4;
-
 static_assert(MAX_SHADOW_VIEWS >= 6 * MAX_LIGHTS, "a point light takes six views");
 
 glm::vec3 intensity_of(const Light& light)
@@ -74,7 +70,7 @@ void LightSet::add_sun_views(const SunLight& sun, const surface::SurfaceSet& sur
     if (media.empty())
         inner = outer;
     for (const auto& instance : surfaces.instances())
-        if (!media.empty() && instance.bounds.diagonal() <= kLargeSurface * media.diagonal())
+        if (is_detail(instance, media))  // others are in the outer view alone
             inner.add(instance.bounds.transformed(axes.light_from_world));
     for (const Bounds& covered : {inner, outer})
         views_.push_back(parallel_view(axes, covered, outer, map_size));

@@ -24,6 +24,11 @@ constexpr int kMostSamples = 4;  ///< of the media along an edge of a cell
 
 constexpr int kWorldShadowMap = 128;  ///< texels along an edge of each view
 
+/// Of the volume for surfaces: how far it goes beyond them and the media, in parts of their size.
+/// What smoke or a ball hides of the sky there is a few per cent.
+constexpr double kSurfaceMargin = 0.5;
+constexpr int kSurfaceBands = 3;
+
 int clamp_to(int nodes, int layers, const gl::Device& gl)
 {
     return std::max(2, std::min(nodes, gl.capabilities().max_texture_3d / layers));
@@ -51,8 +56,9 @@ shared::LatticeParams to_shared(const Lattice& lattice, int layers, glm::dvec3 e
     out.node_from_world = glm::mat4(node_from_eye);
     out.world_from_node = glm::mat4(glm::inverse(node_from_eye));
     out.last = glm::vec4(lattice.count - 1, layers);
+    const double spacing = 1 / glm::length(glm::dvec3(node_from_eye[0]));
     out.inverse_size =
-        glm::vec4(1.0f / glm::vec3(lattice.count * glm::ivec3(1, 1, layers)), 0.0f);
+        glm::vec4(1.0f / glm::vec3(lattice.count * glm::ivec3(1, 1, layers)), spacing);
     return out;
 }
 
@@ -123,9 +129,16 @@ void LightVolumes::clear()
 {
     extinction_ = {};
     depth_ = {};
+    depth_lights_.clear();
+    clear_world();
+}
+
+void LightVolumes::clear_world()
+{
     coefficients_ = {};
     world_ = {};
-    depth_lights_.clear();
+    on_surfaces_ = {};
+    on_surfaces_dimmed_ = {};
 }
 
 void LightVolumes::set(const Scene& scene, const Settings& settings, medium::MediaSet& media,
@@ -147,16 +160,14 @@ void LightVolumes::set(const Scene& scene, const Settings& settings, medium::Med
         depth_ = {};
         depth_lights_.clear();
     }
-    const bool world = settings.world_light && settings.world_cache != 0 && traits.scatters &&
-                       lights.world_radiance() != glm::vec3(0.0f);
-    if (world) {
+    const bool scatters = settings.world_light && traits.scatters;
+    if (settings.world_cache != 0 && traits.media > 0 && (scatters || !surfaces.empty()) &&
+        lights.world_radiance() != glm::vec3(0.0f))
         set_world({key, scene.surfaces, scene.world, settings.world_cache,
-                   settings.world_directions},
+                   settings.world_directions, scatters, settings.volume_shadows},
                   media, surfaces, lights);
-    } else {
-        coefficients_ = {};
-        world_ = {};
-    }
+    else
+        clear_world();
     extinction_ = {};
 }
 
@@ -196,29 +207,60 @@ void LightVolumes::set_depth(const MediaKey& key, int nodes, medium::MediaSet& m
     depth_cost_ = {watch.ms(), static_cast<int>(changed.size())};
 }
 
+void LightVolumes::plan_world(const WorldKey& key, const medium::MediaSet& media,
+                              const surface::SurfaceSet& surfaces)
+{
+    const medium::MediaTraits& traits = media.traits();
+    const bool automatic = key.nodes == Settings::kAutomatic;
+    const int nodes = automatic ? kAutoWorldNodes : key.nodes;
+    const auto make = [&](const char* label, const Lattice& lattice, int layers) {
+        return make_volume(device_, label, lattice, layers, GL_RGBA16F);
+    };
+    clear_world();
+    if (key.scatters) {
+        bands_ = traits.isotropic ? 1 : 3;
+        const medium::VoxelFrame frame = media.voxel_frame();
+        world_lattice_ = make_lattice(frame.voxel_from_world, frame.scattering,
+                                      automatic ? kVoxelsPerWorldNode : 1e-9,
+                                      clamp_to(nodes, bands_ * bands_, device_));
+        coefficients_ = make("world's light", world_lattice_, bands_ * bands_);
+        world_ = make("world's light towards the eye", world_lattice_, traits.mixed_g ? 3 : 1);
+    }
+    if (surfaces.empty())
+        return;
+    Bounds around = media.bounds();
+    for (const auto& instance : surfaces.instances())
+        if (is_detail(instance, media.bounds()))
+            around.add(instance.bounds);
+    const glm::dvec3 margin = kSurfaceMargin * (around.max - around.min);
+    around.min -= margin;
+    around.max += margin;
+    constexpr int kLayers = kSurfaceBands * kSurfaceBands;
+    surface_lattice_ =
+        make_lattice(glm::dmat4(1.0), around, 1e-9, clamp_to(nodes, kLayers, device_));
+    on_surfaces_ = make("world's light on surfaces", surface_lattice_, kLayers);
+    if (key.dims)
+        on_surfaces_dimmed_ = make("world's light on surfaces, dimmed", surface_lattice_, kLayers);
+}
+
 void LightVolumes::set_world(const WorldKey& key, medium::MediaSet& media,
                              const surface::SurfaceSet& surfaces, LightSet& lights)
 {
-    if (world_ && world_key_ == key)
+    if ((world_ || on_surfaces_) && world_key_ == key)
         return;
     const Stopwatch watch(device_);
-    const medium::MediaTraits& traits = media.traits();
-    bands_ = traits.isotropic ? 1 : 3;
-    const medium::VoxelFrame frame = media.voxel_frame();
-    const bool automatic = key.nodes == Settings::kAutomatic;
-    const int layers = bands_ * bands_;
-    const int most = clamp_to(automatic ? kAutoWorldNodes : key.nodes, layers, device_);
-    world_lattice_ = make_lattice(frame.voxel_from_world, frame.scattering,
-                                  automatic ? kVoxelsPerWorldNode : 1e-9, most);
-    coefficients_ = {};
-    world_ = {};
-    coefficients_ =
-        make_volume(device_, "world's light, coefficients", world_lattice_, layers, GL_RGBA16F);
-    world_ = make_volume(device_, "world's light towards the eye", world_lattice_,
-                         traits.mixed_g ? 3 : 1, GL_RGBA16F);
-    if (traits.marched > 0 && !extinction_)
+    plan_world(key, media, surfaces);
+    if (media.traits().marched > 0 && key.dims && !extinction_)
         fill_extinction(media, lights);
-    fill_world(key, media, surfaces, lights);
+    const glm::dvec3 eye = centre_of(key.scatters ? world_lattice_ : surface_lattice_);
+    const gl::Texture shadows = draw_world(key, surfaces, eye);
+    begin_fill(eye, media, lights);
+    if (key.scatters)
+        fill_world(world_lattice_, coefficients_, bands_, key.dims, shadows, media, eye);
+    if (on_surfaces_)
+        fill_world(surface_lattice_, on_surfaces_, kSurfaceBands, false, shadows, media, eye);
+    if (on_surfaces_dimmed_)
+        fill_world(surface_lattice_, on_surfaces_dimmed_, kSurfaceBands, true, shadows, media, eye);
     world_key_ = key;
     turned_ = false;
     world_cost_ = {watch.ms(), 0};
@@ -240,6 +282,8 @@ void LightVolumes::write_block(glm::dvec3 eye)
             to_shared(depth_lattice_, static_cast<int>(depth_lights_.size()), eye);
     if (world_)
         params_.world = to_shared(world_lattice_, world_.size().z / world_lattice_.count.z, eye);
+    if (on_surfaces_)
+        params_.surfaces = to_shared(surface_lattice_, kSurfaceBands * kSurfaceBands, eye);
     block_.write(params_);
     device_->BindBufferBase(GL_UNIFORM_BUFFER, LIGHT_VOLUMES_BLOCK, block_.id());
 }
@@ -294,11 +338,9 @@ void LightVolumes::fill_depth(const std::vector<int>& layers, medium::MediaSet& 
     }
 }
 
-void LightVolumes::fill_world(const WorldKey& key, medium::MediaSet& media,
-                              const surface::SurfaceSet& surfaces, LightSet& lights)
+gl::Texture LightVolumes::draw_world(const WorldKey& key, const surface::SurfaceSet& surfaces,
+                                     glm::dvec3 eye)
 {
-    const glm::dvec3 eye = centre_of(world_lattice_);
-    const Bounds covered = world_bounds(world_lattice_);
     shared::WorldParams params{};
     std::vector<View> views;
     int count = 0;
@@ -308,6 +350,7 @@ void LightVolumes::fill_world(const WorldKey& key, medium::MediaSet& media,
         out.power = glm::vec4(glm::vec3(cell.power), 0.0f);
         if (!surfaces.empty()) {
             const LightAxes axes(cell.wi);
+            const Bounds covered = world_bounds(surface_lattice_);
             views.push_back(parallel_view(axes, covered.transformed(axes.light_from_world),
                                           surfaces.bounds().transformed(axes.light_from_world),
                                           kWorldShadowMap));
@@ -315,25 +358,36 @@ void LightVolumes::fill_world(const WorldKey& key, medium::MediaSet& media,
         }
         ++count;
     }
-    gl::Texture shadows;
-    if (!views.empty())
-        shadows = painter_.draw(views, surfaces, kWorldShadowMap);
     world_block_.write(params);
     params_.fill.y = static_cast<float>(count);
-    begin_fill(eye, media, lights);
-    device_->BindBufferBase(GL_UNIFORM_BUFFER, WORLD_BLOCK, world_block_.id());
+    if (views.empty())
+        return {};
+    gl::Texture shadows = painter_.draw(views, surfaces, kWorldShadowMap);
+    // llvmpipe starts a compute shader while what was drawn for it is still on its way.
+    device_->Finish();
+    return shadows;
+}
 
+void LightVolumes::fill_world(const Lattice& lattice, const gl::Texture& coefficients, int bands,
+                              bool dims, const gl::Texture& shadows,
+                              const medium::MediaSet& media, glm::dvec3 eye)
+{
+    params_.world = to_shared(lattice, bands * bands, eye);
+    block_.write(params_);
+    device_->BindBufferBase(GL_UNIFORM_BUFFER, WORLD_BLOCK, world_block_.id());
     gl::Defines defines = fill_defines(media, no_lights());
-    defines.emplace_back("BANDS", fmt::format("{}", bands_));
+    defines.emplace_back("BANDS", fmt::format("{}", bands));
     if (shadows) {
         defines.emplace_back("WORLD_SHADOWS", "");
         device_->BindTextureUnit(SHADOW_MAP_UNIT, shadows.id());
     }
-    if (extinction_) {
+    if (!dims) {
+        defines.emplace_back("CLEAR", "");
+    } else if (extinction_) {
         defines.emplace_back("MARCHED", "");
         device_->BindTextureUnit(EXTINCTION_VOLUME_UNIT, extinction_.id());
     }
-    dispatch("light/world.comp", defines, coefficients_, GL_RGBA16F, world_lattice_.count);
+    dispatch("light/world.comp", defines, coefficients, GL_RGBA16F, lattice.count);
 }
 
 void LightVolumes::turn_world(const medium::MediaSet& media)
@@ -361,6 +415,23 @@ void LightVolumes::bind(glm::dvec3 eye, glm::dvec3 forward, bool perspective,
     device_->BindTextureUnit(WORLD_VOLUME_UNIT, world_.id());
 }
 
+void LightVolumes::bind_for_surfaces(glm::dvec3 eye, bool through_media)
+{
+    if (!on_surfaces_)
+        return;
+    write_block(eye);
+    const bool dimmed = through_media && on_surfaces_dimmed_;
+    device_->BindTextureUnit(WORLD_VOLUME_UNIT,
+                             (dimmed ? on_surfaces_dimmed_ : on_surfaces_).id());
+}
+
+gl::Defines LightVolumes::surface_defines(const Settings& s) const
+{
+    if (on_surfaces_ && s.world_cache != 0)
+        return {{"WORLD_IRRADIANCE", ""}};
+    return {};
+}
+
 gl::Defines LightVolumes::defines(const Settings& s) const
 {
     gl::Defines defines;
@@ -386,11 +457,17 @@ std::vector<std::string> LightVolumes::describe() const
             rgb_ ? ", coloured" : "", depth_cost_.ms));
     }
     if (world_)
+        lines.push_back(fmt::format("world's light in the media: {} for {} harmonic{}",
+                                    size_of(coefficients_, bands_ * bands_, 8), bands_ * bands_,
+                                    bands_ == 1 ? "" : "s, turned to the eye"));
+    if (on_surfaces_)
         lines.push_back(fmt::format(
-            "world's light: {} for {} harmonic{} and what of them goes to the eye, filled from {} "
-            "directions in {:.1f} ms",
-            size_of(coefficients_, bands_ * bands_, 8), bands_ * bands_, bands_ == 1 ? "" : "s",
-            params_.fill.y, world_cost_.ms));
+            "world's light on surfaces: {}{}, 9 harmonics",
+            size_of(on_surfaces_, kSurfaceBands * kSurfaceBands, 8),
+            on_surfaces_dimmed_ ? ", and again through the media" : ""));
+    if (world_ || on_surfaces_)
+        lines.push_back(fmt::format("world's light: filled from {} directions in {:.1f} ms",
+                                    params_.fill.y, world_cost_.ms));
     return lines;
 }
 

@@ -23,16 +23,17 @@ struct Lattice {
     glm::ivec3 count{0};  ///< nodes along each axis, at least 2
 };
 
-/// Two volumes in front of what would be marched at each sample:
+/// Volumes in front of what would be marched at each sample:
 ///
 /// the optical depth of the media that have no closed form from each node towards each light, and
 ///
 /// the world's light that reaches each node, dimmed by all media and hidden by surfaces, as
 /// spherical harmonics of bands 0 to 2 at most. Henyey-Greenstein scatters band l times g^l
-/// towards the eye, so bands that are cut weigh |g|^3 of the light's own.
+/// towards the eye, so bands that are cut weigh |g|^3 of the light's own. For surfaces there are
+/// two more of the kind, over them and some way around, through the media and without them.
 ///
-/// Their lattices follow the voxels of the largest grid, sheared as those may be. Both are filled
-/// from a third volume, the media's extinction, that is freed again.
+/// Their lattices follow the voxels of the largest grid, sheared as those may be (the surfaces':
+/// the world's axes). All are filled from a volume of the media's extinction that is freed again.
 class LightVolumes {
 public:
     LightVolumes(const gl::Device& device, gl::ProgramCache& programs)
@@ -59,6 +60,11 @@ public:
     /// What is kept, at what size, and what it took to fill: a line each.
     [[nodiscard]] std::vector<std::string> describe() const;
 
+    /// Binds the world's light on surfaces instead of that in the media.
+    void bind_for_surfaces(glm::dvec3 eye, bool through_media);
+    /// Likewise for glsl/pass/surface.frag.
+    [[nodiscard]] gl::Defines surface_defines(const Settings& settings) const;
+
     [[nodiscard]] bool has_depth() const { return static_cast<bool>(depth_); }
     [[nodiscard]] bool has_world() const { return static_cast<bool>(world_); }
 
@@ -76,6 +82,8 @@ private:
         std::vector<Surface> surfaces;
         World world;
         int nodes = 0, directions = 0;
+        bool scatters = true;  ///< in the media too
+        bool dims = true;      ///< the media do
         bool operator==(const WorldKey&) const = default;
     };
     struct Cost {
@@ -88,8 +96,13 @@ private:
                    const surface::SurfaceSet& surfaces, LightSet& lights);
     void fill_extinction(medium::MediaSet& media, LightSet& lights);
     void fill_depth(const std::vector<int>& layers, medium::MediaSet& media, LightSet& lights);
-    void fill_world(const WorldKey& key, medium::MediaSet& media,
-                    const surface::SurfaceSet& surfaces, LightSet& lights);
+    void clear_world();
+    void plan_world(const WorldKey& key, const medium::MediaSet& media,
+                    const surface::SurfaceSet& surfaces);
+    gl::Texture draw_world(const WorldKey& key, const surface::SurfaceSet& surfaces,
+                           glm::dvec3 eye);
+    void fill_world(const Lattice& lattice, const gl::Texture& coefficients, int bands, bool dims,
+                    const gl::Texture& shadows, const medium::MediaSet& media, glm::dvec3 eye);
     void turn_world(const medium::MediaSet& media);
     void begin_fill(glm::dvec3 eye, medium::MediaSet& media, LightSet& lights);
     void write_block(glm::dvec3 eye);
@@ -106,10 +119,11 @@ private:
     shared::LightVolumesParams params_{};
 
     bool rgb_ = false;
-    Lattice extinction_lattice_, depth_lattice_, world_lattice_;
+    Lattice extinction_lattice_, depth_lattice_, world_lattice_, surface_lattice_;
     gl::Texture extinction_, depth_;
     gl::Texture coefficients_, world_;  ///< of the world's light, and that turned to the eye
-    int bands_ = 1;                     ///< of the world's light
+    gl::Texture on_surfaces_, on_surfaces_dimmed_;  ///< coefficients of the world's light
+    int bands_ = 1;                                 ///< of the world's light in the media
     glm::dvec4 turned_to_{0};           ///< eye, or direction and 1, that world_ was worked out for
     bool turned_ = false;
 

@@ -54,6 +54,12 @@ LightAxes::LightAxes(glm::dvec3 to_light) : travel{-glm::normalize(to_light)}
     }
 }
 
+bool is_detail(const surface::SurfaceSet::Instance& instance, const Bounds& media)
+{
+    constexpr double kLarge = 4;  // times the media
+    return instance.bounds.diagonal() <= kLarge * media.diagonal();
+}
+
 View parallel_view(const LightAxes& axes, const Bounds& covered, const Bounds& casters,
                    int map_size)
 {

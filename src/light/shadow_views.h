@@ -33,6 +33,10 @@ struct LightAxes {
     glm::dmat4 light_from_world{1.0};
 };
 
+/// Whether a surface gets a share of the detail that the media are given: a ground would spread it
+/// over itself.
+bool is_detail(const surface::SurfaceSet::Instance& instance, const Bounds& media);
+
 /// A view along `axes` that shows `covered` and keeps the depth of all `casters`, both in the
 /// light's axes. map_size: texels along its edge.
 View parallel_view(const LightAxes& axes, const Bounds& covered, const Bounds& casters,

@@ -305,11 +305,18 @@ World bright_spot(glm::dvec3 direction)
             const glm::dvec3 d(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi),
                                std::cos(theta));
             const double c = std::max(0.0, glm::dot(d, glm::normalize(direction)));
-            map->radiance.emplace_back(glm::vec3(0.1 + 3 * std::pow(c, 8)) *
+            map->radiance.emplace_back(glm::vec3(glm::dvec3(0.1 + 3 * std::pow(c, 8))) *
                                        glm::vec3(1.0f, 0.8f, 0.5f));
         }
     World world;
     world.environment = map;
+    return world;
+}
+
+World constant_world()
+{
+    World world;
+    world.radiance = glm::vec3(1);
     return world;
 }
 
@@ -327,12 +334,12 @@ void PrintTo(const WorldCase& world, std::ostream* out)
 }
 
 const std::array kWorldCases{
-    WorldCase{"isotropic", {glm::vec3(1)}, 0, false, 1e-3, 0.01},
-    WorldCase{"forward", {glm::vec3(1)}, 0.5f, false, 1e-3, 0.01},
-    WorldCase{"backward", {glm::vec3(1)}, -0.4f, false, 1e-3, 0.01},
+    WorldCase{"isotropic", constant_world(), 0, false, 1e-3, 0.01},
+    WorldCase{"forward", constant_world(), 0.5f, false, 1e-3, 0.01},
+    WorldCase{"backward", constant_world(), -0.4f, false, 1e-3, 0.01},
     WorldCase{"map_ahead", bright_spot({0.2, -1, 0.3}), 0.5f, false, 4e-3, 0.03},
     WorldCase{"map_behind", bright_spot({0.2, 1, 0.3}), 0.5f, false, 4e-3, 0.03},
-    WorldCase{"hidden_by_a_ball", {glm::vec3(1)}, 0, true, 4e-3, 0.03},
+    WorldCase{"hidden_by_a_ball", constant_world(), 0, true, 4e-3, 0.03},
 };
 
 class WorldVolume : public LightVolume, public testing::WithParamInterface<WorldCase> {};
