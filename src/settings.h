@@ -55,10 +55,10 @@ struct Settings {
     int shadow_map = 1024;  ///< texels along an edge of each view, 16..8192
     static constexpr int kAutomatic = -1;
     /// Nodes along the longest edge of the volume of optical depth towards each light, taken by
-    /// set_scene(); 0: none, shadows are marched; kAutomatic: one a voxel, 128 at most.
+    /// set_scene(); 0: none, shadows are marched; kAutomatic: two a voxel, 96 at most.
     int shadow_cache = kAutomatic;
-    /// Likewise of the world's light; 0: none, it is undimmed; kAutomatic: one for 3 voxels, 40 at
-    /// most, 32 where there are none.
+    /// Likewise of the world's light; 0: none, media don't dim it nor surfaces hide it;
+    /// kAutomatic: one for 3 voxels, 32 at most.
     int world_cache = kAutomatic;
     int world_directions = 64;  ///< that the world's light is summed over, 8..120
 

@@ -15,8 +15,10 @@ void main()
     if (any(greaterThan(node, ivec3(lattice.last.xyz))))
         return;
     int i = int(u_volumes.fill.x);
+    // As fine as the nodes that are filled, and no coarser than those that it is filled from.
+    float step = min(u_volumes.extinction.last.x / lattice.last.x, 1.0);
     vec3 p = node_position(lattice, node);
     LightSample light = light_sample(i, p);
-    vec3 tau = min(vec3(traced_depth(p, light.wi, light.range, 1.0)), vec3(kMost));
+    vec3 tau = min(vec3(traced_depth(p, light.wi, light.range, step)), vec3(kMost));
     imageStore(u_depth_img, node + ivec3(0, 0, i * (int(lattice.last.z) + 1)), vec4(tau, 0.0));
 }

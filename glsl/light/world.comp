@@ -4,7 +4,7 @@
 //        volume
 //   out  coefficients [W/m^2/sr], one a layer; alpha of the first: 1 if any light gets there
 //
-// Variant: BANDS           1 to 3: no more than the media's g can tell apart
+// Variant: BANDS           1 to 4: no more than the media's g can tell apart
 //          WORLD_SHADOWS   there are surfaces
 //          CLEAR           the media don't dim it
 //          MARCHED         there is an extinction's volume

@@ -20,7 +20,7 @@ void main()
     vec3 p = node_position(lattice, node);
     // Along the eye's ray: g > 0 sends on what comes from behind the node.
     vec3 d = u_volumes.view.w > 0.0 ? u_volumes.view.xyz : p / max(length(p), 1e-20);
-    vec4 band[3] = vec4[3](vec4(0.0), vec4(0.0), vec4(0.0));
+    vec4 band[4] = vec4[4](vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
     int i = 0;
     for (int l = 0; l < BANDS; ++l)
         for (; i < kHarmonics[l]; ++i)
@@ -31,6 +31,6 @@ void main()
         imageStore(u_view_img, node + layer * l, band[l]);
 #else
     float g = u_media.media[0].sigma_s.a;
-    imageStore(u_view_img, node, band[0] + g * (band[1] + g * band[2]));
+    imageStore(u_view_img, node, band[0] + g * (band[1] + g * (band[2] + g * band[3])));
 #endif
 }

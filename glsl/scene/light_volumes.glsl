@@ -53,12 +53,13 @@ vec3 world_in_scattering(vec3 p, float g)
     vec4 light = textureLod(u_world_volume_tx, lattice_uvw(u_volumes.world, p, 0), 0.0);
     vec3 radiance = light.rgb;
 #ifdef MIXED_G
-    for (int l = 1; l < 3; ++l) {
-        radiance += pow(abs(g), float(l)) * (l == 1 ? sign(g) : 1.0) *
-                    textureLod(u_world_volume_tx, lattice_uvw(u_volumes.world, p, l), 0.0).rgb;
+    float weight = 1.0;
+    for (int l = 1; l < 4; ++l) {
+        weight *= g;
+        radiance += weight * textureLod(u_world_volume_tx, lattice_uvw(u_volumes.world, p, l), 0.0).rgb;
     }
 #endif
-    // What bands 0 to 2 leave of a sharp edge may dip below 0.
+    // What bands 0 to 3 leave of a sharp edge may dip below 0.
     return max(radiance, vec3(0.0)) / max(light.a, 1e-3);
 }
 #endif

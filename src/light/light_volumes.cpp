@@ -12,15 +12,18 @@ namespace fumarole::light {
 
 namespace {
 
-/// `auto`: a node a voxel, as far as this many go along the longest edge. On a plume of 60 x 60 x
-/// 100 voxels 64 nodes err 4 times as much, and more than a node a voxel buys nothing.
+/// `auto`: two nodes a voxel, since exp of an optical depth bends between them, as far as this many
+/// go along the longest edge. Shadows in a plume of 200 voxels err by a relMSE of 8e-5 with 64,
+/// 3e-5 with 96, 2e-5 with 128; 16 steps marched at each sample err by 9e-5.
 constexpr int kAutoDepthNodes = 96;
-/// The world's light comes from all around and is smooth: a node for this many voxels is enough.
-constexpr double kVoxelsPerWorldNode = 3;
+constexpr double kVoxelsPerDepthNode = 0.5;
+/// The world's light comes from all around and is smooth. On the same plume it is 0.5 % too bright
+/// with 32 nodes and 2.5 times as many cost 2 to 3 times the time.
 constexpr int kAutoWorldNodes = 32;
-/// The extinction that they are filled from.
+constexpr double kVoxelsPerWorldNode = 3;
+/// The extinction that they are filled from: one a voxel up to here.
 constexpr int kExtinctionNodes = 128;
-constexpr int kMostSamples = 4;  ///< of the media along an edge of a cell
+constexpr int kMostSamples = 4;  ///< of the media along an edge of a cell that is larger
 
 constexpr int kWorldShadowMap = 128;  ///< texels along an edge of each view
 
@@ -182,7 +185,8 @@ void LightVolumes::set_depth(const MediaKey& key, int nodes, medium::MediaSet& m
     const bool automatic = nodes == Settings::kAutomatic;
     const int most = clamp_to(automatic ? kAutoDepthNodes : nodes, count, device_);
     const Lattice lattice =
-        make_lattice(frame.voxel_from_world, frame.marched, automatic ? 1.0 : 1e-9, most);
+        make_lattice(frame.voxel_from_world, frame.marched,
+                     automatic ? kVoxelsPerDepthNode : 1e-9, most);
     const glm::ivec3 size = lattice.count * glm::ivec3(1, 1, count);
     const bool same = depth_ && depth_.size() == size && depth_key_ == key &&
                       depth_lattice_.node_from_world == lattice.node_from_world;
@@ -218,13 +222,13 @@ void LightVolumes::plan_world(const WorldKey& key, const medium::MediaSet& media
     };
     clear_world();
     if (key.scatters) {
-        bands_ = traits.isotropic ? 1 : 3;
+        bands_ = traits.isotropic ? 1 : 4;
         const medium::VoxelFrame frame = media.voxel_frame();
         world_lattice_ = make_lattice(frame.voxel_from_world, frame.scattering,
                                       automatic ? kVoxelsPerWorldNode : 1e-9,
                                       clamp_to(nodes, bands_ * bands_, device_));
         coefficients_ = make("world's light", world_lattice_, bands_ * bands_);
-        world_ = make("world's light towards the eye", world_lattice_, traits.mixed_g ? 3 : 1);
+        world_ = make("world's light towards the eye", world_lattice_, traits.mixed_g ? bands_ : 1);
     }
     if (surfaces.empty())
         return;

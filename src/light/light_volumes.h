@@ -28,8 +28,8 @@ struct Lattice {
 /// the optical depth of the media that have no closed form from each node towards each light, and
 ///
 /// the world's light that reaches each node, dimmed by all media and hidden by surfaces, as
-/// spherical harmonics of bands 0 to 2 at most. Henyey-Greenstein scatters band l times g^l
-/// towards the eye, so bands that are cut weigh |g|^3 of the light's own. For surfaces there are
+/// spherical harmonics of bands 0 to 3 at most. Henyey-Greenstein scatters band l times g^l
+/// towards the eye, so bands that are cut weigh |g|^4 of the light's own. For surfaces there are
 /// two more of the kind, over them and some way around, through the media and without them.
 ///
 /// Their lattices follow the voxels of the largest grid, sheared as those may be (the surfaces':

@@ -188,6 +188,7 @@ TEST_F(ParamLayout, LightVolumes)
     add_struct(expected, "extinction", offsetof(LightVolumesParams, extinction), kLattice);
     add_struct(expected, "depth", offsetof(LightVolumesParams, depth), kLattice);
     add_struct(expected, "world", offsetof(LightVolumesParams, world), kLattice);
+    add_struct(expected, "surfaces", offsetof(LightVolumesParams, surfaces), kLattice);
     expect_same(layout("light_volume_params.h", "LightVolumesParams"), expected,
                 sizeof(LightVolumesParams));
 }

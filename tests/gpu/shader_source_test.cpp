@@ -194,16 +194,18 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     }
     for (const Defines& lights : kLights)
         for (unsigned set = 0; set < 4; ++set)
-            variants.add("pass/surface.frag", lights + flags(set, {"ENVIRONMENT", "TWO_SIDED"}));
+            variants.add("pass/surface.frag",
+                         lights + flags(set, {"ENVIRONMENT", "TWO_SIDED"}) +
+                             flags(set, {"WORLD_IRRADIANCE"}));
 
     const auto volumes = [&](const Defines& media, const Defines& lights, unsigned set) {
         const Defines stored = flags(set, {"VOLUME_RGB"});
         variants.add("light/extinction.comp", media + kLights[0] + stored);
         variants.add("light/depth.comp", media + lights + stored);
-        for (const char* bands : {"1", "3"}) {
+        for (const char* bands : {"1", "3", "4"}) {
             const Defines of_bands = media + kLights[0] + stored + Defines{{"BANDS", bands}};
             variants.add("light/world.comp",
-                         of_bands + flags(set >> 1, {"WORLD_SHADOWS", "MARCHED"}));
+                         of_bands + flags(set >> 1, {"WORLD_SHADOWS", "MARCHED", "CLEAR"}));
             variants.add("light/world_view.comp", of_bands);
         }
     };
@@ -259,10 +261,11 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
             variants.add("pass/surface.frag", kLights[1 + (i + set) % 3] + of_media +
                                                   Defines{{"THROUGH_MEDIA", ""}} +
                                                   flags(set, {"SHADOW_TO_LIGHT", "ENVIRONMENT"}) +
-                                                  flags(set, {"DEPTH_VOLUME"}));
+                                                  flags(set >> 1, {"DEPTH_VOLUME"}) +
+                                                  flags(set, {"WORLD_IRRADIANCE"}));
         // Three numbers are stored where extinction has a colour.
         const bool colored = media.traits().colored_extinction;
-        for (unsigned set = 0; set < 8; ++set)
+        for (unsigned set = 0; set < 16; ++set)
             if (colored || (set & 1) == 0)
                 volumes(of_media, kLights[1 + (i + set) % 3], set);
     }
