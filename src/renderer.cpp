@@ -10,6 +10,7 @@
 #include "gl/state_guard.h"
 #include "gl/timer.h"
 #include "light/light_set.h"
+#include "light/light_volumes.h"
 #include "medium/media_set.h"
 #include "pass/frame_setup.h"
 #include "pass/froxels.h"
@@ -39,7 +40,7 @@ void check(const Frame& frame)
 struct Renderer::Parts {
     explicit Parts(gl::GetProc get_proc)
         : device{get_proc}, programs{device}, timers{device}, surfaces{device}, media{device},
-          lights{device, programs}, fullscreen{device, "fullscreen"}, host{device, "host"},
+          lights{device, programs}, volumes{device, programs}, fullscreen{device, "fullscreen"}, host{device, "host"},
           frame_block{device, "frame"}, draw_block{device, "surface draw"}, depth_sampler{
                                                                                 device,
                                                                                 "scene depth"}
@@ -59,13 +60,15 @@ struct Renderer::Parts {
     surface::SurfaceSet surfaces;
     medium::MediaSet media;
     light::LightSet lights;
+    light::LightVolumes volumes;
     gl::VertexArray fullscreen;
     gl::Framebuffer host;
     gl::UniformBuffer<shared::FrameParams> frame_block;
     gl::UniformBuffer<shared::DrawParams> draw_block;
     gl::Sampler depth_sampler;  ///< so that the host's filter and comparison don't matter
     std::uint64_t scene_id = 0;
-    const pass::Toolbox tools{device, programs, timers, media, lights, fullscreen};
+    const pass::Toolbox tools{device, programs, timers,    media,
+                              lights, volumes,  fullscreen};
     Settings::Mode mode = Settings::Mode::raymarch;  ///< of the pass
     std::unique_ptr<pass::VolumePass> pass;
 };
@@ -94,6 +97,10 @@ std::optional<pass::PassFrame> Renderer::Parts::begin(const Frame& frame, const 
     device->BindBufferBase(GL_UNIFORM_BUFFER, FRAME_BLOCK, frame_block.id());
     media.bind(view.eye.position);
     lights.bind(view.eye.position);
+    {
+        const auto time = timers.scope("light volumes");
+        volumes.bind(view.eye.position, view.eye.forward, view.eye.perspective, media);
+    }
     device->BindTextureUnit(SCENE_DEPTH_UNIT, frame.depth.id);
     device->BindSampler(SCENE_DEPTH_UNIT, depth_sampler.id());
     return view;
@@ -118,10 +125,14 @@ void Renderer::set_scene(const Scene& scene, const Settings& settings)
         parts_->media.set(scene, settings.layout, settings.storage);
         parts_->surfaces.set(scene.surfaces);
         parts_->lights.set(scene, parts_->surfaces, parts_->media.bounds(), settings.shadow_map);
+        const gl::StateGuard all_units(parts_->device, parts_->texture_units(), BLOCK_COUNT,
+                                       IMAGE_COUNT);
+        parts_->volumes.set(scene, settings, parts_->media, parts_->surfaces, parts_->lights);
     } catch (...) {  // half a scene is none
         parts_->media.clear();
         parts_->surfaces.set({});
         parts_->lights.clear();
+        parts_->volumes.clear();
         throw;
     }
 }
@@ -225,8 +236,11 @@ void Renderer::draw_surfaces(const Frame& frame, const Settings& settings, bool 
     gl->BindBufferBase(GL_UNIFORM_BUFFER, FRAME_BLOCK, parts.frame_block.id());
     gl->BindBufferBase(GL_UNIFORM_BUFFER, DRAW_BLOCK, parts.draw_block.id());
     parts.lights.bind(eye.position);
-    if (dimmed)
+    if (dimmed) {
         parts.media.bind(eye.position);
+        parts.volumes.bind(eye.position, eye.forward, eye.perspective, parts.media);
+    }
+    parts.volumes.bind_for_surfaces(eye.position, through_media);
 
     const bool reversed = frame.depth_convention.reversed;
     parts.host.attach_color({frame.color});
@@ -247,9 +261,11 @@ void Renderer::draw_surfaces(const Frame& frame, const Settings& settings, bool 
 
     if (parts.lights.has_environment())
         parts.lights.bind_irradiance();
+    const gl::Defines of_world = parts.volumes.surface_defines(settings);
+    defines.insert(defines.end(), of_world.begin(), of_world.end());
     if (dimmed) {
-        const gl::Defines of_media = parts.media.defines();
-        defines.insert(defines.end(), of_media.begin(), of_media.end());
+        for (const gl::Defines& more : {parts.media.defines(), parts.volumes.defines(settings)})
+            defines.insert(defines.end(), more.begin(), more.end());
         defines.emplace_back("THROUGH_MEDIA", "");
         if (settings.shadow_range == Settings::ShadowRange::light)
             defines.emplace_back("SHADOW_TO_LIGHT", "");
@@ -328,6 +344,9 @@ std::vector<std::string> Renderer::explain(const Settings& settings) const
                 settings.shadow_steps);
         else if (media.heterogeneous == 0)
             say("light through media: closed form, no marching: all media are homogeneous");
+        else if (parts.volumes.has_depth())
+            say("light through media: from a volume for marched media; closed form where a medium "
+                "is homogeneous or falls off with height");
         else
             say("light through media: {} steps a sample, light and marched medium; closed form "
                 "where "
@@ -336,10 +355,12 @@ std::vector<std::string> Renderer::explain(const Settings& settings) const
     }
     const bool world = parts.lights.world_radiance() != glm::vec3(0.0f);
     say("world: {}", !world                 ? "black: no ambient term"
+                     : parts.volumes.has_world()
+                         ? "scatters from all around, dimmed by media and hidden by surfaces"
                      : settings.world_light ? "its mean radiance scatters, isotropic and undimmed"
                                             : "left out of the media, as asked");
-    for (const std::string& line : parts.media.describe())
-        lines.push_back(line);
+    for (const auto& more : {parts.volumes.describe(), parts.media.describe()})
+        lines.insert(lines.end(), more.begin(), more.end());
     return lines;
 }
 

@@ -89,6 +89,24 @@ SettingInfo choice(std::string_view name, std::string_view group, std::string_vi
             }};
 }
 
+/// Nodes of a volume: a number up to `high`, or auto.
+SettingInfo nodes(std::string_view name, std::string_view values, int Settings::*member, int high,
+                  std::string_view help)
+{
+    return {name,
+            "light",
+            values,
+            "nodes",
+            help,
+            [=](const Settings& s) {
+                return s.*member == Settings::kAutomatic ? "auto" : fmt::format("{}", s.*member);
+            },
+            [=](Settings& s, std::string_view text) {
+                s.*member = text == "auto" ? Settings::kAutomatic
+                                           : parse_number(name, text, 0, high, values);
+            }};
+}
+
 template <typename T> constexpr int as_int(T value)
 {
     return static_cast<int>(value);
@@ -113,18 +131,25 @@ std::vector<SettingInfo> make_table()
         number("g-clamp", "march", "0..0.9999", "", &S::g_clamp, 0.0f, 0.9999f,
                "largest |g| of the phase function"),
         choice("world-light", "march", "on|off", &S::world_light, {{"on", 1}, {"off", 0}},
-               "the world's mean radiance scatters in the media"),
+               "the world's light scatters in the media"),
         number("least-extinction", "march", "0..1", "1/m", &S::least_extinction, 0.0f, 1.0f,
                "a floor under the extinction; 2017 had 1e-4, everywhere"),
         choice("volume-shadows", "light", "on|off", &S::volume_shadows, {{"on", 1}, {"off", 0}},
                "media dim the light that reaches media and surfaces"),
         number("shadow-steps", "light", "1..1024", "", &S::shadow_steps, 1, 1024,
-               "midpoint steps from a sample to a light, through each heterogeneous medium"),
+               "midpoint steps from a sample to a light, through each heterogeneous medium, where no "
+               "--shadow-cache is"),
         choice("shadow-range", "light", "media|light", &S::shadow_range,
                {{"media", as_int(S::ShadowRange::media)}, {"light", as_int(S::ShadowRange::light)}},
                "where shadow steps are spread: within the medium, or all the way as in 2017"),
         number("shadow-map", "light", "16..8192", "texels", &S::shadow_map, 16, 8192,
                "edge of each view of the surfaces' shadow map"),
+        nodes("shadow-cache", "auto|0..512", &S::shadow_cache, 512,
+              "longest edge of a volume of shadows for each light; 0: marched at each sample"),
+        nodes("world-cache", "auto|0..128", &S::world_cache, 128,
+              "longest edge of the volume of the world's light; 0: it reaches media undimmed"),
+        number("world-directions", "light", "8..120", "", &S::world_directions, 8, 120,
+               "that the world's light is summed over"),
         choice("resolution", "resolve", "full|half|quarter", &S::resolution,
                {{"full", 1}, {"half", 2}, {"quarter", 4}}, "of the march"),
         choice("upsample", "resolve", "4x4|2x2|4x4-box", &S::upsample,
@@ -201,6 +226,8 @@ Settings eevee2017()
     s.least_extinction = 1e-4f;
     s.range = Settings::Range::camera;
     s.shadow_range = Settings::ShadowRange::light;
+    s.shadow_cache = 0;
+    s.world_cache = 0;
     s.resolution = 2;
     s.upsample = Settings::Upsample::box4x4;
     s.depth_threshold = 0.05f;

@@ -53,6 +53,14 @@ struct Settings {
     int shadow_steps = 16;  ///< midpoints on the way to a light, 1..1024
     ShadowRange shadow_range = ShadowRange::media;
     int shadow_map = 1024;  ///< texels along an edge of each view, 16..8192
+    static constexpr int kAutomatic = -1;
+    /// Nodes along the longest edge of the volume of optical depth towards each light, taken by
+    /// set_scene(); 0: none, shadows are marched; kAutomatic: two a voxel, 96 at most.
+    int shadow_cache = kAutomatic;
+    /// Likewise of the world's light; 0: none, media don't dim it nor surfaces hide it;
+    /// kAutomatic: one for 3 voxels, 32 at most.
+    int world_cache = kAutomatic;
+    int world_directions = 64;  ///< that the world's light is summed over, 8..120
 
     // the layer and the resolve
     int resolution = 2;  ///< pixels along a texel's edge: 1 full, 2 half, 4 quarter

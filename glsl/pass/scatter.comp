@@ -36,13 +36,13 @@ layout(binding = FROXEL_HISTORY_EXTINCTION_UNIT) uniform sampler3D u_history_ext
 
 #ifdef GRID_SHADOWS
 // Over as far as the grid is deep, or to the light; midpoints, as many as the media's own shadows take.
-extinction_t light_depth(vec3 p, LightSample light)
+extinction_t light_depth(int i, vec3 p, LightSample light)
 {
     int steps = int(u_frame.march.z);
     float ds = min(light.range, u_froxels.range.z) / float(steps);
     extinction_t sum = extinction_t(0.0);
-    for (int i = 0; i < steps; ++i) {
-        vec3 uvw = froxel_uvw(p + light.wi * ((float(i) + 0.5) * ds), u_froxels.clip_from_world,
+    for (int j = 0; j < steps; ++j) {
+        vec3 uvw = froxel_uvw(p + light.wi * ((float(j) + 0.5) * ds), u_froxels.clip_from_world,
                               u_froxels.view_z_from_world, u_froxels.range);
         if (!is_inside(uvw))
             continue;

@@ -1,12 +1,18 @@
 // Lambertian surfaces: radiance albedo / pi * (irradiance of all lights + the world's), light hidden by
 // surfaces and, THROUGH_MEDIA, dimmed by the media on its way.
-//   ENVIRONMENT  the world is a map: irradiance by normal from a table, else pi * its one colour
+//   ENVIRONMENT       the world is a map: irradiance by normal from a table, else pi * its one colour
+//   WORLD_IRRADIANCE  what of it is hidden and dimmed is in a volume
+#include "lib/lattice.glsl"
 #include "lib/phase.glsl"
 #include "scene/frame.glsl"
-#ifdef THROUGH_MEDIA
-#include "scene/media.glsl"
-#endif
+#include "scene/light_volumes_block.glsl"
 #include "scene/lights.glsl"
+#ifdef THROUGH_MEDIA
+#include "scene/light_volumes.glsl"
+#endif
+#ifdef WORLD_IRRADIANCE
+#include "scene/world_irradiance.glsl"
+#endif
 #include "shared/draw_params.h"
 
 layout(std140, binding = DRAW_BLOCK) uniform Draw { DrawParams u_draw; };
@@ -30,6 +36,9 @@ void main()
 #else
     vec3 irradiance = kPi * u_lights.world_radiance.rgb;
 #endif
+#ifdef WORLD_IRRADIANCE
+    irradiance = world_irradiance(p_world, n, irradiance);
+#endif
     for (int i = 0; i < LIGHT_COUNT; ++i) {
         LightSample light = light_sample(i, p_world);
         float cos_theta = dot(n, light.wi);
@@ -40,7 +49,7 @@ void main()
             continue;
         vec3 arriving = light.irradiance * (visibility * cos_theta);
 #ifdef THROUGH_MEDIA
-        arriving *= exp(-optical_depth(p_world, light.wi, light.range, int(u_frame.march.z)));
+        arriving *= exp(-depth_to_light(i, p_world, light));
 #endif
         irradiance += arriving;
     }

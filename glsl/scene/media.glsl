@@ -151,17 +151,25 @@ vec2 media_segment(vec3 p, vec3 d, float begin, float end)
     return all_media;
 }
 
-// Optical depth from p along wi over a length of `range` metres: closed forms where there are,
-// else `steps` midpoint steps within each medium's bounds.
-extinction_t optical_depth(vec3 p, vec3 wi, float range, int steps)
-{
-    extinction_t tau = extinction_t(0.0);
+// Optical depth from p along wi over a length of `range` metres.
 #ifdef SHADOW_TO_LIGHT  // 2017: over the whole way to a light, whatever the medium fills of it
 #define SHADOW_SEGMENT(m) (range < kSunRange ? vec2(0.0, range) : medium_segment(m, p, wi, 0.0, range))
 #else
 #define SHADOW_SEGMENT(m) medium_segment(m, p, wi, 0.0, range)
 #endif
+#define ADD_DEPTH(m, value, depth, k, tint, c) \
+    {                                          \
+        vec2 t = SHADOW_SEGMENT(m);            \
+        if (t.x < t.y)                         \
+            depth(m, value, k)                 \
+    }
 #define no_depth(m, value, k) ;
+
+// Of the media that have a closed form.
+extinction_t closed_depth(vec3 p, vec3 wi, float range)
+{
+    extinction_t tau = extinction_t(0.0);
+#define marched_depth(m, value, k) ;
 #define homogeneous_depth(m, value, k) tau += u_media.media[m].sigma_t.EXTINCTION * (t.y - t.x);
 // The integral of exp((z0 - z) / scale_height) along the segment, from its lower end: from the upper
 // one, exp of many heights down would overflow.
@@ -173,6 +181,19 @@ extinction_t optical_depth(vec3 p, vec3 wi, float range, int steps)
         tau += u_media.media[m].sigma_t.EXTINCTION * ds * exp_height_at(profile, low) *     \
                slab_weight(abs(wi.z) * ds * profile.x);                                    \
     }
+    FOR_EACH_MEDIUM(ADD_DEPTH)
+    return tau;
+}
+#undef marched_depth
+#undef homogeneous_depth
+#undef exp_height_depth
+#define homogeneous_depth(m, value, k) ;
+#define exp_height_depth(m, value, k) ;
+
+// Of all: the rest in `steps` midpoint steps within each medium's bounds.
+extinction_t optical_depth(vec3 p, vec3 wi, float range, int steps)
+{
+    extinction_t tau = closed_depth(p, wi, range);
 #define marched_depth(m, value, k)                                                 \
     {                                                                              \
         coefficient_t sum = coefficient_t(0.0);                                    \
@@ -183,12 +204,18 @@ extinction_t optical_depth(vec3 p, vec3 wi, float range, int steps)
         }                                                                          \
         tau += u_media.media[m].sigma_t.EXTINCTION * sum * ds;                     \
     }
-#define ADD_DEPTH(m, value, depth, k, tint, c) \
-    {                                          \
-        vec2 t = SHADOW_SEGMENT(m);            \
-        if (t.x < t.y)                         \
-            depth(m, value, k)                 \
-    }
     FOR_EACH_MEDIUM(ADD_DEPTH)
     return tau;
+}
+#undef marched_depth
+
+// Extinction at p of the media whose depth is marched [1/m].
+extinction_t marched_extinction(vec3 p)
+{
+    extinction_t sigma_t = extinction_t(0.0);
+#define marched_depth(m, value, k) \
+    sigma_t += u_media.media[m].sigma_t.EXTINCTION * coefficient_t(value(k, p));
+#define ADD_EXTINCTION(m, value, depth, k, tint, c) depth(m, value, k)
+    FOR_EACH_MEDIUM(ADD_EXTINCTION)
+    return sigma_t;
 }

@@ -9,7 +9,9 @@
 #define LIGHTS_BLOCK 2
 #define DRAW_BLOCK 3
 #define FROXEL_BLOCK 4
-#define BLOCK_COUNT 5
+#define LIGHT_VOLUMES_BLOCK 5
+#define WORLD_BLOCK 6
+#define BLOCK_COUNT 7
 
 // Texture units.
 #define SCENE_DEPTH_UNIT 0
@@ -19,7 +21,9 @@
 #define BLUE_NOISE_UNIT 4
 #define SHADOW_MAP_UNIT 5
 #define IRRADIANCE_UNIT 6
-#define GRID_UNIT 8  // the first of two units a grid: texels, and pages if it has bricks
+#define DEPTH_VOLUME_UNIT 8
+#define WORLD_VOLUME_UNIT 9
+#define GRID_UNIT 10  // the first of two units a grid: texels, and pages if it has bricks
 
 // The froxels' steps meet neither a layer nor the world's pictures: they take their units.
 #define V_BUFFER_SIGMA_S_UNIT 1
@@ -32,6 +36,9 @@
 #define FROXEL_EXTINCTION_UNIT 2
 #define INTEGRATED_SCATTERING_UNIT 1
 #define INTEGRATED_TRANSMITTANCE_UNIT 2
+
+// While the volumes of light are filled none of them is read but this one.
+#define EXTINCTION_VOLUME_UNIT DEPTH_VOLUME_UNIT
 
 // Image units of the froxels' steps: never more than four at once.
 #define V_BUFFER_SIGMA_S_IMAGE 0
@@ -49,12 +56,14 @@
 #define FROXEL_GROUP_Y 4
 #define FROXEL_GROUP_Z 2
 #define FROXEL_COLUMNS 8
+#define VOLUME_GROUP 4  // nodes along each edge, in the volumes of light
 
 // How many of each a scene may hold: uniform blocks are at least 16 KiB and fragment shaders have
-// at least 16 texture units, so 4 bricked grids always fit, more where the driver has more.
+// at least 16 texture units, so 3 bricked grids always fit, more where the driver has more.
 #define MAX_MEDIA 16
 #define MAX_GRIDS 12
 #define MAX_LIGHTS 16
 #define MAX_SHADOW_VIEWS 96  // 16 points, 6 each
 #define MAX_OCTAVES 16
+#define MAX_WORLD_DIRECTIONS 120  // a view each, in one block
 #define BLUE_NOISE_SIZE 64

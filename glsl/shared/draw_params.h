@@ -1,4 +1,5 @@
 // One surface in one draw, into the picture or into a shadow view.
+#pragma once
 #include "shared/types.h"
 FUM_SHARED_BEGIN
 

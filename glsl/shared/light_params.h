@@ -1,5 +1,6 @@
 // The lights of a scene, suns first, then points, then spots. World space is eye-centred: see
 // frame_params.h.
+#pragma once
 #include "shared/bindings.h"
 #include "shared/types.h"
 FUM_SHARED_BEGIN

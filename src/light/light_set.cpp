@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <glm/gtc/matrix_transform.hpp>
-#include <numbers>
 
 #include "errors.h"
 #include "light/world_light.h"
@@ -13,32 +11,7 @@ namespace fumarole::light {
 
 namespace {
 
-/// Surfaces this many times larger than the media don't get a share of a sun's detailed view: a
-/// ground would spread it over itself. They are in the outer view.
-constexpr double kLargeSurface = 4;
-
 static_assert(MAX_SHADOW_VIEWS >= 6 * MAX_LIGHTS, "a point light takes six views");
-
-/// Two unit vectors square to n and to each other.
-std::pair<glm::dvec3, glm::dvec3> basis(glm::dvec3 n)
-{
-    const glm::dvec3 helper = std::abs(n.z) < 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0);
-    const glm::dvec3 right = glm::normalize(glm::cross(helper, n));
-    return {right, glm::cross(n, right)};
-}
-
-/// World to a camera at `position` that looks along `forward` (its -z).
-glm::dmat4 view_matrix(glm::dvec3 position, glm::dvec3 forward)
-{
-    const auto [right, up] = basis(-forward);
-    glm::dmat4 view(1.0);
-    for (int i = 0; i < 3; ++i) {
-        view[i][0] = right[i];
-        view[i][1] = up[i];
-        view[i][2] = -forward[i];
-    }
-    return view * glm::translate(glm::dmat4(1.0), -position);
-}
 
 glm::vec3 intensity_of(const Light& light)
 {
@@ -91,73 +64,16 @@ void LightSet::set_world(const World& world)
 void LightSet::add_sun_views(const SunLight& sun, const surface::SurfaceSet& surfaces,
                              const Bounds& media, int map_size)
 {
-    const glm::dvec3 travel = -glm::normalize(sun.direction_to_light);
-    const auto [right, up] = basis(-travel);
-    // Bounds in the light's own axes; z grows with the light's travel.
-    glm::dmat4 light_from_world(1.0);
-    for (int i = 0; i < 3; ++i) {
-        light_from_world[i][0] = right[i];
-        light_from_world[i][1] = up[i];
-        light_from_world[i][2] = travel[i];
-    }
-    const Bounds outer = surfaces.bounds().transformed(light_from_world);
-    Bounds inner = media.transformed(light_from_world);
+    const LightAxes axes(sun.direction_to_light);
+    const Bounds outer = surfaces.bounds().transformed(axes.light_from_world);
+    Bounds inner = media.transformed(axes.light_from_world);
     if (media.empty())
         inner = outer;
     for (const auto& instance : surfaces.instances())
-        if (!media.empty() && instance.bounds.diagonal() <= kLargeSurface * media.diagonal())
-            inner.add(instance.bounds.transformed(light_from_world));
-
-    for (const Bounds& covered : {inner, outer}) {
-        const glm::dvec2 centre = glm::dvec2(covered.min + covered.max) / 2.0;
-        // Two texels of rim stay clear of casters, so a lookup past the edge finds light.
-        const glm::dvec2 half =
-            glm::dvec2(covered.max - covered.min) / 2.0 * (1 + 6.0 / map_size) + 1e-9;
-        View view;
-        view.axis = travel;
-        view.range = std::max(outer.max.z - outer.min.z, 1e-9) * 1.01;
-        const double first = outer.min.z - 0.005 * view.range;
-        view.origin = right * centre.x + up * centre.y + travel * first;
-        view.bias = 1.5 * 2 * std::max(half.x, half.y) / map_size;
-        // Depth is written by the shader, so clip z is 0 all along.
-        glm::dmat4 clip_from_light(0.0);
-        clip_from_light[0][0] = 1 / half.x;
-        clip_from_light[1][1] = 1 / half.y;
-        clip_from_light[3] = glm::dvec4(-centre.x / half.x, -centre.y / half.y, 0, 1);
-        view.clip_from_world = clip_from_light * light_from_world;
-        views_.push_back(view);
-    }
-}
-
-void LightSet::add_point_views(glm::dvec3 position, double range, int map_size)
-{
-    constexpr std::array<glm::dvec3, 6> kFaces{glm::dvec3(1, 0, 0), glm::dvec3(-1, 0, 0),
-                                               glm::dvec3(0, 1, 0), glm::dvec3(0, -1, 0),
-                                               glm::dvec3(0, 0, 1), glm::dvec3(0, 0, -1)};
-    // A rim of two texels over the right angle, so filtering at a face's edge stays within it.
-    const double tangent = 1 + 4.0 / map_size;
-    for (const glm::dvec3& face : kFaces) {
-        View view;
-        view.origin = position;
-        view.range = range;
-        view.bias = 1.5 * 2 * tangent / map_size;
-        view.clip_from_world = glm::perspective(2 * std::atan(tangent), 1.0, range * 1e-6, range) *
-                               view_matrix(position, face);
-        views_.push_back(view);
-    }
-}
-
-void LightSet::add_spot_view(const SpotLight& spot, double range, int map_size)
-{
-    View view;
-    view.origin = spot.position;
-    view.range = range;
-    const double half = std::min(glm::radians(spot.cone_deg) / 2, glm::radians(89.0));
-    const double tangent = std::tan(half) * (1 + 4.0 / map_size);
-    view.bias = 1.5 * 2 * tangent / map_size;
-    view.clip_from_world = glm::perspective(2 * std::atan(tangent), 1.0, range * 1e-6, range) *
-                           view_matrix(spot.position, glm::normalize(spot.direction));
-    views_.push_back(view);
+        if (is_detail(instance, media))  // others are in the outer view alone
+            inner.add(instance.bounds.transformed(axes.light_from_world));
+    for (const Bounds& covered : {inner, outer})
+        views_.push_back(parallel_view(axes, covered, outer, map_size));
 }
 
 void LightSet::clear()
@@ -198,55 +114,14 @@ void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, cons
         if (const auto* sun = std::get_if<SunLight>(&light))
             add_sun_views(*sun, surfaces, media, map_size);
         else if (const auto* point = std::get_if<PointLight>(&light))
-            add_point_views(point->position, 1.01 * farthest(point->position, surfaces.bounds()),
-                            map_size);
+            for (const View& view : point_views(
+                     point->position, 1.01 * farthest(point->position, surfaces.bounds()), map_size))
+                views_.push_back(view);
         else if (const auto* spot = std::get_if<SpotLight>(&light))
-            add_spot_view(*spot, 1.01 * farthest(spot->position, surfaces.bounds()), map_size);
+            views_.push_back(
+                spot_view(*spot, 1.01 * farthest(spot->position, surfaces.bounds()), map_size));
     }
-    draw_shadow_map(surfaces, map_size);
-}
-
-void LightSet::draw_shadow_map(const surface::SurfaceSet& surfaces, int map_size)
-{
-    const int size = map_size;
-    const auto layers = static_cast<int>(views_.size());
-    shadow_map_ = gl::Texture::make_2d_array(device_, "shadow map", {size, size, layers},
-                                             GL_DEPTH_COMPONENT32F, gl::Filter::depth_compare);
-    if (!framebuffer_)
-        framebuffer_ = {device_, "shadow map"};
-    device_->UseProgram(programs_.get({"pass/surface.vert", "light/shadow_map.frag"}, {}).id());
-    device_->BindBufferBase(GL_UNIFORM_BUFFER, DRAW_BLOCK, draw_block_.id());
-    device_->Enable(GL_DEPTH_TEST);
-    device_->DepthMask(GL_TRUE);
-    device_->DepthFunc(GL_LESS);
-    for (int layer = 0; layer < layers; ++layer) {
-        const View& view = views_[static_cast<std::size_t>(layer)];
-        framebuffer_.attach_depth_layer(shadow_map_.view(), layer);
-        framebuffer_.bind({size, size});
-        const GLfloat clear = 1.0f;
-        device_->ClearNamedFramebufferfv(framebuffer_.id(), GL_DEPTH, 0, &clear);
-        for (const auto& instance : surfaces.instances()) {
-            shared::DrawParams params{};
-            params.clip_from_object = glm::mat4(view.clip_from_world * instance.world_from_object);
-            params.world_from_object = glm::mat4(glm::translate(glm::dmat4(1.0), -view.origin) *
-                                                 instance.world_from_object);
-            params.shadow_origin = glm::vec4(0, 0, 0, 1.0 / view.range);
-            params.shadow_axis = glm::vec4(glm::vec3(view.axis), static_cast<float>(view.bias));
-            draw_block_.write(params);
-            // The far side of a closed surface throws the same shadow as its near side, and leaves
-            // the lit near side free of false shadow.
-            if (instance.closed) {
-                device_->Enable(GL_CULL_FACE);
-                device_->CullFace(GL_FRONT);
-            } else {
-                device_->Disable(GL_CULL_FACE);
-            }
-            surfaces.draw(instance);
-        }
-    }
-    device_->Disable(GL_CULL_FACE);
-    device_->Disable(GL_DEPTH_TEST);
-    device_->DepthMask(GL_FALSE);
+    shadow_map_ = painter_.draw(views_, surfaces, map_size);
 }
 
 gl::Defines LightSet::defines() const
@@ -282,14 +157,8 @@ void LightSet::bind(glm::dvec3 eye)
         out.position = glm::vec4(glm::vec3(position),
                                  first_view_.empty() ? 0.0f : static_cast<float>(first_view_[i]));
     }
-    const glm::dmat4 world_from_eye = glm::translate(glm::dmat4(1.0), eye);
-    for (std::size_t v = 0; v < views_.size(); ++v) {
-        const View& view = views_[v];
-        shared::ShadowView& out = params.views[v];
-        out.clip_from_world = glm::mat4(view.clip_from_world * world_from_eye);
-        out.origin = glm::vec4(glm::vec3(view.origin - eye), static_cast<float>(1 / view.range));
-        out.axis = glm::vec4(glm::vec3(view.axis), static_cast<float>(view.bias));
-    }
+    for (std::size_t v = 0; v < views_.size(); ++v)
+        params.views[v] = to_shared(views_[v], eye);
     block_.write(params);
     device_->BindBufferBase(GL_UNIFORM_BUFFER, LIGHTS_BLOCK, block_.id());
     if (shadow_map_)

@@ -1,14 +1,14 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "bounds.h"
 #include "gl/buffer.h"
-#include "gl/framebuffer.h"
 #include "gl/program.h"
 #include "gl/texture.h"
 #include "scene.h"
-#include "shared/draw_params.h"
+#include "light/shadow_views.h"
 #include "shared/light_params.h"
 #include "surface/surface_set.h"
 
@@ -19,8 +19,7 @@ namespace fumarole::light {
 class LightSet {
 public:
     LightSet(const gl::Device& device, gl::ProgramCache& programs)
-        : device_{device}, programs_{programs}, block_{device, "lights"}, draw_block_{device,
-                                                                                      "shadow draw"}
+        : device_{device}, block_{device, "lights"}, painter_{device, programs}
     {
     }
 
@@ -44,6 +43,8 @@ public:
     void bind_environment() const { device_->BindTextureUnit(IRRADIANCE_UNIT, environment_.id()); }
 
     [[nodiscard]] bool has_environment() const { return environment_source_ != nullptr; }
+    /// Those that shine: suns, points, spots.
+    [[nodiscard]] std::span<const Light> lights() const { return lights_; }
     [[nodiscard]] int suns() const { return suns_; }
     [[nodiscard]] int points() const { return points_; }
     [[nodiscard]] int spots() const { return spots_; }
@@ -52,30 +53,18 @@ public:
     [[nodiscard]] glm::vec3 world_radiance() const { return world_radiance_; }
 
 private:
-    struct View {
-        glm::dmat4 clip_from_world{1.0};
-        glm::dvec3 origin{0};  ///< metres, world; depth 0
-        glm::dvec3 axis{0};    ///< a sun's direction of travel, else 0
-        double range = 1;      ///< metres
-        double bias = 0;       ///< metres, or metres per metre of distance
-    };
     void add_sun_views(const SunLight& sun, const surface::SurfaceSet& surfaces,
                        const Bounds& media, int map_size);
-    void add_point_views(glm::dvec3 position, double range, int map_size);
-    void add_spot_view(const SpotLight& spot, double range, int map_size);
-    void draw_shadow_map(const surface::SurfaceSet& surfaces, int map_size);
     void set_world(const World& world);
 
     const gl::Device& device_;
-    gl::ProgramCache& programs_;
     int suns_ = 0, points_ = 0, spots_ = 0;
     std::vector<Light> lights_;    ///< suns, points, spots
     std::vector<int> first_view_;  ///< of each light
     std::vector<View> views_;
     gl::Texture shadow_map_, irradiance_, environment_;
-    gl::Framebuffer framebuffer_;
     gl::UniformBuffer<shared::LightsParams> block_;
-    gl::UniformBuffer<shared::DrawParams> draw_block_;
+    ShadowPainter painter_;
     std::shared_ptr<const Environment> environment_source_;
     float environment_scale_ = 0;
     glm::vec3 world_radiance_{0};

@@ -96,4 +96,46 @@ Environment irradiance_map(const Environment& map, int width, int height)
     return out;
 }
 
+std::vector<WorldCell> world_cells(const World& world, int count)
+{
+    // A spherical Fibonacci lattice: even in z, so a horizon cuts it as it should. Keinert et al.
+    // 2015, "Spherical Fibonacci Mapping".
+    std::vector<glm::dvec3> points;
+    for (int i = 0; i < count; ++i) {
+        const double z = 1 - (2 * i + 1.0) / count;
+        const double phi = 2 * kPi * i / std::numbers::phi;
+        points.emplace_back(std::sqrt(1 - z * z) * std::cos(phi),
+                            std::sqrt(1 - z * z) * std::sin(phi), z);
+    }
+    std::vector<WorldCell> cells;
+    if (world.environment == nullptr) {
+        for (const glm::dvec3& wi : points)
+            cells.push_back({wi, glm::dvec3(world.radiance) * (4 * kPi / count)});
+        return cells;
+    }
+    const Environment& full = *world.environment;
+    const Environment map = shrink(full, std::min(full.width, 256), std::min(full.height, 128));
+    std::vector<glm::dvec3> middle(points.size(), glm::dvec3(0));
+    std::vector<glm::dvec3> power(points.size(), glm::dvec3(0));
+    for (int y = 0; y < map.height; ++y) {
+        const double solid_angle = texel_solid_angle(y, map.width, map.height);
+        for (int x = 0; x < map.width; ++x) {
+            const glm::dvec3 wi = direction((x + 0.5) / map.width, (y + 0.5) / map.height);
+            const auto nearest =
+                std::max_element(points.begin(), points.end(), [&](glm::dvec3 a, glm::dvec3 b) {
+                    return glm::dot(a, wi) < glm::dot(b, wi);
+                });
+            const auto k = static_cast<std::size_t>(nearest - points.begin());
+            const glm::dvec3 light = solid_angle * static_cast<double>(world.environment_scale) *
+                                     glm::dvec3(texel(map, x, y));
+            power[k] += light;
+            middle[k] += wi * (light.r + light.g + light.b);
+        }
+    }
+    for (std::size_t k = 0; k < points.size(); ++k)
+        if (power[k] != glm::dvec3(0))
+            cells.push_back({glm::normalize(middle[k]), power[k]});
+    return cells;
+}
+
 }  // namespace fumarole::light

@@ -191,7 +191,7 @@ void MediaSet::add(const BoxMedium& medium)
     }
     if (is_zero(medium.sigma_s + medium.sigma_a))
         entry.depth = "no_depth";
-    traits_.marched += std::string_view(entry.depth) == "marched_depth" ? 1 : 0;
+    traits_.marched += entry.is_marched() ? 1 : 0;
     media_.push_back(entry);
 }
 
@@ -221,18 +221,17 @@ void MediaSet::set(const Scene& scene, Layout layout, Storage storage)
 
     traits_.media = static_cast<int>(media_.size());
     float g = 0;
-    bool scatters = false;
     for (Entry& entry : media_) {
         if (entry.density >= 0)
             entry.value = value_name(entry.density);
         entry.world_bounds = entry.bounds.transformed(glm::inverse(entry.bounds_from_world));
         traits_.colored_extinction |= !is_grey(glm::vec3(entry.params.sigma_t));
         traits_.emission |= !is_zero(glm::vec3(entry.params.emission));
-        if (is_zero(glm::vec3(entry.params.sigma_s)))
+        if (!entry.scatters())
             continue;
         traits_.isotropic &= entry.params.sigma_s.a == 0.0f;
-        traits_.mixed_g |= scatters && entry.params.sigma_s.a != g;
-        scatters = true;
+        traits_.mixed_g |= traits_.scatters && entry.params.sigma_s.a != g;
+        traits_.scatters = true;
         g = entry.params.sigma_s.a;
     }
     // A shader that knows one g alone reads it from the first medium.
@@ -258,6 +257,62 @@ Bounds MediaSet::bounds() const
     for (const Entry& entry : media_)
         all.add(entry.world_bounds);
     return all;
+}
+
+VoxelFrame MediaSet::voxel_frame() const
+{
+    VoxelFrame frame;
+    double most = 0;
+    for (const Entry& entry : media_) {
+        if (!entry.is_marched())
+            continue;
+        double cells = 1;  // per unit of the medium's own space
+        if (entry.is_noise)
+            cells = std::pow(entry.noise.lacunarity, entry.noise.octaves - 1) /
+                    entry.noise.feature_size;
+        const glm::dvec3 extent = (entry.bounds.max - entry.bounds.min) * cells;
+        const double voxels = extent.x * extent.y * extent.z;
+        if (voxels <= most)
+            continue;
+        most = voxels;
+        frame.voxel_from_world =
+            glm::scale(glm::dmat4(1.0), glm::dvec3(cells)) * entry.bounds_from_world;
+    }
+    if (most == 0) {
+        const glm::dvec3 extent = glm::max(bounds().max - bounds().min, glm::dvec3(1e-12));
+        frame.voxel_from_world = glm::scale(glm::dmat4(1.0), 96.0 / extent);
+    }
+    for (const Entry& entry : media_) {
+        const Bounds voxels = entry.bounds.transformed(frame.voxel_from_world *
+                                                       glm::inverse(entry.bounds_from_world));
+        if (entry.is_marched())
+            frame.marched.add(voxels);
+        if (entry.scatters())
+            frame.scattering.add(voxels);
+    }
+    return frame;
+}
+
+std::optional<glm::vec3> MediaSet::marched_color() const
+{
+    std::optional<glm::vec3> color;
+    for (const Entry& entry : media_) {
+        if (!entry.is_marched())
+            continue;
+        const glm::vec3 own = glm::vec3(entry.params.sigma_t) / entry.params.sigma_t.a;
+        if (traits_.colored_density ||
+            (color && glm::any(glm::greaterThan(glm::abs(own - *color), glm::vec3(1e-5f)))))
+            return std::nullopt;
+        color = own;
+    }
+    return color;
+}
+
+bool MediaSet::moves() const
+{
+    return std::any_of(media_.begin(), media_.end(), [](const Entry& entry) {
+        return entry.is_noise && entry.noise.drift != glm::dvec3(0);
+    });
 }
 
 gl::Defines MediaSet::defines() const

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bounds.h"
@@ -28,6 +30,15 @@ struct MediaTraits {
     bool emission = false;
     bool mixed_g = false;
     bool isotropic = true;
+    bool scatters = false;
+};
+
+/// A frame to lay volumes out in that follow the media: the voxels of the largest marched medium
+/// (of noise, the cells of its last octave; where none is marched, 96 along each edge of all).
+struct VoxelFrame {
+    glm::dmat4 voxel_from_world{1.0};
+    Bounds marched;     ///< voxels: what the marched media fill
+    Bounds scattering;  ///< voxels: what the media fill that scatter
 };
 
 class MediaSet {
@@ -46,6 +57,12 @@ public:
     [[nodiscard]] bool empty() const { return media_.empty(); }
     /// What is not 0 of all media, world space.
     [[nodiscard]] Bounds bounds() const;
+
+    [[nodiscard]] VoxelFrame voxel_frame() const;
+    /// The colour that all marched media's extinction has, its mean 1; nothing if they differ.
+    [[nodiscard]] std::optional<glm::vec3> marched_color() const;
+    /// Whether a medium changes with the scene's time.
+    [[nodiscard]] bool moves() const;
 
     /// The lines that glsl/scene/media.glsl needs.
     [[nodiscard]] gl::Defines defines() const;
@@ -85,6 +102,15 @@ private:
         bool is_noise = false;
         NoiseProfile noise;
         double height = 0;  ///< z0 of an exponential height profile [m]
+
+        [[nodiscard]] bool is_marched() const
+        {
+            return std::string_view(depth) == "marched_depth";
+        }
+        [[nodiscard]] bool scatters() const
+        {
+            return glm::vec3(params.sigma_s) != glm::vec3(0.0f);
+        }
     };
 
     int place(const std::shared_ptr<const VoxelGrid>& grid, const glm::dmat4& world_from_grid,

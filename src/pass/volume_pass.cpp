@@ -16,8 +16,8 @@ void Toolbox::draw_fullscreen(const char* fragment_file, const gl::Defines& defi
 gl::Defines Toolbox::scattering_defines(const Settings& s) const
 {
     gl::Defines defines = media.defines();
-    const gl::Defines of_lights = lights.defines();
-    defines.insert(defines.end(), of_lights.begin(), of_lights.end());
+    for (const gl::Defines& more : {lights.defines(), volumes.defines(s)})
+        defines.insert(defines.end(), more.begin(), more.end());
     const auto add = [&](bool condition, const char* name) {
         if (condition)
             defines.emplace_back(name, "");

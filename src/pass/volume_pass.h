@@ -5,6 +5,7 @@
 #include "gl/program.h"
 #include "gl/timer.h"
 #include "light/light_set.h"
+#include "light/light_volumes.h"
 #include "medium/media_set.h"
 #include "pass/frame_setup.h"
 #include "settings.h"
@@ -18,6 +19,7 @@ struct Toolbox {
     gl::PassTimers& timers;
     const medium::MediaSet& media;
     const light::LightSet& lights;
+    const light::LightVolumes& volumes;
     const gl::VertexArray& fullscreen;
 
     /// One fragment shader over all of the bound framebuffer.

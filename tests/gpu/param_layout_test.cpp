@@ -9,6 +9,7 @@
 #include "shared/frame_params.h"
 #include "shared/froxel_params.h"
 #include "shared/light_params.h"
+#include "shared/light_volume_params.h"
 #include "shared/medium_params.h"
 #include "support/gl_test.h"
 #include "support/kernel.h"
@@ -57,6 +58,10 @@ const Offsets kLight{MEMBER(LightParams, position), MEMBER(LightParams, intensit
                      MEMBER(LightParams, axis), MEMBER(LightParams, edge)};
 const Offsets kView{MEMBER(ShadowView, clip_from_world), MEMBER(ShadowView, origin),
                     MEMBER(ShadowView, axis)};
+const Offsets kLattice{MEMBER(LatticeParams, node_from_world),
+                       MEMBER(LatticeParams, world_from_node), MEMBER(LatticeParams, last),
+                       MEMBER(LatticeParams, inverse_size)};
+const Offsets kDirection{MEMBER(WorldDirection, wi), MEMBER(WorldDirection, power)};
 const Offsets kGrid{MEMBER(GridParams, index_from_world), MEMBER(GridParams, inverse_size),
                     MEMBER(GridParams, pages)};
 const Offsets kMedium{MEMBER(MediumParams, bounds_from_world),
@@ -76,6 +81,13 @@ void add_array(Offsets& to, const char* array, std::size_t at, std::size_t count
     for (std::size_t i = 0; i < count; ++i)
         for (const auto& [name, offset] : members)
             to[fmt::format("{}[{}].{}", array, i, name)] = at + i * sizeof(Element) + offset;
+}
+
+/// `name.member` of a struct within a struct.
+void add_struct(Offsets& to, const char* name, std::size_t at, const Offsets& members)
+{
+    for (const auto& [member, offset] : members)
+        to[fmt::format("{}.{}", name, member)] = at + offset;
 }
 
 class ParamLayout : public GlTest {
@@ -140,6 +152,8 @@ private:
                                                   {"DrawParams", "u_params.shadow_axis"},
                                                   {"FroxelParams", "u_params.jitter"},
                                                   {"LightsParams", "u_params.world_radiance"},
+                                                  {"LightVolumesParams", "u_params.fill"},
+                                                  {"WorldParams", "u_params.views[1].origin"},
                                                   {"MediaParams", "u_params.media[1].sigma_s"}};
 };
 
@@ -167,6 +181,28 @@ TEST_F(ParamLayout, Lights)
     expect_same(layout("light_params.h", "LightsParams"), expected, sizeof(LightsParams));
 }
 
+TEST_F(ParamLayout, LightVolumes)
+{
+    Offsets expected{MEMBER(LightVolumesParams, extinction_color), MEMBER(LightVolumesParams, view),
+                     MEMBER(LightVolumesParams, fill)};
+    add_struct(expected, "extinction", offsetof(LightVolumesParams, extinction), kLattice);
+    add_struct(expected, "depth", offsetof(LightVolumesParams, depth), kLattice);
+    add_struct(expected, "world", offsetof(LightVolumesParams, world), kLattice);
+    add_struct(expected, "surfaces", offsetof(LightVolumesParams, surfaces), kLattice);
+    expect_same(layout("light_volume_params.h", "LightVolumesParams"), expected,
+                sizeof(LightVolumesParams));
+}
+
+TEST_F(ParamLayout, World)
+{
+    Offsets expected;
+    add_array<WorldDirection>(expected, "directions", offsetof(WorldParams, directions),
+                              MAX_WORLD_DIRECTIONS, kDirection);
+    add_array<ShadowView>(expected, "views", offsetof(WorldParams, views), MAX_WORLD_DIRECTIONS,
+                          kView);
+    expect_same(layout("light_volume_params.h", "WorldParams"), expected, sizeof(WorldParams));
+}
+
 TEST_F(ParamLayout, Media)
 {
     Offsets expected;
@@ -184,6 +220,8 @@ TEST_F(ParamLayout, EveryBlockFitsTheSmallestLimit)
     EXPECT_LE(sizeof(DrawParams), 16384u);
     EXPECT_LE(sizeof(LightsParams), 16384u);
     EXPECT_LE(sizeof(MediaParams), 16384u);
+    EXPECT_LE(sizeof(LightVolumesParams), 16384u);
+    EXPECT_LE(sizeof(WorldParams), 16384u);
 }
 
 }  // namespace

@@ -194,7 +194,21 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     }
     for (const Defines& lights : kLights)
         for (unsigned set = 0; set < 4; ++set)
-            variants.add("pass/surface.frag", lights + flags(set, {"ENVIRONMENT", "TWO_SIDED"}));
+            variants.add("pass/surface.frag",
+                         lights + flags(set, {"ENVIRONMENT", "TWO_SIDED"}) +
+                             flags(set, {"WORLD_IRRADIANCE"}));
+
+    const auto volumes = [&](const Defines& media, const Defines& lights, unsigned set) {
+        const Defines stored = flags(set, {"VOLUME_RGB"});
+        variants.add("light/extinction.comp", media + kLights[0] + stored);
+        variants.add("light/depth.comp", media + lights + stored);
+        for (const char* bands : {"1", "3", "4"}) {
+            const Defines of_bands = media + kLights[0] + stored + Defines{{"BANDS", bands}};
+            variants.add("light/world.comp",
+                         of_bands + flags(set >> 1, {"WORLD_SHADOWS", "MARCHED", "CLEAR"}));
+            variants.add("light/world_view.comp", of_bands);
+        }
+    };
 
     for (unsigned set = 0; set < 4; ++set)
         variants.add("pass/integrate.comp", flags(set, {"EXTINCTION_IN_ALPHA", "WRONSKI"}));
@@ -206,7 +220,8 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     const auto froxels = [&](const Defines& media, const Defines& lights, unsigned set) {
         const Defines sampling =
             flags(set, {"VOLUME_SHADOWS", "WORLD_LIGHT", "EXTINCTION_IN_ALPHA", "CAMERA_RANGE",
-                        "SHADOW_TO_LIGHT", "LEAST_EXTINCTION"});
+                        "SHADOW_TO_LIGHT", "LEAST_EXTINCTION"}) +
+            flags(set >> 3, {"WORLD_VOLUME", "DEPTH_VOLUME"});
         variants.add("pass/v_buffer.comp", media + lights + sampling);
         variants.add("pass/scatter.comp", media + lights + sampling +
                                               flags(set >> 6, {"GRID_SHADOWS", "HISTORY",
@@ -220,10 +235,11 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
             "pass/ray_march.frag",
             media + lights +
                 flags(set, {"BLUE_NOISE", "VOLUME_SHADOWS", "WORLD_LIGHT", "CAMERA_RANGE",
-                            "SHADOW_TO_LIGHT", "LEAST_EXTINCTION", "MONOCHROME", "COUNT_SAMPLES"}) +
+                            "SHADOW_TO_LIGHT", "LEAST_EXTINCTION", "MONOCHROME", "COUNT_SAMPLES",
+                            "DEPTH_VOLUME", "WORLD_VOLUME"}) +
                 Defines{{"LAYER_SCALE", "2"}});
     };
-    constexpr unsigned kDefault = 0b00000111, kSets = 1u << 8;
+    constexpr unsigned kDefault = 0b1100000111, kSets = 1u << 10;
     medium::MediaSet media(gl());
     const std::vector<NamedMedia> kinds = all_media();
     for (std::size_t i = 0; i < kinds.size(); ++i) {
@@ -234,7 +250,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         for (const unsigned set : {kDefault, kDefault | 0b01000000u, 0b00111111u, 0u, 0b10000111u})
             march(of_media, kLights[(i + set) % kLights.size()], set);
         if (kinds[i].name == "bricks_and_all_boxes" || kinds[i].name == "homogeneous_grey_dark_g0")
-            for (unsigned set = 0; set < kSets; ++set)
+            for (unsigned set = 0; set < kSets; set += 3)  // odd: every bit comes both ways
                 march(of_media, kLights[set % kLights.size()], set);
         for (const unsigned set : {0b0000000111u, 0b0010000011u, 0b0111111011u})
             froxels(of_media, kLights[(i + set) % kLights.size()], set);
@@ -244,7 +260,14 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         for (unsigned set = 0; set < 4; ++set)
             variants.add("pass/surface.frag", kLights[1 + (i + set) % 3] + of_media +
                                                   Defines{{"THROUGH_MEDIA", ""}} +
-                                                  flags(set, {"SHADOW_TO_LIGHT", "ENVIRONMENT"}));
+                                                  flags(set, {"SHADOW_TO_LIGHT", "ENVIRONMENT"}) +
+                                                  flags(set >> 1, {"DEPTH_VOLUME"}) +
+                                                  flags(set, {"WORLD_IRRADIANCE"}));
+        // Three numbers are stored where extinction has a colour.
+        const bool colored = media.traits().colored_extinction;
+        for (unsigned set = 0; set < 16; ++set)
+            if (colored || (set & 1) == 0)
+                volumes(of_media, kLights[1 + (i + set) % 3], set);
     }
 
     EXPECT_GT(variants.count(), 500u);

@@ -1,0 +1,26 @@
+// The extinction of the marched media at the nodes of a lattice, each the mean over its cell, so that what
+// fills the other volumes fetches from one dense texture whatever the media are.
+//   out  sigma_t [1/m]; its mean over the channels unless VOLUME_RGB
+#include "scene/light_volumes.glsl"
+
+layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
+layout(binding = 0) writeonly uniform image3D u_extinction_img;
+
+void main()
+{
+    ivec3 node = ivec3(gl_GlobalInvocationID);
+    LatticeParams lattice = u_volumes.extinction;
+    if (any(greaterThan(node, ivec3(lattice.last.xyz))))
+        return;
+    int n = int(u_volumes.fill.z);
+    extinction_t sum = extinction_t(0.0);
+    for (int i = 0; i < n * n * n; ++i) {
+        vec3 in_cell = (vec3(i % n, i / n % n, i / (n * n)) + 0.5) / float(n) - 0.5;
+        sum += marched_extinction((lattice.world_from_node * vec4(vec3(node) + in_cell, 1.0)).xyz);
+    }
+    vec3 sigma_t = vec3(sum) / float(n * n * n);
+#ifndef VOLUME_RGB
+    sigma_t = vec3(dot(sigma_t, vec3(1.0 / 3.0)));
+#endif
+    imageStore(u_extinction_img, node, vec4(sigma_t, 0.0));
+}

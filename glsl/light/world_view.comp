@@ -1,0 +1,36 @@
+// What a medium scatters of the world's light towards the eye, at each node: the phase function's bands
+// against the light's, Henyey-Greenstein's l-th times g^l (Sloan 2008; the expansion of Henyey and
+// Greenstein 1941). The eye is one point, so this depends on the node alone, and the march fetches once.
+//   in   coefficients of the world's light
+//   out  radiance per metre and unit of sigma_s; alpha as it was; MIXED_G: a layer a band, g^l left out
+#include "lib/spherical_harmonics.glsl"
+#include "scene/light_volumes.glsl"
+
+layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
+layout(binding = WORLD_VOLUME_UNIT) uniform sampler3D u_coefficients_tx;
+layout(binding = 0) writeonly uniform image3D u_view_img;
+
+void main()
+{
+    ivec3 node = ivec3(gl_GlobalInvocationID);
+    LatticeParams lattice = u_volumes.world;
+    if (any(greaterThan(node, ivec3(lattice.last.xyz))))
+        return;
+    ivec3 layer = ivec3(0, 0, int(lattice.last.z) + 1);
+    vec3 p = node_position(lattice, node);
+    // Along the eye's ray: g > 0 sends on what comes from behind the node.
+    vec3 d = u_volumes.view.w > 0.0 ? u_volumes.view.xyz : p / max(length(p), 1e-20);
+    vec4 band[4] = vec4[4](vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
+    int i = 0;
+    for (int l = 0; l < BANDS; ++l)
+        for (; i < kHarmonics[l]; ++i)
+            band[l] += texelFetch(u_coefficients_tx, node + layer * i, 0) * spherical_harmonic(i, d);
+    band[0].a = texelFetch(u_coefficients_tx, node, 0).a;
+#ifdef MIXED_G
+    for (int l = 0; l < BANDS; ++l)
+        imageStore(u_view_img, node + layer * l, band[l]);
+#else
+    float g = u_media.media[0].sigma_s.a;
+    imageStore(u_view_img, node, band[0] + g * (band[1] + g * (band[2] + g * band[3])));
+#endif
+}

@@ -1,0 +1,65 @@
+// What is kept of light on its way through the media: optical depth towards each light, and the world's
+// light from all around. Filled by glsl/light.
+//
+// Variant, besides those of scene/media.glsl and scene/lights.glsl:
+//   DEPTH_VOLUME  the marched media's optical depth towards each light is in a volume
+//   WORLD_VOLUME  what the media scatter of the world's light is in a volume
+//   VOLUME_RGB    marched media differ in the colour of their extinction: three numbers are stored; else
+//                 one, and extinction_color makes a colour of it
+#include "lib/lattice.glsl"
+#include "scene/light_volumes_block.glsl"
+#include "scene/lights.glsl"
+#include "scene/media.glsl"
+
+#ifdef DEPTH_VOLUME
+layout(binding = DEPTH_VOLUME_UNIT) uniform sampler3D u_depth_volume_tx;
+#endif
+#ifdef WORLD_VOLUME
+layout(binding = WORLD_VOLUME_UNIT) uniform sampler3D u_world_volume_tx;
+#endif
+
+#ifdef VOLUME_RGB
+#define volume_t vec3
+#define VOLUME rgb
+#define from_volume(stored) (stored)
+#else
+#define volume_t float
+#define VOLUME r
+#define from_volume(stored) (u_volumes.extinction_color.EXTINCTION * (stored))
+#endif
+
+// The media's optical depth between p and light i.
+extinction_t depth_to_light(int i, vec3 p, LightSample light)
+{
+#ifdef DEPTH_VOLUME
+    extinction_t tau = closed_depth(p, light.wi, light.range);
+    // From outside, light goes the same way from where it enters the volume.
+    vec2 t = lattice_segment(u_volumes.depth, p, light.wi, light.range);
+    if (t.x < t.y) {
+        vec3 uvw = lattice_uvw(u_volumes.depth, p + light.wi * t.x, i);
+        tau += from_volume(textureLod(u_depth_volume_tx, uvw, 0.0).VOLUME);
+    }
+    return tau;
+#else
+    return optical_depth(p, light.wi, light.range, int(u_frame.march.z));
+#endif
+}
+
+#ifdef WORLD_VOLUME
+// The world's light scattered towards the eye at p, per metre and unit of sigma_s. Alpha is 0 in nodes that
+// no light reaches, inside of surfaces: they are left out of the mean of eight.
+vec3 world_in_scattering(vec3 p, float g)
+{
+    vec4 light = textureLod(u_world_volume_tx, lattice_uvw(u_volumes.world, p, 0), 0.0);
+    vec3 radiance = light.rgb;
+#ifdef MIXED_G
+    float weight = 1.0;
+    for (int l = 1; l < 4; ++l) {
+        weight *= g;
+        radiance += weight * textureLod(u_world_volume_tx, lattice_uvw(u_volumes.world, p, l), 0.0).rgb;
+    }
+#endif
+    // What bands 0 to 3 leave of a sharp edge may dip below 0.
+    return max(radiance, vec3(0.0)) / max(light.a, 1e-3);
+}
+#endif

@@ -1,0 +1,136 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "gl/buffer.h"
+#include "gl/program.h"
+#include "gl/texture.h"
+#include "light/light_set.h"
+#include "light/shadow_views.h"
+#include "medium/media_set.h"
+#include "settings.h"
+#include "shared/light_volume_params.h"
+
+// Light on its way through the media, worked out once for many points and kept while nothing it
+// depends on changes.
+
+namespace fumarole::light {
+
+/// A box of nodes, the outermost on its faces.
+struct Lattice {
+    glm::dmat4 node_from_world{1.0};
+    glm::ivec3 count{0};  ///< nodes along each axis, at least 2
+};
+
+/// Volumes in front of what would be marched at each sample:
+///
+/// the optical depth of the media that have no closed form from each node towards each light, and
+///
+/// the world's light that reaches each node, dimmed by all media and hidden by surfaces, as
+/// spherical harmonics of bands 0 to 3 at most. Henyey-Greenstein scatters band l times g^l
+/// towards the eye, so bands that are cut weigh |g|^4 of the light's own. For surfaces there are
+/// two more of the kind, over them and some way around, through the media and without them.
+///
+/// Their lattices follow the voxels of the largest grid, sheared as those may be (the surfaces':
+/// the world's axes). All are filled from a volume of the media's extinction that is freed again.
+class LightVolumes {
+public:
+    LightVolumes(const gl::Device& device, gl::ProgramCache& programs)
+        : device_{device}, programs_{programs}, painter_{device, programs},
+          block_{device, "light volumes"}, world_block_{device, "world directions"}
+    {
+    }
+
+    /// Fills what the scene needs and the settings ask for; what is filled and still right stays.
+    /// Changes GL state: call it under a StateGuard that knows the media's texture units.
+    void set(const Scene& scene, const Settings& settings, medium::MediaSet& media,
+             const surface::SurfaceSet& surfaces, LightSet& lights);
+
+    /// Leaves no volume: what is right after set() has thrown.
+    void clear();
+
+    /// Binds volumes and block for an eye at `eye` (metres, world) that looks along `forward`, and
+    /// turns the world's light to it. The media's block must be bound.
+    void bind(glm::dvec3 eye, glm::dvec3 forward, bool perspective, const medium::MediaSet& media);
+
+    /// The lines that glsl/scene/light_volumes.glsl needs.
+    [[nodiscard]] gl::Defines defines(const Settings& settings) const;
+
+    /// What is kept, at what size, and what it took to fill: a line each.
+    [[nodiscard]] std::vector<std::string> describe() const;
+
+    /// Binds the world's light on surfaces instead of that in the media.
+    void bind_for_surfaces(glm::dvec3 eye, bool through_media);
+    /// Likewise for glsl/pass/surface.frag.
+    [[nodiscard]] gl::Defines surface_defines(const Settings& settings) const;
+
+    [[nodiscard]] bool has_depth() const { return static_cast<bool>(depth_); }
+    [[nodiscard]] bool has_world() const { return static_cast<bool>(world_); }
+
+private:
+    /// What a volume was filled from.
+    struct MediaKey {
+        std::vector<Medium> media;
+        double time = 0;
+        medium::Layout layout{};
+        medium::Storage storage{};
+        bool operator==(const MediaKey&) const = default;
+    };
+    struct WorldKey {
+        MediaKey media;
+        std::vector<Surface> surfaces;
+        World world;
+        int nodes = 0, directions = 0;
+        bool scatters = true;  ///< in the media too
+        bool dims = true;      ///< the media do
+        bool operator==(const WorldKey&) const = default;
+    };
+    struct Cost {
+        double ms = 0;
+        int layers = 0;  ///< of them filled anew
+    };
+
+    void set_depth(const MediaKey& key, int nodes, medium::MediaSet& media, LightSet& lights);
+    void set_world(const WorldKey& key, medium::MediaSet& media,
+                   const surface::SurfaceSet& surfaces, LightSet& lights);
+    void fill_extinction(medium::MediaSet& media, LightSet& lights);
+    void fill_depth(const std::vector<int>& layers, medium::MediaSet& media, LightSet& lights);
+    void clear_world();
+    void plan_world(const WorldKey& key, const medium::MediaSet& media,
+                    const surface::SurfaceSet& surfaces);
+    gl::Texture draw_world(const WorldKey& key, const surface::SurfaceSet& surfaces,
+                           glm::dvec3 eye);
+    void fill_world(const Lattice& lattice, const gl::Texture& coefficients, int bands, bool dims,
+                    const gl::Texture& shadows, const medium::MediaSet& media, glm::dvec3 eye);
+    void turn_world(const medium::MediaSet& media);
+    void begin_fill(glm::dvec3 eye, medium::MediaSet& media, LightSet& lights);
+    void write_block(glm::dvec3 eye);
+    void dispatch(const char* file, gl::Defines defines, const gl::Texture& image, GLenum format,
+                  glm::ivec3 nodes) const;
+    [[nodiscard]] gl::Defines fill_defines(const medium::MediaSet& media,
+                                           const gl::Defines& own) const;
+
+    const gl::Device& device_;
+    gl::ProgramCache& programs_;
+    ShadowPainter painter_;
+    gl::UniformBuffer<shared::LightVolumesParams> block_;
+    gl::UniformBuffer<shared::WorldParams> world_block_;
+    shared::LightVolumesParams params_{};
+
+    bool rgb_ = false;
+    Lattice extinction_lattice_, depth_lattice_, world_lattice_, surface_lattice_;
+    gl::Texture extinction_, depth_;
+    gl::Texture coefficients_, world_;  ///< of the world's light, and that turned to the eye
+    gl::Texture on_surfaces_, on_surfaces_dimmed_;  ///< coefficients of the world's light
+    int bands_ = 1;                                 ///< of the world's light in the media
+    glm::dvec4 turned_to_{0};           ///< eye, or direction and 1, that world_ was worked out for
+    bool turned_ = false;
+
+    MediaKey depth_key_;
+    std::vector<Light> depth_lights_;  ///< of each layer, their intensity left out
+    WorldKey world_key_;
+    Cost depth_cost_, world_cost_;
+};
+
+}  // namespace fumarole::light

@@ -1,0 +1,159 @@
+#include "light/shadow_views.h"
+
+#include <array>
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+#include <tuple>
+
+namespace fumarole::light {
+
+namespace {
+
+/// Two unit vectors square to n and to each other.
+std::pair<glm::dvec3, glm::dvec3> basis(glm::dvec3 n)
+{
+    const glm::dvec3 helper = std::abs(n.z) < 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0);
+    const glm::dvec3 right = glm::normalize(glm::cross(helper, n));
+    return {right, glm::cross(n, right)};
+}
+
+/// World to a camera at `position` that looks along `forward` (its -z).
+glm::dmat4 view_matrix(glm::dvec3 position, glm::dvec3 forward)
+{
+    const auto [right, up] = basis(-forward);
+    glm::dmat4 view(1.0);
+    for (int i = 0; i < 3; ++i) {
+        view[i][0] = right[i];
+        view[i][1] = up[i];
+        view[i][2] = -forward[i];
+    }
+    return view * glm::translate(glm::dmat4(1.0), -position);
+}
+
+View perspective_view(glm::dvec3 position, glm::dvec3 forward, double tangent, double range,
+                      int map_size)
+{
+    View view;
+    view.origin = position;
+    view.range = range;
+    view.bias = 1.5 * 2 * tangent / map_size;
+    view.clip_from_world = glm::perspective(2 * std::atan(tangent), 1.0, range * 1e-6, range) *
+                           view_matrix(position, forward);
+    return view;
+}
+
+}  // namespace
+
+LightAxes::LightAxes(glm::dvec3 to_light) : travel{-glm::normalize(to_light)}
+{
+    std::tie(right, up) = basis(-travel);
+    for (int i = 0; i < 3; ++i) {
+        light_from_world[i][0] = right[i];
+        light_from_world[i][1] = up[i];
+        light_from_world[i][2] = travel[i];
+    }
+}
+
+bool is_detail(const surface::SurfaceSet::Instance& instance, const Bounds& media)
+{
+    constexpr double kLarge = 4;  // times the media
+    return instance.bounds.diagonal() <= kLarge * media.diagonal();
+}
+
+View parallel_view(const LightAxes& axes, const Bounds& covered, const Bounds& casters,
+                   int map_size)
+{
+    const glm::dvec2 centre = glm::dvec2(covered.min + covered.max) / 2.0;
+    // Two texels of rim stay clear of casters, so a lookup past the edge finds light.
+    const glm::dvec2 half =
+        glm::dvec2(covered.max - covered.min) / 2.0 * (1 + 6.0 / map_size) + 1e-9;
+    View view;
+    view.axis = axes.travel;
+    view.range = std::max(casters.max.z - casters.min.z, 1e-9) * 1.01;
+    const double first = casters.min.z - 0.005 * view.range;
+    view.origin = axes.right * centre.x + axes.up * centre.y + axes.travel * first;
+    view.bias = 1.5 * 2 * std::max(half.x, half.y) / map_size;
+    // Depth is written by the shader, so clip z is 0 all along.
+    glm::dmat4 clip_from_light(0.0);
+    clip_from_light[0][0] = 1 / half.x;
+    clip_from_light[1][1] = 1 / half.y;
+    clip_from_light[3] = glm::dvec4(-centre.x / half.x, -centre.y / half.y, 0, 1);
+    view.clip_from_world = clip_from_light * axes.light_from_world;
+    return view;
+}
+
+std::vector<View> point_views(glm::dvec3 position, double range, int map_size)
+{
+    constexpr std::array<glm::dvec3, 6> kFaces{glm::dvec3(1, 0, 0), glm::dvec3(-1, 0, 0),
+                                               glm::dvec3(0, 1, 0), glm::dvec3(0, -1, 0),
+                                               glm::dvec3(0, 0, 1), glm::dvec3(0, 0, -1)};
+    // A rim of two texels over the right angle, so filtering at a face's edge stays within it.
+    const double tangent = 1 + 4.0 / map_size;
+    std::vector<View> views;
+    for (const glm::dvec3& face : kFaces)
+        views.push_back(perspective_view(position, face, tangent, range, map_size));
+    return views;
+}
+
+View spot_view(const SpotLight& spot, double range, int map_size)
+{
+    const double half = std::min(glm::radians(spot.cone_deg) / 2, glm::radians(89.0));
+    return perspective_view(spot.position, glm::normalize(spot.direction),
+                            std::tan(half) * (1 + 4.0 / map_size), range, map_size);
+}
+
+shared::ShadowView to_shared(const View& view, glm::dvec3 eye)
+{
+    shared::ShadowView out{};
+    out.clip_from_world =
+        glm::mat4(view.clip_from_world * glm::translate(glm::dmat4(1.0), eye));
+    out.origin = glm::vec4(glm::vec3(view.origin - eye), static_cast<float>(1 / view.range));
+    out.axis = glm::vec4(glm::vec3(view.axis), static_cast<float>(view.bias));
+    return out;
+}
+
+gl::Texture ShadowPainter::draw(std::span<const View> views, const surface::SurfaceSet& surfaces,
+                                int map_size)
+{
+    gl::Texture map = gl::Texture::make_2d_array(
+        device_, "shadow map", {map_size, map_size, static_cast<int>(views.size())},
+        GL_DEPTH_COMPONENT32F, gl::Filter::depth_compare);
+    if (!framebuffer_)
+        framebuffer_ = {device_, "shadow map"};
+    device_->UseProgram(programs_.get({"pass/surface.vert", "light/shadow_map.frag"}, {}).id());
+    device_->BindBufferBase(GL_UNIFORM_BUFFER, DRAW_BLOCK, block_.id());
+    device_->Enable(GL_DEPTH_TEST);
+    device_->DepthMask(GL_TRUE);
+    device_->DepthFunc(GL_LESS);
+    for (std::size_t layer = 0; layer < views.size(); ++layer) {
+        const View& view = views[layer];
+        framebuffer_.attach_depth_layer(map.view(), static_cast<int>(layer));
+        framebuffer_.bind({map_size, map_size});
+        const GLfloat clear = 1.0f;
+        device_->ClearNamedFramebufferfv(framebuffer_.id(), GL_DEPTH, 0, &clear);
+        for (const auto& instance : surfaces.instances()) {
+            shared::DrawParams params{};
+            params.clip_from_object = glm::mat4(view.clip_from_world * instance.world_from_object);
+            params.world_from_object = glm::mat4(glm::translate(glm::dmat4(1.0), -view.origin) *
+                                                 instance.world_from_object);
+            params.shadow_origin = glm::vec4(0, 0, 0, 1.0 / view.range);
+            params.shadow_axis = glm::vec4(glm::vec3(view.axis), static_cast<float>(view.bias));
+            block_.write(params);
+            // The far side of a closed surface throws the same shadow as its near side, and leaves
+            // the lit near side free of false shadow.
+            if (instance.closed) {
+                device_->Enable(GL_CULL_FACE);
+                device_->CullFace(GL_FRONT);
+            } else {
+                device_->Disable(GL_CULL_FACE);
+            }
+            surfaces.draw(instance);
+        }
+    }
+    device_->Disable(GL_CULL_FACE);
+    device_->Disable(GL_DEPTH_TEST);
+    device_->DepthMask(GL_FALSE);
+    return map;
+}
+
+}  // namespace fumarole::light

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "bounds.h"
+#include "gl/buffer.h"
+#include "gl/framebuffer.h"
+#include "gl/program.h"
+#include "gl/texture.h"
+#include "scene.h"
+#include "shared/draw_params.h"
+#include "shared/light_params.h"
+#include "surface/surface_set.h"
+
+// Depth pictures of a scene's surfaces as lights see them: what hides a light from a point.
+
+namespace fumarole::light {
+
+/// One layer of a shadow map; ShadowView in double.
+struct View {
+    glm::dmat4 clip_from_world{1.0};
+    glm::dvec3 origin{0};  ///< metres, world; depth 0
+    glm::dvec3 axis{0};    ///< a sun's direction of travel, else 0
+    double range = 1;      ///< metres
+    double bias = 0;       ///< metres, or metres per metre of distance
+};
+
+/// Right, up and the direction of travel of parallel light: z grows on its way.
+struct LightAxes {
+    explicit LightAxes(glm::dvec3 to_light);
+    glm::dvec3 right, up, travel;
+    glm::dmat4 light_from_world{1.0};
+};
+
+/// Whether a surface gets a share of the detail that the media are given: a ground would spread it
+/// over itself.
+bool is_detail(const surface::SurfaceSet::Instance& instance, const Bounds& media);
+
+/// A view along `axes` that shows `covered` and keeps the depth of all `casters`, both in the
+/// light's axes. map_size: texels along its edge.
+View parallel_view(const LightAxes& axes, const Bounds& covered, const Bounds& casters,
+                   int map_size);
+
+/// Six views round a point. range: metres to the farthest caster.
+std::vector<View> point_views(glm::dvec3 position, double range, int map_size);
+
+/// One view down a spot's cone.
+View spot_view(const SpotLight& spot, double range, int map_size);
+
+/// A view for an eye at `eye` (metres, world).
+shared::ShadowView to_shared(const View& view, glm::dvec3 eye);
+
+/// Draws surfaces into a shadow map.
+class ShadowPainter {
+public:
+    ShadowPainter(const gl::Device& device, gl::ProgramCache& programs)
+        : device_{device}, programs_{programs}, block_{device, "shadow draw"}
+    {
+    }
+
+    /// A texture array of map_size^2 texels, one layer a view. Changes GL state: call it under a
+    /// StateGuard.
+    gl::Texture draw(std::span<const View> views, const surface::SurfaceSet& surfaces,
+                     int map_size);
+
+private:
+    const gl::Device& device_;
+    gl::ProgramCache& programs_;
+    gl::Framebuffer framebuffer_;
+    gl::UniformBuffer<shared::DrawParams> block_;
+};
+
+}  // namespace fumarole::light

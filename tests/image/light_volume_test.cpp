@@ -1,0 +1,384 @@
+// Volumes of light: the optical depth towards lights, and the world's light, against integrals in
+// double, closed forms and the reference on the CPU.
+
+#include <cmath>
+#include <fmt/format.h>
+#include <glm/gtc/matrix_transform.hpp>
+#include <numbers>
+#include <tuple>
+
+#include "image_test.h"
+#include "study/metrics.h"
+#include "study/reference.h"
+
+namespace fumarole::test {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+class LightVolume : public ImageTest {
+protected:
+    /// Lines of explain() that name a volume; they tell the time that it was filled in.
+    static std::vector<std::string> volumes(const Renderer& renderer)
+    {
+        std::vector<std::string> lines = renderer.explain(Settings{});
+        std::erase_if(lines, [](const std::string& line) {
+            return line.find("filled") == std::string::npos;
+        });
+        return lines;
+    }
+};
+
+// -- shadows -------------------------------------------------------------------------------------
+
+struct ShadowCase {
+    const char* name;
+    Light light;
+    glm::dmat4 turn{1.0};  ///< of the grid about its middle
+};
+
+void PrintTo(const ShadowCase& shadow, std::ostream* out)
+{
+    *out << shadow.name;
+}
+
+/// A soft lump of 16 voxels across about (0, -5, 0), denser on one side.
+GridMedium lump(const glm::dmat4& turn)
+{
+    GridMedium smoke;
+    const glm::dmat4 world_from_index =
+        glm::translate(glm::dmat4(1.0), glm::dvec3(0, -5, 0)) * turn *
+        glm::scale(glm::dmat4(1.0), glm::dvec3(0.25)) *
+        glm::translate(glm::dmat4(1.0), glm::dvec3(-7.5, -7, -8));
+    smoke.density = make_grid({2, 2, 2}, world_from_index, [](glm::ivec3 v) {
+        const glm::dvec3 p = (glm::dvec3(v) - glm::dvec3(7.5, 7.0, 8.0)) / glm::dvec3(7, 6, 7);
+        const double r2 = glm::dot(p, p);
+        return r2 < 1 ? (1 - r2) * (1 + 0.5 * p.x) : 0.0;
+    });
+    smoke.sigma_s_per_density = {0.5f, 1.5f, 3.0f};
+    smoke.sigma_a_per_density = {0.2f, 0.5f, 0.8f};
+    smoke.g = 0.3f;
+    return smoke;
+}
+
+const std::array kShadowCases{
+    ShadowCase{"sun", SunLight{{0.7, 0.3, 0.6}, glm::vec3(4)}},
+    ShadowCase{"point_outside", PointLight{{2.5, -4, 2.0}, glm::vec3(30)}},
+    ShadowCase{"point_inside", PointLight{{0.4, -5.2, 0.3}, glm::vec3(5)}},
+    ShadowCase{"spot", SpotLight{{1.5, -2.5, 2.0}, {-0.4, -0.6, -0.5}, 60, 0.5, glm::vec3(30)}},
+    ShadowCase{"sun_in_a_turned_grid", SunLight{{0.7, 0.3, 0.6}, glm::vec3(4)},
+               glm::rotate(glm::dmat4(1.0), 0.7, glm::dvec3(0.3, 0.5, 0.8))},
+    ShadowCase{"point_in_a_sheared_grid", PointLight{{2.5, -4, 2.0}, glm::vec3(30)},
+               glm::dmat4(1, 0, 0, 0, 0.5, 1, 0, 0, -0.3, 0.2, 0.7, 0, 0, 0, 0, 1)},
+};
+
+class ShadowVolume : public LightVolume, public testing::WithParamInterface<ShadowCase> {};
+
+TEST_P(ShadowVolume, AgreesWithTheIntegral)
+{
+    const ShadowCase& shadow = GetParam();
+    Scene scene = empty_scene(12);
+    scene.camera.vfov_deg = 40;
+    const GridMedium smoke = lump(shadow.turn);
+    scene.media = {smoke};
+    scene.lights = {shadow.light};
+
+    const VoxelLookup lookup(*smoke.density);
+    const glm::dmat4 index_from_world = glm::inverse(smoke.density->world_from_index);
+    const glm::dvec3 sigma_s(smoke.sigma_s_per_density),
+        sigma_t(smoke.sigma_s_per_density + smoke.sigma_a_per_density);
+    const glm::dvec3 low(-4, -9, -4), high(4, -1, 4);  // around the field, however it is turned
+    const auto light_at = [&](glm::dvec3 p) -> std::tuple<glm::dvec3, double, double> {
+        if (const auto* sun = std::get_if<SunLight>(&shadow.light))
+            return {glm::normalize(sun->direction_to_light), 1e9, double(sun->irradiance.x)};
+        const auto* spot = std::get_if<SpotLight>(&shadow.light);
+        const auto* point = std::get_if<PointLight>(&shadow.light);
+        const glm::dvec3 to_light = (spot ? spot->position : point->position) - p;
+        const double d = glm::length(to_light);
+        double power = double(spot ? spot->radiant_intensity.x : point->radiant_intensity.x);
+        if (spot) {
+            const double edge = std::cos(spot->cone_deg * kPi / 360);
+            const double x =
+                (glm::dot(-to_light / d, glm::normalize(spot->direction)) - edge) /
+                ((1 - edge) * spot->blend);
+            power *= glm::smoothstep(0.0, 1.0, x);
+        }
+        return {to_light / d, d, power / (d * d)};
+    };
+    const Image truth = ideal(scene, [&](glm::dvec2 at) {
+        const PixelRay ray = ray_at(scene, at);
+        const Segment inside = box_segment(ray, low, high);
+        constexpr int kSteps = 400;
+        const double ds = inside.length() / kSteps;
+        double column = 0;
+        glm::dvec3 radiance(0);
+        for (int i = 0; i < kSteps && ds > 0; ++i) {
+            const glm::dvec3 p = ray.origin + ray.direction * (inside.begin + (i + 0.5) * ds);
+            const double density = lookup.sample(glm::dvec3(index_from_world * glm::dvec4(p, 1))).x;
+            if (density == 0)
+                continue;
+            const auto [wi, range, irradiance] = light_at(p);
+            Segment way = box_segment({p, wi, 1}, low, high);
+            way.end = std::min(way.end, range);
+            const double dark = grid_column(lookup, index_from_world, p, wi, way, 30);
+            radiance += density * sigma_s * irradiance *
+                        henyey_greenstein(glm::dot(wi, ray.direction), 0.3) *
+                        glm::exp(-sigma_t * (dark + column + density * ds / 2)) * ds;
+            column += density * ds;
+        }
+        return radiance;
+    });
+    double mean = 0;
+    for (const float v : truth.pixels)
+        mean += double(v) / static_cast<double>(truth.pixels.size());
+    ASSERT_GT(mean, 0);
+    for (Settings settings : plain_siblings()) {
+        set_steps(settings, 512);
+        const Still still = render(scene, settings);
+        const study::Metrics kept = study::compare(still.scattering, truth.pixels);
+        figure(fmt::format("{}, {}: relMSE", shadow.name, mode_name(settings.mode)), kept.relmse);
+        EXPECT_LT(kept.relmse, 1e-4) << mode_name(settings.mode);
+        settings.shadow_cache = 4;  // far too coarse: the volume is what is looked at
+        const study::Metrics coarse =
+            study::compare(render(scene, settings).scattering, truth.pixels);
+        EXPECT_GT(coarse.relmse, 3 * kept.relmse) << mode_name(settings.mode);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Lights, ShadowVolume, testing::ValuesIn(kShadowCases),
+                         [](const auto& shadow) { return std::string(shadow.param.name); });
+
+TEST_F(LightVolume, SurfacesBesideTheSmokeAreShadedByIt)
+{
+    Scene scene = empty_scene(24);
+    scene.camera.position = {0, 0, 9};
+    scene.camera.look_at = {0, 0, 0};
+    scene.camera.up = {0, 1, 0};
+    scene.camera.vfov_deg = 60;
+    scene.surfaces = {BoxSurface{{-50, -50, -1}, {50, 50, 0}, glm::vec3(1)}};
+    GridMedium smoke = lump(glm::dmat4(1.0));
+    smoke.translate = {0, 5, 3};
+    scene.media = {smoke};
+    const Light below = PointLight{{0.2, 0.1, 6.5}, glm::vec3(20)};
+    const Light sun = SunLight{{0.5, 0.2, 1}, glm::vec3(3)};
+    for (const Light& light : {below, sun}) {
+        scene.lights = {light};
+        Settings settings = plain_settings();
+        const Still kept = render(scene, settings);
+        settings.shadow_cache = 0;
+        settings.shadow_steps = 128;  // times 4 on surfaces
+        const Still marched = render(scene, settings);
+        const Image lit = picture_of(kept, kept.surface_lit);
+        const double largest = *std::max_element(lit.pixels.begin(), lit.pixels.end());
+        EXPECT_LT(max_difference(lit, picture_of(marched, marched.surface_lit)), 4e-3 * largest)
+            << "two volumes' trilinear rounding of a lump of 16 voxels";
+        EXPECT_GT(max_difference(lit, picture_of(kept, kept.surface)), 0.3 * largest)
+            << "there is a shadow";
+    }
+}
+
+TEST_F(LightVolume, SeveralMediaOfSeveralColoursShareOne)
+{
+    Scene scene = empty_scene(16);
+    scene.lights = {SunLight{{0.5, 0.5, 0.7}, glm::vec3(4)},
+                    PointLight{{0.6, -4, 1.5}, glm::vec3(20)}};
+    GridMedium one = lump(glm::dmat4(1.0)), two = one;
+    one.translate = {0.8, 0, 0.3};
+    two.translate = {-0.8, -0.4, 0};
+    two.sigma_s_per_density = {3.0f, 1.0f, 0.2f};
+    BoxMedium haze;
+    haze.min = {-5, -9, -5};
+    haze.max = {5, -1, 5};
+    haze.sigma_s = {0.05f, 0.1f, 0.02f};
+    BoxMedium noise = haze;
+    noise.min = {-2, -6, -2};
+    noise.max = {0, -4, 0};
+    noise.sigma_s = glm::vec3(2);
+    noise.profile = NoiseProfile{.feature_size = 1.0, .octaves = 2, .seed = 5};
+    scene.media = {one, haze, two, noise};
+    for (Settings settings : plain_siblings()) {
+        const Still kept = render(scene, settings);
+        settings.shadow_cache = 0;
+        settings.shadow_steps = 128;
+        const Still marched = render(scene, settings);
+        EXPECT_LT(study::compare(kept.scattering, marched.scattering).relmse, 2e-4)
+            << mode_name(settings.mode);
+        settings.volume_shadows = false;
+        EXPECT_GT(study::compare(kept.scattering, render(scene, settings).scattering).relmse, 1e-2)
+            << "media shade each other, " << mode_name(settings.mode);
+    }
+}
+
+TEST_F(LightVolume, IsFilledAgainOnlyForWhatChanged)
+{
+    Scene scene = empty_scene(16);
+    scene.lights = {SunLight{{0.5, 0.5, 0.7}, glm::vec3(4)},
+                    PointLight{{0.6, -4, 1.5}, glm::vec3(20)}};
+    scene.world.radiance = glm::vec3(0.3f);
+    scene.media = {lump(glm::dmat4(1.0))};
+    const Settings settings = plain_settings();
+    SceneRenderer renderer(get_proc());
+    renderer.render(scene, settings, {});
+    const std::vector<std::string> first = volumes(renderer.renderer());
+    ASSERT_EQ(first.size(), 2u);
+    renderer.render(scene, settings, {});
+    EXPECT_EQ(volumes(renderer.renderer()), first) << "the same scene";
+    std::get<PointLight>(scene.lights[1]).radiant_intensity *= 2.0f;
+    renderer.render(scene, settings, {});
+    EXPECT_EQ(volumes(renderer.renderer()), first) << "a brighter light";
+
+    const auto matches_a_fresh_one = [&] {
+        const Still kept = renderer.render(scene, settings, {});
+        SceneRenderer fresh(get_proc());
+        EXPECT_EQ(kept.scattering, fresh.render(scene, settings, {}).scattering);
+    };
+    std::get<PointLight>(scene.lights[1]).position.x += 0.5;
+    matches_a_fresh_one();
+    EXPECT_NE(volumes(renderer.renderer())[0], first[0]) << "a light moved";
+    EXPECT_EQ(volumes(renderer.renderer())[1], first[1]) << "the world's light did not change";
+    std::swap(scene.lights[0], scene.lights[1]);
+    scene.lights.pop_back();
+    matches_a_fresh_one();
+    std::get<GridMedium>(scene.media[0]).translate.z += 0.3;
+    matches_a_fresh_one();
+    EXPECT_NE(volumes(renderer.renderer())[1], first[1]) << "the medium moved";
+    scene.world.radiance = glm::vec3(0);
+    scene.lights.clear();
+    renderer.render(scene, settings, {});
+    EXPECT_TRUE(volumes(renderer.renderer()).empty()) << "nothing is kept that nothing needs";
+}
+
+// -- the world -----------------------------------------------------------------------------------
+
+/// Integral of exp(-x / u) over u in 0..1.
+double e2(double x)
+{
+    return integrate(1e-9, 1, 400, [&](double u) { return std::exp(-x / u); });
+}
+
+TEST_F(LightVolume, WorldInASlabIsItsExponentialIntegral)
+{
+    // z below the face of an endless slab d thick, isotropic scattering has
+    // (E2(sigma z) + E2(sigma (d - z))) / 2 of a constant world.
+    Scene scene = empty_scene(9);
+    scene.camera.vfov_deg = 10;
+    scene.world.radiance = {1.0f, 0.5f, 2.0f};
+    BoxMedium slab;
+    slab.min = {-400, -7, -400};
+    slab.max = {400, -3, 400};
+    slab.sigma_s = {0.1f, 0.4f, 0.8f};
+    slab.sigma_a = {0.0f, 0.1f, 0.2f};
+    scene.media = {slab};
+    const Image truth = ideal(scene, [&](glm::dvec2 at) {
+        const PixelRay ray = ray_at(scene, at);
+        glm::dvec3 radiance;
+        for (int c = 0; c < 3; ++c) {
+            const double sigma_s = slab.sigma_s[c], sigma_t = sigma_s + double(slab.sigma_a[c]);
+            radiance[c] = integrate(0, 4, 20, [&](double z) {
+                const double slant = 1 / std::abs(ray.direction.y);
+                return slant * sigma_s * double(scene.world.radiance[c]) *
+                       std::exp(-sigma_t * z * slant) *
+                       (e2(sigma_t * z) + e2(sigma_t * (4 - z))) / 2;
+            });
+        }
+        return radiance;
+    });
+    for (const Settings& settings : plain_siblings()) {
+        const Still still = render(scene, settings);
+        const study::Metrics kept = study::compare(still.scattering, truth.pixels);
+        figure(fmt::format("slab in a world, {}: bias", mode_name(settings.mode)), kept.bias);
+        EXPECT_LT(std::abs(kept.bias), 0.01) << mode_name(settings.mode);
+        EXPECT_LT(kept.relmse, 3e-4) << mode_name(settings.mode);
+    }
+}
+
+/// A map that is bright about one direction, as smoothly as a hazy sky.
+World bright_spot(glm::dvec3 direction)
+{
+    auto map = std::make_shared<Environment>();
+    map->width = 64;
+    map->height = 32;
+    for (int y = 0; y < map->height; ++y)
+        for (int x = 0; x < map->width; ++x) {
+            const double phi = (0.5 - (x + 0.5) / map->width) * 2 * kPi;
+            const double theta = (y + 0.5) / map->height * kPi;
+            const glm::dvec3 d(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi),
+                               std::cos(theta));
+            const double c = std::max(0.0, glm::dot(d, glm::normalize(direction)));
+            map->radiance.emplace_back(glm::vec3(glm::dvec3(0.1 + 3 * c * c)) *
+                                       glm::vec3(1.0f, 0.8f, 0.5f));
+        }
+    World world;
+    world.environment = map;
+    return world;
+}
+
+World constant_world()
+{
+    World world;
+    world.radiance = glm::vec3(1);
+    return world;
+}
+
+struct WorldCase {
+    const char* name;
+    World world;
+    float g;
+    bool ball;
+    double relmse, bias;
+};
+
+void PrintTo(const WorldCase& world, std::ostream* out)
+{
+    *out << world.name;
+}
+
+const std::array kWorldCases{
+    WorldCase{"isotropic", constant_world(), 0, false, 1e-3, 0.01},
+    WorldCase{"forward", constant_world(), 0.5f, false, 1e-3, 0.01},
+    WorldCase{"backward", constant_world(), -0.4f, false, 1e-3, 0.01},
+    WorldCase{"map_ahead", bright_spot({0.2, -1, 0.3}), 0.5f, false, 4e-3, 0.03},
+    WorldCase{"map_behind", bright_spot({0.2, 1, 0.3}), 0.5f, false, 4e-3, 0.03},
+    WorldCase{"hidden_by_a_ball", constant_world(), 0, true, 4e-3, 0.03},
+};
+
+class WorldVolume : public LightVolume, public testing::WithParamInterface<WorldCase> {};
+
+TEST_P(WorldVolume, AgreesWithTheReference)
+{
+    const WorldCase& world = GetParam();
+    Scene scene = empty_scene(8);
+    scene.camera.vfov_deg = 45;
+    scene.world = world.world;
+    BoxMedium box;
+    box.min = {-2, -7, -2};
+    box.max = {2, -3, 2};
+    box.sigma_s = {0.2f, 0.4f, 0.6f};
+    box.sigma_a = glm::vec3(0.05f);
+    box.g = world.g;
+    scene.media = {box};
+    if (world.ball)
+        scene.surfaces = {SphereSurface{{0.5, -5.5, 0.2}, 1.2, glm::vec3(0)}};
+    study::ReferenceOptions options;
+    options.tolerance = 5e-3;
+    const study::ReferenceStill truth = study::render_reference(scene, options);
+    for (const Settings& settings : plain_siblings()) {
+        const study::Metrics kept =
+            study::compare(render(scene, settings).scattering, truth.scattering);
+        figure(fmt::format("{}, {}: relMSE", world.name, mode_name(settings.mode)), kept.relmse);
+        figure(fmt::format("{}, {}: bias", world.name, mode_name(settings.mode)), kept.bias);
+        EXPECT_LT(kept.relmse, world.relmse) << mode_name(settings.mode);
+        EXPECT_LT(std::abs(kept.bias), world.bias) << mode_name(settings.mode);
+        Settings flat = settings;
+        flat.world_cache = 0;
+        EXPECT_GT(study::compare(render(scene, flat).scattering, truth.scattering).relmse,
+                  10 * world.relmse)
+            << "2017's constant is told apart, " << mode_name(settings.mode);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Worlds, WorldVolume, testing::ValuesIn(kWorldCases),
+                         [](const auto& world) { return std::string(world.param.name); });
+
+}  // namespace
+}  // namespace fumarole::test
