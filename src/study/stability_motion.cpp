@@ -170,6 +170,7 @@ StabilityFigure direction_drift(const StabilityBench& bench, const Move& move)
 struct Change {
     std::string_view name, words;
     Scene (*scene)(int state);
+    bool view_alone = false;  ///< a host has no scene to set anew
 };
 
 constexpr std::array kChanges{
@@ -181,7 +182,8 @@ constexpr std::array kChanges{
                    scene.camera.look_at = {0, -5, 0};
                }
                return scene;
-           }},
+           },
+           true},
     Change{"light-switched", "a light switched on",
            [](int state) {
                Scene scene = lit_smoke();
@@ -244,15 +246,13 @@ StabilityFigure settling(const StabilityBench& bench, const Change& change)
     const Scene after = change.scene(0);
     const Picture truth = converged(bench, after);
     StabilityView view(bench, bench.settings);
-    // As a host does: what did not change is not set again, which would end the history.
-    const bool same_scene = change.name == "cut";
     for (int i = -kPast; i < 0; ++i) {
         const Scene before = change.scene(i);
-        if (i == -kPast || !same_scene)
+        if (i == -kPast || !change.view_alone)  // setting it ends the history
             view.set_scene(before);
         (void)view.draw(before);
     }
-    if (!same_scene)
+    if (!change.view_alone)
         view.set_scene(after);
     StabilityFigure figure;
     for (int i = 0; i < kAfter; ++i) {
