@@ -163,8 +163,8 @@ Json point_json(const study::MeasuredPoint& p)
             {"relmse", e.relmse},       {"relmse_min", e.relmse_min}, {"relmse_max", e.relmse_max},
             {"bias_part", e.bias_part}, {"variance", e.variance},     {"bias", e.bias}};
     }
-    Json json{{"point", p.point.name()},   {"mode", p.point.mode},
-              {"preset", p.point.preset},  {"arguments", p.point.arguments()},
+    Json json{{"point", p.point.name()},   {"mode", p.point.mode()},
+              {"preset", p.point.preset},  {"arguments", p.point.arguments(5)},
               {"front", p.front},          {"volume_ms", p.median_ms},
               {"volume_ms_min", p.min_ms}, {"volume_ms_max", p.max_ms},
               {"visits", p.visits},        {"frames", p.frames},
@@ -281,7 +281,7 @@ machine_of(const Renderer& renderer, const study::Chart& chart, const Effort& ef
         {"timing", fmt::format("{}; median over {} visits of {} frames each, after a frame "
                                "that is not timed, points in shuffled order",
                                chart.timing_method, chart.rounds, effort.frames)},
-        {"errors", fmt::format("single frames of {} seeds, pixel centres; FLIP of the first "
+        {"errors", fmt::format("pictures of {} seeds, pixel centres; FLIP of the first "
                                "seed's composite through the filmic transform",
                                effort.seeds)},
         {"reference",

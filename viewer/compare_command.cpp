@@ -2,17 +2,17 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "command.h"
+#include "compare_modes.h"
 #include "errors.h"
+#include "picture_distance.h"
 #include "picture_files.h"
 #include "study/false_color.h"
 #include "study/flip.h"
-#include "study/metrics.h"
 #include "write/image_writer.h"
 
 namespace fumarole::command {
@@ -28,7 +28,20 @@ struct Options {
     std::string test, reference, output, target, exposure = "auto", difference = "magnitude";
     std::optional<double> max_relmse, scale;
     bool json = false;
+    ModesOptions modes;  ///< where a scene is given instead of two pictures
 };
+
+/// Words of the one use of the command are mistakes in the other.
+constexpr std::array kOfPictures{"B.exr", "--target", "--max-relmse", "--difference", "--scale"};
+constexpr std::array kOfScenes{"--modes",  "--size",      "--grid",         "--up",     "--aa",
+                               "--frames", "--tolerance", "--no-reference", "--backend"};
+
+template <class Names> void refuse(const CLI::App& command, const Names& names, const char* why)
+{
+    for (const char* name : names)
+        if (command.get_option(name)->count() > 0)
+            throw UsageError(fmt::format("{}: {}", name, why));
+}
 
 using Channels = std::array<std::string, 3>;
 
@@ -109,36 +122,16 @@ std::string broken_place(const Image& image)
 }
 
 /// What was found of one target.
-struct Row {
+struct Row : PictureDistance {
     std::string target, broken;
-    study::Metrics metrics;
-    double flip = std::numeric_limits<double>::infinity();
-    Display display;
 };
-
-/// How both pictures are shown to FLIP: one exposure, the reference's own, so that a test picture
-/// that is too bright looks too bright.
-Display display_for(const std::string& target, const Image& reference,
-                    std::optional<float> exposure)
-{
-    return {.exposure_ev = exposure_of(target, reference, exposure),
-            .transform =
-                target == "transmittance" ? Display::Transform::srgb : Display::Transform::filmic};
-}
 
 Row measure(const std::string& target, const Image& test, const Image& reference,
             const Options& options, std::optional<float> exposure)
 {
-    Row row{.target = target,
-            .broken = broken_place(test),
-            .metrics = study::compare(test.pixels, reference.pixels),
-            .display = display_for(target, reference, exposure)};
-    if (row.metrics.finite)
-        row.flip = study::flip_of_radiance(test.pixels, reference.pixels, test.width, test.height,
-                                           row.display)
-                       .mean;
-    else
-        row.broken = fmt::format("{}: {}: {}", options.test, target, row.broken);
+    Row row{picture_distance(target, test, reference, exposure), target, ""};
+    if (!row.metrics.finite)
+        row.broken = fmt::format("{}: {}: {}", options.test, target, broken_place(test));
     return row;
 }
 
@@ -286,18 +279,49 @@ void run(const Options& options)
         throw Error(fmt::format("{}", fmt::join(faults, "; ")));
 }
 
+bool is_scene(const std::string& input)
+{
+    return is_scene_file(input) || fs::path(input).extension() == ".vdb";
+}
+
+void run_either(Options& options, const CLI::App& command)
+{
+    if (!is_scene(options.test)) {
+        refuse(command, kOfScenes, "is for a scene, rendered in several modes");
+        if (options.reference.empty())
+            throw UsageError("B.exr is required: a picture is compared with another one, and a "
+                             "scene file or a .vdb by its --modes");
+        run(options);
+        return;
+    }
+    refuse(command, kOfPictures, "is for two pictures; a scene is compared by its --modes");
+    ModesOptions& modes = options.modes;
+    modes.scene.file = options.test;
+    modes.output = options.output;
+    modes.exposure = options.exposure;
+    modes.json = options.json;
+    if (!modes.output.empty() && fs::path(modes.output).extension() != ".png")
+        throw UsageError(fmt::format("-o: '{}' does not end in .png", modes.output));
+    compare_modes(modes);
+}
+
 }  // namespace
 
 void add_compare(CLI::App& app)
 {
     CLI::App* command = app.add_subcommand(
-        "compare", "How far a linear picture is from a reference: relMSE, SMAPE, bias, FLIP");
+        "compare", "How far a linear picture is from a reference, or a scene's modes from it and "
+                   "from each other: relMSE, bias, FLIP, time");
     auto options = std::make_shared<Options>();
     Options& o = *options;
-    command->add_option("A.exr", o.test, "the picture to judge")->required();
-    command->add_option("B.exr", o.reference, "the reference")->required();
+    command
+        ->add_option("A.exr", o.test,
+                     "the picture to judge; or a scene file (.json) or a .vdb, to be rendered")
+        ->required();
+    command->add_option("B.exr", o.reference, "the reference, of a picture");
     command->add_option("-o,--output", o.output,
-                        "x.png: where and how much they differ, in colours with their scale");
+                        "x.png: where and how much they differ, in colours with their scale; of a "
+                        "scene, its pictures too, and its reference is kept beside");
     command->add_option("--target", o.target,
                         "compare this one alone: composite, scattering, transmittance, ...; a file "
                         "of R, G, B alone is taken to hold it [all that both have; -o composite]");
@@ -316,9 +340,43 @@ void add_compare(CLI::App& app)
                      "in -o: relative error at the end of the scale, to compare pictures [auto]")
         ->check(CLI::PositiveNumber);
     command->add_flag("--json", o.json, "print JSON");
+    const std::string scenes = "Of a scene";
+    ModesOptions& m = o.modes;
+    command
+        ->add_option("--modes", m.modes,
+                     "modes and presets, with commas between [raymarch,froxel]; the reference "
+                     "comes too")
+        ->group(scenes);
+    command->add_option("--size", m.scene.size, "WIDTHxHEIGHT in pixels [480x270, or the scene's]")
+        ->group(scenes);
+    command->add_option("--grid", m.scene.grid, "of a .vdb: name or name[n] [the first fog volume]")
+        ->group(scenes);
+    command->add_option("--up", m.scene.up, "of a .vdb [auto]")
+        ->check(CLI::IsMember({"auto", "y", "z"}))
+        ->group(scenes);
+    command->add_option("--aa", m.aa, "frames averaged over the pixel's square [1]")
+        ->check(CLI::Range(1, 65536))
+        ->group(scenes);
+    command
+        ->add_option("--frames", m.frames,
+                     "frames timed; froxels gather over them, where none are averaged [16]")
+        ->check(CLI::Range(1, 100000))
+        ->group(scenes);
+    command
+        ->add_option("--tolerance", m.tolerance,
+                     "of the reference: relative error of each pixel [0.01]")
+        ->check(CLI::Range(1e-6, 0.5))
+        ->group(scenes);
+    command
+        ->add_flag("--no-reference", m.no_reference,
+                   "compare the modes with each other alone; the reference may take minutes")
+        ->group(scenes);
+    command->add_option("--backend", m.backend, "OpenGL without a window [osmesa]")
+        ->check(CLI::IsMember({"osmesa", "egl"}))
+        ->group(scenes);
     command->footer("Exit code: 0 compared, 1 over --max-relmse, not finite or not comparable, "
                     "2 wrong command line.");
-    command->callback([options] { run(*options); });
+    command->callback([options, command] { run_either(*options, *command); });
 }
 
 }  // namespace fumarole::command

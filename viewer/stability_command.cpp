@@ -105,7 +105,7 @@ void print_table(const std::vector<StabilityResult>& results, bool explain)
     for (const StabilityResult& r : results) {
         headings.at(r.run);
         const StabilityCase& c = *r.run.what;
-        fmt::print("    {:<30}{:<20}{:>10.3g} {} {:<8.3g} {:<17}{}\n", c.name, subject_of(r.run),
+        fmt::print("    {:<30}{:<24}{:>10.3g} {} {:<8.3g} {:<17}{}\n", c.name, subject_of(r.run),
                    r.figure.value, sense_of(c), c.bound, c.unit, r.holds ? "holds" : "FALLS SHORT");
         if (!r.refusal.empty())
             fmt::print("        {}\n", r.refusal);

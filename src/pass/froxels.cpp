@@ -42,6 +42,7 @@ FroxelPlan make_plan(const Toolbox& tools, const PassFrame& frame)
     const Settings& s = frame.settings;
     FroxelPlan plan;
     plan.count = froxel_count(frame);
+    plan.picture = glm::ivec2(frame.host.color.size);
     plan.format = gl_format(s.format);
     plan.history = s.history > 0 && frame.host.history != Frame::kNoHistory;
     plan.source_format = plan.history ? gl_format(s.history_format) : plan.format;

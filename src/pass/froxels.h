@@ -15,7 +15,9 @@ namespace fumarole::pass {
 /// Which volumes a scene and its settings need: no more than that is made.
 struct FroxelPlan {
     glm::ivec3 count{0};  ///< columns, guard included, and slices
-    GLenum format = 0;    ///< of the V-buffer and of what is integrated
+    /// Pixels: of another size, as many columns lie elsewhere in the view.
+    glm::ivec2 picture{0};
+    GLenum format = 0;  ///< of the V-buffer and of what is integrated
     GLenum source_format = 0;
     bool extinction_in_alpha =
         false;  ///< one extinction for all channels, in the alpha of a colour

@@ -19,21 +19,27 @@ namespace fumarole::study {
 
 namespace {
 
-constexpr std::string_view kDefault = "default";
-constexpr std::string_view kRaymarch = "raymarch";
-
 /// One setting alone, from the default preset.
 Sweep alone(std::string_view setting, std::vector<std::string_view> values,
             std::vector<std::string_view> quick)
 {
-    return {kRaymarch, kDefault, {{setting, std::move(values), std::move(quick)}}};
+    return {"default", {{setting, std::move(values), std::move(quick)}}};
+}
+
+/// The same of froxels, in a frame on its own: what a history gathers would hide what one costs.
+Sweep alone_in_froxels(std::string_view setting, std::vector<std::string_view> values,
+                       std::vector<std::string_view> quick)
+{
+    return {"froxel", {{setting, std::move(values), std::move(quick)}}, {{"history", "0"}}};
 }
 
 std::vector<Sweep> make_sweeps()
 {
     return {
-        {kRaymarch, "default", {}},
-        {kRaymarch, "eevee2017", {}},
+        {"default"},
+        {"eevee2017"},
+        {"froxel"},
+        {"eevee2017-froxel"},
         alone("steps", {"8", "16", "32", "64", "128", "256"}, {"16", "256"}),
         alone("shadow-steps", {"2", "4", "8", "16", "32", "64"}, {"4", "64"}),
         alone("resolution", {"full", "half", "quarter"}, {"full", "quarter"}),
@@ -51,26 +57,41 @@ std::vector<Sweep> make_sweeps()
         alone("volume-shadows", {"on", "off"}, {"off"}),
         alone("world-light", {"on", "off"}, {}),
         alone("shadow-map", {"256", "1024", "4096"}, {}),
-        {kRaymarch,
-         "default",
+        {"froxel", {{"history", {"0", "0.95"}, {"0"}}}},
+        {"froxel", {{"history-format", {"r11g11b10f", "rgba16f", "rgba32f"}, {}}}},
+        alone_in_froxels("tile", {"4", "8", "16"}, {"4", "16"}),
+        alone_in_froxels("slices", {"32", "64", "128"}, {"128"}),
+        alone_in_froxels("slice-spacing", {"exponential", "power", "linear"}, {}),
+        alone_in_froxels("lookup", {"trilinear", "tricubic"}, {"tricubic"}),
+        alone_in_froxels("integration", {"hillaire", "wronski"}, {}),
+        alone_in_froxels("froxel-shadows", {"media", "grid"}, {}),
+        {"default",
          {{"steps", {"8", "16", "32", "64", "128"}, {"16", "128"}},
           {"shadow-steps", {"2", "4", "8", "16", "32"}, {"4", "16"}},
           {"resolution", {"full", "half", "quarter"}, {"full", "half"}}}},
+        {"froxel",
+         {{"tile", {"4", "8", "16"}, {}},
+          {"slices", {"32", "64", "128"}, {}},
+          {"shadow-steps", {"4", "16"}, {}}},
+         {{"history", "0"}}},
     };
 }
 
-/// The settings of a point in words: what differs from its preset.
+/// The settings in words: what differs from the sweep's preset.
 ChartPoint make_point(const Sweep& sweep, const Settings& settings)
 {
     ChartPoint point;
-    point.mode = sweep.mode;
     point.preset = sweep.preset;
     point.settings = settings;
-    const Settings preset = find_preset(sweep.preset);
-    for (const SettingInfo& info : setting_table())
+    const Settings preset = find_preset(sweep.preset), base = sweep.base();
+    int from_base = 0;
+    for (const SettingInfo& info : setting_table()) {
         if (info.get(settings) != info.get(preset))
             point.changes.emplace_back(info.name, info.get(settings));
-    point.alone = point.preset == kDefault && point.changes.size() <= 1;
+        from_base += info.get(settings) != info.get(base) ? 1 : 0;
+    }
+    const bool of_default = sweep.preset == "default" || sweep.preset == "froxel";
+    point.alone = of_default && from_base <= 1;
     return point;
 }
 
@@ -140,12 +161,13 @@ public:
         visit.round = round;
         try {
             StillReport report;
-            StillOptions still_options;
-            still_options.timed_frames = options_.frames;
-            still_options.progress = cancels();
+            // The picture of a later visit is not looked at.
+            const int frames =
+                round == 0 && point.gathers() ? ChartPoint::kGathered : options_.frames;
+            StillOptions still_options{.timed_frames = frames, .progress = cancels()};
             Still first = renderer_.render(scene_, point.settings, still_options, &report);
             visit.volume = report.volume;
-            visit.frames = options_.frames;
+            visit.frames = frames;
             visit.samples = report.samples;
             visit.gpu_bytes = report.gpu_bytes;
             if (round == 0)
@@ -184,10 +206,9 @@ private:
         // Without jitter every seed gives the same picture.
         found.seeds = point.settings.jitter == Settings::Jitter::none ? 1 : options_.seeds;
         for (int seed = 1; seed < found.seeds; ++seed) {
-            StillOptions still_options;
-            still_options.progress = cancels();
-            still_options.seed = static_cast<std::uint32_t>(seed);
-            Still still = renderer_.render(scene_, point.settings, still_options);
+            Still still =
+                render_point(renderer_, scene_, point,
+                             {.seed = static_cast<std::uint32_t>(seed), .progress = cancels()});
             add(still);
         }
         for (std::size_t t = 0; t < frames.size(); ++t)
@@ -322,6 +343,13 @@ std::vector<std::string> limits_of(const Scene& scene, const Chart& chart,
             best->error(chart.target).relmse,
             100 * best->error(chart.target).bias_part / best->error(chart.target).relmse,
             100 * best->error(Target::scattering).bias));
+    if (std::any_of(chart.points.begin(), chart.points.end(),
+                    [](const MeasuredPoint& p) { return p.point.gathers(); }))
+        limits.push_back(fmt::format(
+            "A froxel point with a history shows what {} frames of a still view gather; with "
+            "history=0, and by the ray march, one frame on its own. What a history does while "
+            "things move is no part of the chart: fumarole stability --case 7.",
+            ChartPoint::kGathered));
     if (chart.left_out > 0)
         limits.push_back(fmt::format("The time limit left {} of {} points out: combinations of "
                                      "several settings first.",
@@ -363,33 +391,40 @@ const std::vector<Sweep>& sweep_table()
     return table;
 }
 
+Settings Sweep::base() const
+{
+    Settings settings = find_preset(preset);
+    for (const auto& [setting, value] : changes)
+        find_setting(setting).set(settings, value);
+    return settings;
+}
+
 std::string ChartPoint::name() const
 {
     std::string text = preset;
     for (const auto& [setting, value] : changes)
         text += fmt::format(" {}={}", setting, value);
-    return mode == kRaymarch ? text : mode + " " + text;
+    return text;
 }
 
-std::string ChartPoint::arguments() const
+std::string ChartPoint::arguments(int frames) const
 {
-    std::string text = mode == kRaymarch ? "" : fmt::format("--mode {} ", mode);
-    text += "--preset " + preset;
+    std::string text = fmt::format("--preset {}", preset);
     for (const auto& [setting, value] : changes)
         text += fmt::format(" --{} {}", setting, value);
-    return text;
+    return text + fmt::format(" --frames {}", gathers() ? kGathered : frames);
 }
 
 std::vector<ChartPoint> chart_points(bool quick)
 {
     std::vector<ChartPoint> points;
     for (const Sweep& sweep : sweep_table()) {
-        std::vector<Settings> all{find_preset(sweep.preset)};
+        std::vector<Settings> all{sweep.base()};
         for (const Axis& axis : sweep.axes)
             all = spread(all, axis, quick);
         for (const Settings& settings : all) {
             const bool known = std::any_of(points.begin(), points.end(), [&](const ChartPoint& p) {
-                return p.mode == sweep.mode && p.settings == settings;
+                return p.settings == settings;
             });
             if (!known)
                 points.push_back(make_point(sweep, settings));
@@ -399,6 +434,14 @@ std::vector<ChartPoint> chart_points(bool quick)
 }
 
 // ----------------------------------------------------------------------------------- measuring
+
+Still render_point(SceneRenderer& renderer, const Scene& scene, const ChartPoint& point,
+                   StillOptions options)
+{
+    StillReport report;
+    options.timed_frames = ChartPoint::kGathered;
+    return renderer.render(scene, point.settings, options, point.gathers() ? &report : nullptr);
+}
 
 TargetError target_error(const std::vector<std::vector<float>>& frames,
                          std::span<const float> reference)
@@ -602,13 +645,13 @@ std::vector<SettingEffect> setting_effects(const Chart& chart)
     for (const Sweep& sweep : sweep_table()) {
         if (sweep.axes.size() != 1)
             continue;
-        const Settings preset = find_preset(sweep.preset);
-        const MeasuredPoint* base = chart.find(make_point(sweep, preset).name());
+        const Settings start = sweep.base();
+        const MeasuredPoint* base = chart.find(make_point(sweep, start).name());
         if (base == nullptr || !base->finite())
             continue;
         const SettingInfo& info = find_setting(sweep.axes[0].setting);
         for (const std::string_view value : sweep.axes[0].values) {
-            Settings settings = preset;
+            Settings settings = start;
             info.set(settings, value);
             const MeasuredPoint* point = chart.find(make_point(sweep, settings).name());
             if (point != nullptr && point->finite())
@@ -699,13 +742,13 @@ std::string chart_csv(const Chart& chart)
     std::string csv;
     const auto finish_row = [&] {
         for (std::size_t i = 0; i < row.size(); ++i)
-            csv += (i > 0 ? "," : "") + csv_field(row[i]);
+            csv += fmt::format("{}{}", i > 0 ? "," : "", csv_field(row[i]));
         csv += "\r\n";
         row.clear();
     };
     finish_row();
     for (const MeasuredPoint& p : chart.points) {
-        row = {p.point.name(), p.point.mode, p.point.preset, p.front ? "yes" : "no"};
+        row = {p.point.name(), std::string(p.point.mode()), p.point.preset, p.front ? "yes" : "no"};
         for (const SettingInfo& info : setting_table())
             row.push_back(info.get(p.point.settings));
         const bool measured = p.visits > 0;

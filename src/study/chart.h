@@ -25,38 +25,55 @@ struct Axis {
     std::vector<std::string_view> quick;  ///< those of --quick; none: left out of it
 };
 
-/// All combinations of the axes' values, from a preset on; without axes the preset itself.
+/// All combinations of the axes' values, from a preset with some settings changed on; without axes
+/// these themselves.
 struct Sweep {
-    std::string_view mode;
     std::string_view preset;
-    std::vector<Axis> axes;
+    std::vector<Axis> axes = {};
+    std::vector<std::pair<std::string_view, std::string_view>> changes = {};
+
+    /// Where it starts.
+    [[nodiscard]] Settings base() const;
 };
 
-/// Every sweep as data. A new setting or mode joins the chart by adding a row.
+/// Every sweep as data. A new setting or preset joins the chart by adding a row.
 const std::vector<Sweep>& sweep_table();
 
 /// One way to render.
 struct ChartPoint {
-    std::string mode, preset;
+    std::string preset;
     /// What differs from the preset, in the order of setting_table().
     std::vector<std::pair<std::string, std::string>> changes;
     Settings settings;
-    bool alone = false;  ///< at most one setting differs from the default preset
+    bool alone = false;  ///< at most one setting differs from its sweep's base, a mode's default
 
     /// `default`, `default steps=32 resolution=full`: the same for the same settings.
     [[nodiscard]] std::string name() const;
-    /// The same as options of `fumarole render`.
-    [[nodiscard]] std::string arguments() const;
+    /// The same as options of `fumarole render`, and how many frames it times.
+    [[nodiscard]] std::string arguments(int frames) const;
+
+    [[nodiscard]] std::string_view mode() const { return mode_name(settings.mode); }
+    /// Froxels with a history: the picture is what kGathered frames of a still view come to. All
+    /// others are single frames.
+    [[nodiscard]] bool gathers() const
+    {
+        return settings.mode == Settings::Mode::froxel && settings.history > 0;
+    }
+    static constexpr int kGathered = 16;
 };
 
 /// The points of all sweeps, each once, presets first.
 std::vector<ChartPoint> chart_points(bool quick);
 
+/// The picture of a point, of one frame or of what it gathers.
+Still render_point(SceneRenderer& renderer, const Scene& scene, const ChartPoint& point,
+                   StillOptions options = {});
+
 enum class Target { composite, scattering, transmittance };
 inline constexpr std::array<std::string_view, 3> kTargetNames{"composite", "scattering",
                                                               "transmittance"};
 
-/// The error of single frames, over several seeds of the jitter.
+/// The error of a point's pictures, over several seeds of the jitter.
 struct TargetError {
     double relmse = 0;  ///< of a frame, mean over the seeds: bias_part + variance
     double relmse_min = 0, relmse_max = 0;
@@ -155,7 +172,7 @@ std::vector<bool> pareto_front(std::span<const std::pair<double, double>> points
 struct SettingEffect {
     std::string setting, value;
     const MeasuredPoint *point, *base;  ///< with the change and without
-    double time_ratio, error_ratio;     ///< to the preset without the change
+    double time_ratio, error_ratio;     ///< to the base
     bool is_default;
 
     /// What it buys and what it costs, in words; within the spread of times or seeds: nothing seen.

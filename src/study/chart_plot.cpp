@@ -24,28 +24,22 @@ namespace fs = std::filesystem;
 
 /// How a mode looks: its shape tells it apart where its colour can't.
 struct ModeStyle {
-    std::string_view mode;
     const char* color;
     int hollow, filled;  ///< gnuplot's point types of one shape
 };
-constexpr std::array kModeStyles{
-    ModeStyle{"raymarch", "#1f6fb4", 6, 7},  // circle
-    ModeStyle{"froxel", "#c8500a", 8, 9},    // triangle
-    ModeStyle{"", "#5a3d8a", 12, 13},        // diamond: a mode that has no row yet
-};
 
-const ModeStyle& style_of(std::string_view mode)
+ModeStyle style_of(Settings::Mode mode)
 {
-    for (const ModeStyle& style : kModeStyles)
-        if (style.mode == mode)
-            return style;
-    return kModeStyles.back();
+    return mode == Settings::Mode::froxel ? ModeStyle{"#c8500a", 8, 9}   // triangle
+                                          : ModeStyle{"#1f6fb4", 6, 7};  // circle
 }
 
 /// A preset has a mark of its own, drawn over its mode's.
 constexpr std::array kPresetMarks{
-    std::pair<std::string_view, int>{"default", 4},      // square
-    std::pair<std::string_view, int>{"eevee2017", 10}};  // triangle down
+    std::pair<std::string_view, int>{"default", 4},             // square
+    std::pair<std::string_view, int>{"eevee2017", 10},          // triangle down
+    std::pair<std::string_view, int>{"froxel", 12},             // diamond
+    std::pair<std::string_view, int>{"eevee2017-froxel", 14}};  // pentagon
 
 std::string in_quotes(std::string_view text)
 {
@@ -88,8 +82,8 @@ std::vector<Series> series_of(const Chart& chart)
         for (const MeasuredPoint& p : chart.points) {
             if (p.point.alone != alone || !drawable(p, chart.target))
                 continue;
-            const ModeStyle& mode = style_of(p.point.mode);
-            add(fmt::format("{}, {}", p.point.mode,
+            const ModeStyle mode = style_of(p.point.settings.mode);
+            add(fmt::format("{}, {}", p.point.mode(),
                             alone ? "one setting changed" : "several changed"),
                 fmt::format("pt {} ps {} lc rgb '{}'", alone ? mode.filled : mode.hollow,
                             alone ? 1.9 : 1.6, mode.color),

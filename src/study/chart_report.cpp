@@ -134,9 +134,9 @@ std::string front_table(const Chart& chart, const ReportFacts& facts)
                             "<td>{:.2e}</td><td>{:.4f}</td></tr>\n",
                             ++number, html_text(p->point.name()), p->median_ms, p->min_ms,
                             p->max_ms, e.relmse, e.bias_part, e.variance, p->errors.flip);
-        html += fmt::format("<tr><td></td><td class=t colspan=7><code>{} {} --frames 5 -o "
+        html += fmt::format("<tr><td></td><td class=t colspan=7><code>{} {} -o "
                             "point{}.exr</code></td></tr>\n",
-                            html_text(facts.command), html_text(p->point.arguments()), number);
+                            html_text(facts.command), html_text(p->point.arguments(5)), number);
     }
     html += "</table>\n";
     if (number > 0)
@@ -148,7 +148,7 @@ std::string front_table(const Chart& chart, const ReportFacts& facts)
 std::string effects_table(const Chart& chart)
 {
     std::string html = "<table><tr><th class=t>setting</th><th class=t>value</th>"
-                       "<th>time, &times; default</th><th>error, &times; default</th>"
+                       "<th>time, &times; base</th><th>error, &times; base</th>"
                        "<th>volume, ms</th><th>relMSE</th><th class=t>alone it</th></tr>\n";
     std::string last;
     for (const SettingEffect& effect : setting_effects(chart)) {
@@ -226,7 +226,7 @@ std::vector<FrontPicture> front_pictures(const Chart& chart, const Scene& scene,
     for (const MeasuredPoint* p : chart.front()) {
         if (cancel != nullptr && *cancel)
             throw ChartCancelled();
-        const Still still = renderer.render(scene, p->point.settings, {});
+        const Still still = render_point(renderer, scene, p->point);
         const std::vector<float>& pixels = target_of(still, chart.target);
         pictures.push_back({p, png_bytes(small(rgb(pixels, width, height)), display, folder), ""});
         Image map;
@@ -258,7 +258,7 @@ std::string report_html(const Chart& chart, const ReportFacts& facts,
         "<!DOCTYPE html>\n<html lang=en><head><meta charset=utf-8>\n<title>Chart of {}</title>\n"
         "<style>{}</style></head><body>\n<h1>{}: time against error</h1>\n"
         "<p>{} points at {} &times; {} pixels. Time is what the volume adds to a frame; error is "
-        "the relative mean square error of the {} of a single frame against the reference, single "
+        "the relative mean square error of the {} against the reference, single "
         "scattering computed on the CPU to a stated tolerance. Least error reached (floor): "
         "{:.3e}.</p>\n",
         title, kStyle, title, chart.points.size(), chart.size.x, chart.size.y, target_name(chart),
@@ -275,7 +275,9 @@ std::string report_html(const Chart& chart, const ReportFacts& facts,
     html +=
         fmt::format("<h2>Presets</h2>\n<p>relMSE of each target.</p>\n{}", presets_table(chart));
     html += "<h2>What each setting alone buys and costs</h2>\n<p>One setting of the default preset "
-            "changed, the others left; the grey row is the default itself. Below 1 is better in "
+            "changed, the others left; of froxels, of one frame (<code>--preset froxel --history "
+            "0</code>), but for the history itself, which is of the preset as it is. The grey row "
+            "is that base. Below 1 is better in "
             "both columns. What lies within the spread of times or of seeds counts as not "
             "seen.</p>\n" +
             effects_table(chart);

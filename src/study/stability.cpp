@@ -10,6 +10,7 @@
 #include "study/chart.h"
 #include "study/false_color.h"
 #include "study/label_font.h"
+#include "study/panels.h"
 #include "study/stability_bench.h"
 
 namespace fumarole::study {
@@ -22,7 +23,7 @@ const std::array<std::string_view, 12> kStabilityGroups{
     "sky, near = depth, the camera inside, a medium behind the camera that shades the view",
     "sheets thinner than a step, density step edges, order of convergence",
     "motion: pan, dolly, orbit, a cut, lights switched and moved, animated media; flicker",
-    "storage of the layer: banding, overflow",
+    "storage of the layer: banding, overflow, a history that stalls",
     "far fog, a thin wall, misaligned edges, odd and changing sizes, corners of the frame",
     "transforms: turned, sheared, mirrored, stretched; far from the origin; other units",
     "brick borders and empty space: dense or sparse, the picture must not change",
@@ -98,15 +99,6 @@ std::vector<float> enlarged(const std::vector<float>& from, int width, int heigh
     return to;
 }
 
-void put(Image& strip, const Image& panel, int left)
-{
-    for (int y = 0; y < panel.height; ++y)
-        for (int x = 0; x < panel.width; ++x)
-            for (int c = 0; c < 3; ++c)
-                strip.pixels[static_cast<std::size_t>((y * strip.width + left + x) * 3 + c)] =
-                    panel.at(x, y, c);
-}
-
 /// Green where it is no number, as in false_color.
 Image shown(std::vector<float> rgb, int width, int height, float exposure)
 {
@@ -133,14 +125,22 @@ bool matches(const StabilityCase& one, const std::string& pattern)
 const std::vector<StabilitySubject>& stability_subjects()
 {
     static const std::vector<StabilitySubject> subjects = [] {
-        constexpr std::array<std::string_view, 1> kModes{"raymarch"};
         std::vector<StabilitySubject> all;
-        for (const std::string_view mode : kModes)
-            for (const auto& [name, settings] : presets())
-                all.push_back({mode, name, settings});
+        for (const auto& [name, settings] : presets())
+            all.push_back({mode_name(settings.mode), name, settings});
         return all;
     }();
     return subjects;
+}
+
+bool marches(const StabilitySubject& subject)
+{
+    return subject.settings.mode == Settings::Mode::raymarch;
+}
+
+bool has_froxels(const StabilitySubject& subject)
+{
+    return subject.settings.mode == Settings::Mode::froxel;
 }
 
 const std::vector<StabilityCase>& stability_table()
@@ -311,22 +311,19 @@ Image stability_strip(const StabilityPictures& pictures)
         brightest = std::max(brightest, v);
     const float exposure = brightest > 0 ? 1 / brightest : 1;
 
-    Image strip{2 * (width + kGap) + difference.width,
-                std::max(height + 2 * kGap + label_height(2), difference.height),
-                {"R", "G", "B"},
-                {}};
-    strip.pixels.assign(static_cast<std::size_t>(strip.width * strip.height) * 3, 1.0f);
+    Image strip = blank_sheet(2 * (width + kGap) + difference.width,
+                              std::max(height + 2 * kGap + label_height(2), difference.height));
     int left = 0;
     for (const auto& [name, rgb] :
          {std::pair{"actual", &pictures.actual}, std::pair{"expected", &pictures.expected}}) {
-        put(strip,
-            shown(enlarged(*rgb, pictures.width, pictures.height, 3, times), width, height,
-                  exposure),
-            left);
+        paste(strip,
+              shown(enlarged(*rgb, pictures.width, pictures.height, 3, times), width, height,
+                    exposure),
+              left, 0);
         draw_label(strip, left, height + kGap, name, glm::vec3(0), 2);
         left += width + kGap;
     }
-    put(strip, difference, left);
+    paste(strip, difference, left, 0);
     return strip;
 }
 

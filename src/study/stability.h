@@ -25,7 +25,7 @@ struct StabilitySubject {
     Settings settings;
 };
 
-/// Every mode with every preset that it can run.
+/// Every preset, in its mode.
 const std::vector<StabilitySubject>& stability_subjects();
 
 /// What was drawn and what should have been: RGB, rows from the top, linear.
@@ -41,6 +41,10 @@ struct StabilityFigure {
 };
 
 class StabilityBench;
+
+/// For StabilityCase::runs.
+bool marches(const StabilitySubject& subject);
+bool has_froxels(const StabilitySubject& subject);
 
 /// One named case.
 struct StabilityCase {

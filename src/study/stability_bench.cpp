@@ -12,6 +12,38 @@ namespace fumarole::study {
 
 namespace {
 
+/// A host's textures and the frame that they are.
+struct HostPicture {
+    HostPicture(const gl::Device& gl, const Camera& camera, glm::uvec2 resolution)
+        : size{resolution}, color{gl::Texture::make_2d(gl, "picture", size, GL_RGBA32F,
+                                                       gl::Filter::nearest)},
+          depth{gl::Texture::make_2d(gl, "picture depth", size, GL_DEPTH_COMPONENT32F,
+                                     gl::Filter::nearest)}
+    {
+        frame.color = color.view();
+        frame.depth = depth.view();
+        frame.depth_convention = {.zero_to_one = true, .reversed = true};
+        frame.view_from_world = view_from_world(camera);
+        frame.clip_from_view = clip_from_view(camera, resolution, glm::dvec2(0));
+        frame.history = Frame::kNoHistory;
+    }
+
+    [[nodiscard]] Picture read() const
+    {
+        const std::vector<float> rgba = color.read(4);
+        Picture picture{size.x, size.y, {}};
+        for (int y = size.y - 1; y >= 0; --y)
+            for (int x = 0; x < size.x; ++x)
+                for (int c = 0; c < 3; ++c)
+                    picture.rgb.push_back(rgba[static_cast<std::size_t>((y * size.x + x) * 4 + c)]);
+        return picture;
+    }
+
+    glm::ivec2 size;
+    gl::Texture color, depth;
+    Frame frame;
+};
+
 StabilityFigure figure_of(double value, const Picture& actual, const Picture& expected)
 {
     return {value, {actual.width, actual.height, actual.rgb, expected.rgb}};
@@ -269,10 +301,25 @@ Settings StabilityBench::with(std::string_view name, std::string_view value) con
     return changed;
 }
 
-Settings StabilityBench::march_alone() const
+Settings StabilityBench::full_size() const
 {
-    Settings alone = settings;
-    alone.resolution = 1;
+    Settings full = settings;
+    full.resolution = 1;
+    full.tile = 1;
+    return full;
+}
+
+std::vector<Settings> StabilityBench::small_layers() const
+{
+    if (settings.mode == Settings::Mode::froxel)
+        return {settings};
+    return {with("resolution", "half"), with("resolution", "quarter")};
+}
+
+Settings StabilityBench::march_alone(int steps) const
+{
+    Settings alone = full_size();
+    alone.steps = alone.slices = steps;
     alone.jitter = Settings::Jitter::none;
     alone.format = Settings::Format::rgba32f;
     alone.storage = medium::Storage::r32f;
@@ -289,21 +336,9 @@ Still StabilityBench::render(const Scene& scene, const Settings& with, std::uint
 Picture StabilityBench::over_white(const Scene& scene, const Settings& with,
                                    const std::function<double(int x, int y)>& view_z) const
 {
-    Renderer& renderer = renderer_.renderer();
-    const gl::Device& gl = renderer.device();
     const glm::ivec2 size(scene.resolution);
-    gl::Texture color =
-        gl::Texture::make_2d(gl, "white picture", size, GL_RGBA32F, gl::Filter::nearest);
-    gl::Texture depth =
-        gl::Texture::make_2d(gl, "given depth", size, GL_DEPTH_COMPONENT32F, gl::Filter::nearest);
-    Frame frame;
-    frame.color = color.view();
-    frame.depth = depth.view();
-    frame.depth_convention = {.zero_to_one = true, .reversed = true};
-    frame.view_from_world = view_from_world(scene.camera);
-    frame.clip_from_view = clip_from_view(scene.camera, scene.resolution, glm::dvec2(0));
-    const glm::dmat4& p = frame.clip_from_view;
-
+    HostPicture host(renderer().device(), scene.camera, scene.resolution);
+    const glm::dmat4& p = host.frame.clip_from_view;
     std::vector<float> depths;
     for (int y = size.y - 1; y >= 0; --y)
         for (int x = 0; x < size.x; ++x) {
@@ -313,18 +348,53 @@ Picture StabilityBench::over_white(const Scene& scene, const Settings& with,
                        : static_cast<float>((p[2][2] * -z + p[3][2]) / (p[2][3] * -z + p[3][3])));
         }
     const std::vector<float> white(4 * depths.size(), 1.0f);
-    color.upload(GL_RGBA, GL_FLOAT, white.data());
-    depth.upload(GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
-    renderer.set_scene(scene, with);
-    renderer.composite(frame, with);
+    host.color.upload(GL_RGBA, GL_FLOAT, white.data());
+    host.depth.upload(GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
+    renderer().set_scene(scene, with);
+    renderer().composite(host.frame, with);
+    return host.read();
+}
 
-    const std::vector<float> rgba = color.read(4);
-    Picture picture{size.x, size.y, {}};
-    for (int y = size.y - 1; y >= 0; --y)
-        for (int x = 0; x < size.x; ++x)
-            for (int c = 0; c < 3; ++c)
-                picture.rgb.push_back(rgba[static_cast<std::size_t>((y * size.x + x) * 4 + c)]);
-    return picture;
+Picture StabilityBench::gathered(const Scene& scene, const Settings& with, int frames) const
+{
+    StabilityView view(*this, with);
+    view.set_scene(scene);
+    for (int i = 1; i < frames; ++i)
+        (void)view.draw(scene);
+    return view.draw(scene);
+}
+
+namespace {
+
+constexpr int kView = 0;  ///< Frame::history of the one view at a time
+
+}  // namespace
+
+StabilityView::StabilityView(const StabilityBench& bench, Settings settings)
+    : renderer_{bench.renderer()}, settings_{std::move(settings)}
+{
+}
+
+StabilityView::~StabilityView()
+{
+    renderer_.reset_history(kView);
+}
+
+void StabilityView::set_scene(const Scene& scene)
+{
+    renderer_.set_scene(scene, settings_);
+}
+
+Picture StabilityView::draw(const Camera& camera, glm::uvec2 size)
+{
+    constexpr double kGolden = 0.6180339887498949;
+    HostPicture host(renderer_.device(), camera, size);
+    host.frame.history = kView;
+    host.frame.index = frames_++;
+    host.frame.jitter_offset = glm::fract(kGolden * static_cast<double>(host.frame.index));
+    renderer_.draw_surfaces(host.frame, settings_, true);
+    renderer_.composite(host.frame, settings_);
+    return host.read();
 }
 
 }  // namespace fumarole::study

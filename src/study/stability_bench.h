@@ -112,13 +112,21 @@ public:
 
     /// The settings with something of them changed, as the command line names it.
     [[nodiscard]] Settings with(std::string_view name, std::string_view value) const;
-    /// At full size in 32-bit floats, sampled at middles: what is left is the march.
-    [[nodiscard]] Settings march_alone() const;
+    /// A ray or a column of froxels for each pixel.
+    [[nodiscard]] Settings full_size() const;
+    /// At full size in 32-bit floats, sampled at middles, in so many steps or slices: what is left
+    /// is the march.
+    [[nodiscard]] Settings march_alone(int steps) const;
+    [[nodiscard]] Settings march_alone() const { return march_alone(settings.steps); }
+    /// What makes a layer smaller than the picture: 1/2 and 1/4 of it, or froxels as they are.
+    [[nodiscard]] std::vector<Settings> small_layers() const;
 
-    /// One frame; another `frame` has other jitter. Frames follow each other, so a method that
-    /// keeps history keeps it.
+    /// One frame on its own; another `frame` has other jitter.
     [[nodiscard]] Still render(const Scene& scene, const Settings& with, std::uint32_t frame) const;
     [[nodiscard]] Still render(const Scene& scene) const { return render(scene, settings, 0); }
+
+    /// What so many frames of a still view gather, with nothing before them.
+    [[nodiscard]] Picture gathered(const Scene& scene, const Settings& with, int frames) const;
 
     /// The media over a white picture whose depths are given: view_z [m] by pixel from the top
     /// left; 0 for the sky.
@@ -128,9 +136,32 @@ public:
     /// For a file that the case writes and removes.
     [[nodiscard]] const std::filesystem::path& scratch() const { return scratch_; }
 
+    [[nodiscard]] Renderer& renderer() const { return renderer_.renderer(); }
+
 private:
     SceneRenderer& renderer_;
     std::filesystem::path scratch_;
+};
+
+/// A view that a host draws frame by frame, from which froxels keep their history.
+class StabilityView {
+public:
+    StabilityView(const StabilityBench& bench, Settings settings);
+    ~StabilityView();
+    StabilityView(const StabilityView&) = delete;
+    StabilityView& operator=(const StabilityView&) = delete;
+
+    /// What ends a history: another light, another medium.
+    void set_scene(const Scene& scene);
+    /// The next frame of it: surfaces, and the media over them.
+    Picture draw(const Camera& camera, glm::uvec2 size);
+    /// The same of a scene whose view alone may have changed.
+    Picture draw(const Scene& scene) { return draw(scene.camera, scene.resolution); }
+
+private:
+    Renderer& renderer_;
+    Settings settings_;
+    std::uint64_t frames_ = 0;
 };
 
 /// Each adds the cases of its groups.

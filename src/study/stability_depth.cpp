@@ -170,9 +170,22 @@ void add_depth_cases(std::vector<StabilityCase>& table)
                              .bound = 0.01,
                              .unit = "of the step",
                              .reason = spill,
+                             .runs = marches,
                              .measure = [=](const StabilityBench& bench) {
                                  return halo(bench, bench.with("resolution", resolution), pattern);
                              }});
+    for (const Pattern& pattern : kPatterns)
+        table.push_back({.group = 4,
+                         .name = fmt::format("{}-froxels", pattern.name),
+                         .shows = fmt::format(
+                             "halo of {} in froxels: mean error of T over the step", pattern.words),
+                         .bound = 0.01,
+                         .unit = "of the step",
+                         .reason = spill,
+                         .runs = has_froxels,
+                         .measure = [=](const StabilityBench& bench) {
+                             return halo(bench, bench.settings, pattern);
+                         }});
     for (const Pattern& pattern : {kPatterns[2], kPatterns[3]})
         table.push_back({.group = 4,
                          .name = fmt::format("{}-half-4x4", pattern.name),

@@ -29,12 +29,12 @@ StabilityFigure odd_sizes(const StabilityBench& bench)
 {
     StabilityFigure worst;
     for (const glm::uvec2 size : kSizes)
-        for (const char* resolution : {"half", "quarter"}) {
+        for (const Settings& settings : bench.small_layers()) {
             const Scene scene = level_scene(size);
             const auto& box = std::get<BoxMedium>(scene.media[0]);
             const Picture truth = evaluate(
                 scene, [&](const PixelRay& ray) { return box_transmittance(scene, ray, box); });
-            const Still still = bench.render(scene, bench.with("resolution", resolution), 0);
+            const Still still = bench.render(scene, settings, 0);
             worst = worse(worst, worst_difference(layer(still, &Still::transmittance), truth));
         }
     return worst;
@@ -58,6 +58,26 @@ StabilityFigure changing_sizes(const StabilityBench& bench)
     return worst;
 }
 
+/// What a view of one size kept must not be found in one of another.
+StabilityFigure changing_sizes_history(const StabilityBench& bench)
+{
+    Scene scene = bare_scene(1);
+    scene.media = {lump(2, 1)};
+    scene.lights = {SunLight{{0.7, 0.3, 0.6}, glm::vec3(4)}};
+    Settings settings = bench.settings;
+    settings.jitter = Settings::Jitter::none;  // so that frames may be compared
+    StabilityView view(bench, settings);
+    view.set_scene(scene);
+    constexpr glm::uvec2 kSize(37, 21);
+    const Picture first = view.draw(scene.camera, kSize);
+    StabilityFigure worst;
+    for (const glm::uvec2 size : kSizes) {
+        (void)view.draw(scene.camera, size);
+        worst = worse(worst, worst_difference(view.draw(scene.camera, kSize), first));
+    }
+    return worst;
+}
+
 /// 90 degrees high: the corner's ray is 1.7 times as long as the middle's. At 1/2 and 1/4, where
 /// the outermost texels lie inside of the outermost pixels.
 StabilityFigure corners(const StabilityBench& bench)
@@ -68,8 +88,8 @@ StabilityFigure corners(const StabilityBench& bench)
     box.sigma_a = {0.1f, 0.3f, 0.5f};
     scene.media = {box};
     StabilityFigure worst;
-    for (const char* resolution : {"half", "quarter"}) {
-        const Still still = bench.render(scene, bench.with("resolution", resolution), 0);
+    for (const Settings& settings : bench.small_layers()) {
+        const Still still = bench.render(scene, settings, 0);
         Picture actual{2, 2, {}}, expected{2, 2, {}};
         for (const int y : {0, 63})
             for (const int x : {0, 63}) {
@@ -163,16 +183,18 @@ void add_frame_cases(std::vector<StabilityCase>& table)
         "of the mean", notice,
         [](const StabilityBench& bench) { return misaligned_edge(bench, bench.settings); });
     add("misaligned-edge-full", "the same at full size", kJustNoticed, "of the mean", notice,
-        [](const StabilityBench& bench) {
-            return misaligned_edge(bench, bench.with("resolution", "full"));
-        });
-    add("odd-sizes", "largest error of T, 1x1 to 64x1 pixels at 1/2 and 1/4", kScreenStep, "of T",
-        screen, odd_sizes);
+        [](const StabilityBench& bench) { return misaligned_edge(bench, bench.full_size()); });
+    add("odd-sizes", "largest error of T, 1x1 to 64x1 pixels at 1/2 and 1/4, or in froxels",
+        kScreenStep, "of T", screen, odd_sizes);
     add("changing-sizes", "largest change of a picture after pictures of other sizes", 0,
         "of the radiance", "nothing of another size may be left over: the same bits",
         changing_sizes);
-    add("corners", "largest error of T in the corners, 90 degrees, at 1/2 and 1/4", kScreenStep,
-        "of T", screen, corners);
+    add("corners", "largest error of T in the corners, 90 degrees, at 1/2 and 1/4, or in froxels",
+        kScreenStep, "of T", screen, corners);
+    add("changing-sizes-history", "largest change of a view's picture after frames of other sizes",
+        0, "of the radiance", "a history of another size is none: the same bits",
+        changing_sizes_history);
+    table.back().runs = has_froxels;
 }
 
 }  // namespace fumarole::study

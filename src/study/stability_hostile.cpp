@@ -144,8 +144,8 @@ StabilityFigure level_set(const StabilityBench& bench)
         return glm::clamp(-distance(v) / kBand, 0.0, 1.0);
     }));
     const Picture truth = true_transmittance(fog);
-    const Still still = bench.render(scene_of(load(bench, handmade_vdb(made))),
-                                     bench.with("resolution", "full"), 0);
+    const Still still =
+        bench.render(scene_of(load(bench, handmade_vdb(made))), bench.full_size(), 0);
     return rms_over_mean(layer(still, &Still::transmittance), truth);
 }
 

@@ -62,7 +62,7 @@ StabilityFigure placed_grid(const StabilityBench& bench, const Map& map)
     scene.media = {smoke};
     const Picture truth = true_transmittance(scene);
     // At full size: a small layer's interpolation of it is not the transform's.
-    const Still still = bench.render(scene, bench.with("resolution", "full"), 0);
+    const Still still = bench.render(scene, bench.full_size(), 0);
     return rms_over_mean(layer(still, &Still::transmittance), truth);
 }
 
@@ -195,9 +195,8 @@ StabilityFigure ramp(const StabilityBench& bench, std::string_view layout)
     scene.camera.vfov_deg = 28;
     scene.media = {smoke};
     const Picture truth = true_transmittance(scene);
-    Settings settings = bench.march_alone();
+    Settings settings = bench.march_alone(256);
     find_setting("layout").set(settings, layout);
-    settings.steps = 256;
     return worst_difference(layer(bench.render(scene, settings, 0), &Still::transmittance), truth);
 }
 

@@ -12,14 +12,14 @@ namespace {
 
 constexpr std::uint32_t kFrames = 16;
 
-/// The pixels' standard deviation over frames of a scene that stands still, over the picture's
-/// mean; the picture of the last frame beside the mean of all.
-StabilityFigure flicker(const StabilityBench& bench, const Scene& scene)
+/// The pixels' standard deviation over frames that should be alike, over the picture's mean; the
+/// picture of the last frame beside the mean of all.
+template <class Draw> StabilityFigure spread_in_time(const Draw& draw)
 {
     std::vector<double> sum, squares;
     Picture last;
     for (std::uint32_t frame = 0; frame < kFrames; ++frame) {
-        last = layer(bench.render(scene, bench.settings, frame), &Still::composite);
+        last = draw(frame);
         sum.resize(last.rgb.size());
         squares.resize(last.rgb.size());
         for (std::size_t i = 0; i < sum.size(); ++i) {
@@ -37,6 +37,14 @@ StabilityFigure flicker(const StabilityBench& bench, const Scene& scene)
     StabilityFigure figure = rms_over_mean(last, mean);
     figure.value = std::sqrt(variance / static_cast<double>(sum.size())) / mean.mean();
     return figure;
+}
+
+/// Of frames on their own: what jitter alone does.
+StabilityFigure flicker(const StabilityBench& bench, const Scene& scene)
+{
+    return spread_in_time([&](std::uint32_t frame) {
+        return layer(bench.render(scene, bench.settings, frame), &Still::composite);
+    });
 }
 
 Scene lit_fog()
@@ -85,6 +93,16 @@ Scene noisy_smoke()
     scene.media = {box};
     return scene;
 }
+
+struct Subject {
+    std::string_view name, words;
+    Scene (*scene)();
+};
+
+constexpr std::array kSubjects{Subject{"fog", "uniform fog in a sun", lit_fog},
+                               Subject{"smoke", "smoke in a sun that shades itself", lit_smoke},
+                               Subject{"beam", "a spot's beam in fog", beam_in_fog},
+                               Subject{"noise", "glowing noise", noisy_smoke}};
 
 /// A move of the camera: `t` in 0..1.
 struct Move {
@@ -152,6 +170,7 @@ StabilityFigure direction_drift(const StabilityBench& bench, const Move& move)
 struct Change {
     std::string_view name, words;
     Scene (*scene)(int state);
+    bool view_alone = false;  ///< a host has no scene to set anew
 };
 
 constexpr std::array kChanges{
@@ -163,7 +182,8 @@ constexpr std::array kChanges{
                    scene.camera.look_at = {0, -5, 0};
                }
                return scene;
-           }},
+           },
+           true},
     Change{"light-switched", "a light switched on",
            [](int state) {
                Scene scene = lit_smoke();
@@ -209,19 +229,163 @@ StabilityFigure ghosting(const StabilityBench& bench, const Change& change)
     return figure;
 }
 
+// -- froxels, in a view that keeps its history ---------------------------------------------------
+
+constexpr int kConverged = 128;  ///< frames of a still view, whose mean is taken for the truth
+
+/// What a scene's view comes to, with nothing before it.
+Picture converged(const StabilityBench& bench, const Scene& scene)
+{
+    return bench.gathered(scene, bench.settings, kConverged);
+}
+
+/// Frames after a change until one is within 1 % of what they converge to.
+StabilityFigure settling(const StabilityBench& bench, const Change& change)
+{
+    constexpr int kPast = 24, kAfter = 96;
+    const Scene after = change.scene(0);
+    const Picture truth = converged(bench, after);
+    StabilityView view(bench, bench.settings);
+    for (int i = -kPast; i < 0; ++i) {
+        const Scene before = change.scene(i);
+        if (i == -kPast || !change.view_alone)  // setting it ends the history
+            view.set_scene(before);
+        (void)view.draw(before);
+    }
+    if (!change.view_alone)
+        view.set_scene(after);
+    StabilityFigure figure;
+    for (int i = 0; i < kAfter; ++i) {
+        StabilityFigure now = rms_over_mean(view.draw(after), truth);
+        if (now.value <= kJustNoticed)
+            break;
+        figure.value = i + 1;
+        figure.pictures = std::move(now.pictures);
+    }
+    return figure;
+}
+
+/// As flicker, once a still view has gathered 32 frames.
+StabilityFigure gathered_flicker(const StabilityBench& bench, const Scene& scene)
+{
+    StabilityView view(bench, bench.settings);
+    view.set_scene(scene);
+    for (int i = 0; i < 32; ++i)
+        (void)view.draw(scene);
+    return spread_in_time([&](std::uint32_t) { return view.draw(scene); });
+}
+
+/// A steady motion of the view, `frame` frames of it.
+struct Way {
+    std::string_view name, words;
+    void (*place)(Camera& camera, int frame);
+};
+
+void travel(Camera& camera, glm::dvec3 by)
+{
+    camera.position = by;
+    camera.look_at = by + glm::dvec3(0, -1, 0);
+}
+
+constexpr std::array kWays{
+    Way{"ahead", "forwards, 4 cm a frame",
+        [](Camera& camera, int frame) {
+            travel(camera, {0, -0.04 * frame, 0});
+        }},
+    Way{"back", "backwards, 4 cm a frame",
+        [](Camera& camera, int frame) {
+            travel(camera, {0, 0.04 * frame - 1, 0});
+        }},
+    Way{"sideways", "sideways, 4 cm a frame",
+        [](Camera& camera, int frame) {
+            travel(camera, {0.04 * (frame - 12), 0, 0});
+        }},
+    Way{"turning", "turning half a degree a frame",
+        [](Camera& camera, int frame) {
+            const double angle = glm::radians(0.5 * (frame - 12));
+            camera.look_at = {std::sin(angle), -std::cos(angle), 0};
+        }},
+};
+
+/// The last of 25 frames on the way beside what that view converges to at rest.
+struct Moved {
+    Picture actual, truth;
+};
+
+Moved moved(const StabilityBench& bench, Scene scene, const Way& way)
+{
+    constexpr int kLast = 24;
+    scene.resolution *= 2u;  // or the smoke is three columns wide
+    Picture last;
+    {
+        StabilityView view(bench, bench.settings);
+        view.set_scene(scene);
+        for (int frame = 0; frame <= kLast; ++frame) {
+            way.place(scene.camera, frame);
+            last = view.draw(scene);
+        }
+    }
+    return {last, converged(bench, scene)};
+}
+
+void add_history_cases(std::vector<StabilityCase>& table)
+{
+    const std::string notice(kNoticeReason);
+    const auto add = [&](std::string name, std::string shows, double bound, std::string unit,
+                         std::string reason, bool quick, decltype(StabilityCase::measure) measure) {
+        table.push_back({.group = 7,
+                         .name = std::move(name),
+                         .shows = std::move(shows),
+                         .bound = bound,
+                         .unit = std::move(unit),
+                         .reason = std::move(reason),
+                         .quick = quick,
+                         .runs = has_froxels,
+                         .measure = std::move(measure)});
+    };
+    for (const Change& change : kChanges)
+        add(fmt::format("settle-{}", change.name),
+            fmt::format("frames until within 1 % of the converged picture after {}, with history",
+                        change.words),
+            6, "frames",
+            "0.1 s at 60 frames a second: the time over which an eye sums up light (Bloch's law)",
+            change.name == "light-switched",
+            [change](const StabilityBench& bench) { return settling(bench, change); });
+    for (const Subject& subject : kSubjects)
+        add(fmt::format("flicker-{}-gathered", subject.name),
+            fmt::format("as flicker-{}, once a still view has gathered 32 frames", subject.name),
+            kJustNoticed, "of the mean", notice + "; a change in time is seen at least as well",
+            subject.name == "smoke", [subject](const StabilityBench& bench) {
+                return gathered_flicker(bench, subject.scene());
+            });
+    for (const Subject& subject : {kSubjects[0], kSubjects[1]})
+        for (const Way& way : kWays) {
+            add(fmt::format("drift-{}-{}", subject.name, way.name),
+                fmt::format("brightness of {} on the 25th frame of a view that goes {}, against "
+                            "that view at rest",
+                            subject.words, way.words),
+                1e-3, "of the mean",
+                "a tenth of what is just noticed, since the eye follows a whole picture's "
+                "brightness over time",
+                way.name == "ahead", [subject, way](const StabilityBench& bench) {
+                    const Moved both = moved(bench, subject.scene(), way);
+                    return mean_ratio(both.actual, both.truth);
+                });
+            add(fmt::format("smear-{}-{}", subject.name, way.name),
+                "rms difference of the same two pictures", kJustNoticed, "of the mean", notice,
+                false, [subject, way](const StabilityBench& bench) {
+                    const Moved both = moved(bench, subject.scene(), way);
+                    return rms_over_mean(both.actual, both.truth);
+                });
+        }
+}
+
 }  // namespace
 
 void add_motion_cases(std::vector<StabilityCase>& table)
 {
     const std::string notice(kNoticeReason);
-    struct Still {
-        std::string_view name, words;
-        Scene (*scene)();
-    };
-    for (const Still& still : {Still{"fog", "uniform fog in a sun", lit_fog},
-                               Still{"smoke", "smoke in a sun that shades itself", lit_smoke},
-                               Still{"beam", "a spot's beam in fog", beam_in_fog},
-                               Still{"noise", "glowing noise", noisy_smoke}})
+    for (const Subject& still : kSubjects)
         table.push_back({.group = 7,
                          .name = fmt::format("flicker-{}", still.name),
                          .shows = fmt::format("standard deviation of a pixel over 16 frames of {}",
@@ -265,6 +429,7 @@ void add_motion_cases(std::vector<StabilityCase>& table)
              .reason = "without history the first frame is right at once",
              .quick = change.name == "cut",
              .measure = [change](const StabilityBench& bench) { return ghosting(bench, change); }});
+    add_history_cases(table);
 }
 
 }  // namespace fumarole::study

@@ -1,5 +1,4 @@
-// Group 8: what the layer's targets keep of a picture. (The stall of a history of 5 % needs a mode
-// that has one.)
+// Group 8: what the layer's targets keep of a picture, and froxels of their history.
 
 #include <cmath>
 #include <fmt/format.h>
@@ -26,7 +25,7 @@ Scene gradient_scene(float radiance)
 /// A frame at full size, so that nothing is interpolated.
 Still full_size(const StabilityBench& bench, const Scene& scene, std::string_view format)
 {
-    Settings settings = bench.with("resolution", "full");
+    Settings settings = bench.full_size();
     find_setting("target-format").set(settings, format);
     return bench.render(scene, settings, 0);
 }
@@ -72,6 +71,44 @@ StabilityFigure finite(const StabilityBench& bench, std::string_view format)
     return bad;
 }
 
+/// Where the eye was, scattering towards it was another; what is left of that in the history must
+/// fade, 5 % a frame. Steps of 5 % that a format rounds away leave it there. The view trembles by a
+/// micrometre, since of one that stands still history is a mean, and fades faster.
+StabilityFigure stall(const StabilityBench& bench, std::string_view format)
+{
+    constexpr int kMoving = 16, kFading = 256;
+    Settings settings = bench.with("history-format", format);
+    settings.jitter = Settings::Jitter::none;
+    settings.history = 0.95f;
+    // What is kept is to be the one thing that rounds.
+    settings.format = Settings::Format::rgba32f;
+    Scene scene = bare_scene(48);
+    BoxMedium fog = slab(3, 9);
+    fog.sigma_s = glm::vec3(0.1f);
+    fog.sigma_a = glm::vec3(0.02f);
+    fog.profile = ExpHeightProfile{.scale_height = 2, .z0 = -2};
+    fog.g = 0.3f;
+    scene.media = {fog};
+    scene.lights = {SunLight{{0.5, 0.3, 0.8}, glm::vec3(4)}};
+    const auto travel = [&](double x) {
+        scene.camera.position = {x, 0, 0.2 * x};
+        scene.camera.look_at = scene.camera.position + glm::dvec3(0, -1, 0);
+    };
+    const Picture expected = bench.gathered(scene, settings, 1);
+    StabilityView view(bench, settings);
+    view.set_scene(scene);
+    for (int frame = kMoving; frame > 0; --frame) {
+        travel(0.2 * frame);
+        (void)view.draw(scene);
+    }
+    Picture actual;
+    for (int frame = 0; frame < kFading; ++frame) {
+        travel(frame % 2 == 0 ? 0 : 1e-6);
+        actual = view.draw(scene);
+    }
+    return worst_ratio(actual, expected);
+}
+
 }  // namespace
 
 void add_storage_cases(std::vector<StabilityCase>& table)
@@ -103,6 +140,17 @@ void add_storage_cases(std::vector<StabilityCase>& table)
              .unit = "values",
              .reason = "beyond its largest value a format may clip, not break",
              .measure = [=](const StabilityBench& bench) { return finite(bench, format); }});
+        table.push_back(
+            {.group = 8,
+             .name = fmt::format("history-stall-{}", format),
+             .shows = "largest trace of where the eye was 256 frames ago, at 5 % a frame",
+             .bound = kScreenStep,
+             .unit = "of the value",
+             .reason = "1/255: 0.95^256 is 2e-6, so what is left above a screen's step is what the "
+                       "format would not let go of",
+             .quick = format == "rgba16f",
+             .runs = has_froxels,
+             .measure = [=](const StabilityBench& bench) { return stall(bench, format); }});
     }
 }
 

@@ -267,5 +267,84 @@ TEST_F(Compare, WrongUseExitsWithTwo)
     EXPECT_EQ(run({a, a, "--exposure", "-2.5"}).exit_code, 0);
 }
 
+// -- a scene and its modes -----------------------------------------------------------------------
+
+std::string smoke()
+{
+    return std::string(FUM_TEST_DATA) + "/smoke_plume_sun.json";
+}
+
+TEST_F(Compare, AScenesModesAreHeldAgainstTheReferenceAndEachOther)
+{
+    const std::vector<std::string> small{smoke(),       "--size", "48x27", "--frames",       "3",
+                                         "--tolerance", "0.05",   "-o",    path("modes.png")};
+    const Result text = run(small);
+    ASSERT_EQ(text.exit_code, 0) << text.err;
+    EXPECT_EQ(text.err, "") << "no progress where there is no terminal";
+    for (const char* word : {"raymarch", "froxel", "reference", "composite", "scattering",
+                             "transmittance", "relMSE", "FLIP", "kept: nothing moved", "wrote"})
+        EXPECT_TRUE(contains(text.out, word)) << word << '\n' << text.out;
+    const auto png = OIIO::ImageInput::open(path("modes.png"));
+    ASSERT_NE(png, nullptr);
+    EXPECT_GE(png->spec().width, 3 * 48);
+    EXPECT_GT(png->spec().height, 2 * 27);
+    png->close();
+
+    const auto json = run_json(small);
+    ASSERT_EQ(json["modes"].size(), 2u);
+    EXPECT_EQ(json["modes"][1]["name"], "froxel");
+    EXPECT_GT(json["modes"][0]["volume_ms"], 0);
+    ASSERT_EQ(json["distances"].size(), 9u) << "two from the reference, one from the other";
+    for (const auto& d : json["distances"]) {
+        EXPECT_TRUE(d["finite"]) << d;
+        EXPECT_GT(d["relmse"], 0) << d;
+    }
+    const auto& march = json["distances"][2];
+    EXPECT_EQ(march["mode"], "raymarch");
+    EXPECT_EQ(march["against"], "reference");
+    EXPECT_EQ(march["target"], "transmittance");
+    EXPECT_LT(march["relmse"], 0.05);
+}
+
+TEST_F(Compare, PresetsAreModesToo)
+{
+    const auto json = run_json({smoke(), "--modes", "eevee2017,default,raymarch", "--size", "32x18",
+                                "--frames", "1", "--no-reference"});
+    ASSERT_EQ(json["modes"].size(), 3u);
+    EXPECT_TRUE(json["tolerance"].is_null());
+    ASSERT_EQ(json["distances"].size(), 9u);
+    for (const auto& d : json["distances"]) {
+        const bool same = d["mode"] == "raymarch" && d["against"] == "default";
+        EXPECT_EQ(d["relmse"] == 0, same) << d;
+    }
+}
+
+TEST_F(Compare, AScenesMisuseExitsWithTwo)
+{
+    const std::string a = write("a.exr", gradient(kRgb));
+    const std::vector<std::pair<std::vector<std::string>, std::string>> misuses{
+        {{a}, "B.exr"},
+        {{a, a, "--modes", "froxel"}, "--modes"},
+        {{a, a, "--size", "8x8"}, "--size"},
+        {{smoke(), a}, "B.exr"},
+        {{smoke(), "--target", "scattering"}, "--target"},
+        {{smoke(), "--modes", "froxels"}, "eevee2017-froxel"},
+        {{smoke(), "--modes", "froxel,froxel"}, "twice"},
+        {{smoke(), "--modes", "reference"}, "at least"},
+        {{smoke(), "--modes", ""}, "no mode"},
+        {{smoke(), "--modes", "froxel,reference", "--no-reference"}, "--no-reference"},
+        {{smoke(), "--size", "8"}, "--size"},
+        {{smoke(), "-o", path("x.exr")}, ".png"},
+    };
+    for (const auto& [arguments, word] : misuses) {
+        const Result result = run(arguments);
+        EXPECT_EQ(result.exit_code, 2) << word << '\n' << result.err;
+        EXPECT_TRUE(contains(result.err, word)) << word << '\n' << result.err;
+    }
+    const Result missing = run({path("none.json")});
+    EXPECT_EQ(missing.exit_code, 1);
+    EXPECT_TRUE(contains(missing.err, "none.json")) << missing.err;
+}
+
 }  // namespace
 }  // namespace fumarole::test

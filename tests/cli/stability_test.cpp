@@ -62,7 +62,7 @@ TEST_F(StabilityCommand, ListsAllTwelveGroupsAndDrawsNothing)
 
 TEST_F(StabilityCommand, WritesATableACsvAndPicturesOfWhatFallsShort)
 {
-    const Outcome table = run({"--case", "slab-transmittance", "-o", "out"});
+    const Outcome table = run({"--case", "slab-transmittance", "--mode", "raymarch", "-o", "out"});
     ASSERT_EQ(table.code, 0) << "to fall short is no failure: " << table;
     EXPECT_EQ(table.err, "");
     for (const char* part : {"raymarch/default", "raymarch/eevee2017", "FALLS SHORT", "holds",
@@ -72,7 +72,8 @@ TEST_F(StabilityCommand, WritesATableACsvAndPicturesOfWhatFallsShort)
         list(path("out")),
         (std::vector<std::string>{"slab-transmittance_raymarch_eevee2017.png", "stability.csv"}));
 
-    const Outcome json = run({"--case", "slab-transmittance", "-o", "out", "--json"});
+    const Outcome json =
+        run({"--case", "slab-transmittance", "--mode", "raymarch", "-o", "out", "--json"});
     ASSERT_EQ(json.code, 0) << json;
     const auto parsed = nlohmann::json::parse(json.out);
     ASSERT_EQ(parsed["cases"].size(), 2u);
@@ -92,6 +93,22 @@ TEST_F(StabilityCommand, WritesATableACsvAndPicturesOfWhatFallsShort)
     EXPECT_EQ(
         run({"--case", "odd-sizes", "--preset", "default", "-o", "out"}).out.find("eevee2017"),
         std::string::npos);
+}
+
+TEST_F(StabilityCommand, EachPresetRunsInItsMode)
+{
+    const Outcome both = run({"--case", "slab-transmittance", "-o", "out"});
+    ASSERT_EQ(both.code, 0) << both;
+    for (const char* subject :
+         {"raymarch/default", "raymarch/eevee2017", "froxel/froxel", "froxel/eevee2017-froxel"})
+        EXPECT_NE(both.out.find(subject), std::string::npos) << subject << '\n' << both;
+    EXPECT_EQ(both.out.find("raymarch/froxel"), std::string::npos) << both;
+    EXPECT_EQ(both.out.find("froxel/default"), std::string::npos) << both;
+    // The layer's resolution is the march's, a history the froxels'.
+    const Outcome edge = run({"--list", "--case", "wire-half", "--mode", "froxel"});
+    EXPECT_EQ(edge.code, 2) << edge;
+    const Outcome history = run({"--list", "--case", "settle-cut", "--mode", "raymarch"});
+    EXPECT_EQ(history.code, 2) << history;
 }
 
 TEST_F(StabilityCommand, FailsWhereWhatHeldNoLongerDoes)
@@ -131,7 +148,7 @@ TEST_F(StabilityCommand, SaysWhatIsWrong)
         {{"--case", "no-such-case"}, "no-such-case"},
         {{"--case", "13"}, "13"},
         {{"--preset", "eevee"}, "eevee2017"},
-        {{"--mode", "froxels"}, "raymarch"},
+        {{"--mode", "froxels"}, "raymarch, froxel"},
         {{"--held", "nowhere.csv"}, "nowhere.csv"},
         {{"--backend", "glx"}, "osmesa"},
         {{"extra"}, "extra"},

@@ -24,7 +24,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 TEST(Chart, SweepsNameSettingsAndValuesThatAre)
 {
     for (const Sweep& sweep : sweep_table()) {
-        Settings settings = find_preset(sweep.preset);
+        Settings settings = sweep.base();
         for (const Axis& axis : sweep.axes) {
             const SettingInfo& info = find_setting(axis.setting);
             EXPECT_GE(axis.values.size(), 2u) << axis.setting;
@@ -45,8 +45,6 @@ TEST(Chart, EverySettingThatTradesSpeedIsSwept)
     // These two guard against extremes, on which a scene may need them; they buy no time.
     std::set<std::string_view> missing{"g-clamp", "least-extinction"};
     for (const SettingInfo& info : setting_table()) {
-        if (info.group == "froxel")
-            continue;  // the chart's sweeps are the march's
         bool swept = false;
         for (const Sweep& sweep : sweep_table())
             swept = swept || (sweep.axes.size() == 1 && sweep.axes[0].setting == info.name);
@@ -64,11 +62,13 @@ TEST(Chart, PointsStandOnceAndSayHowTheyAreRendered)
             Settings settings = find_preset(point.preset);
             for (const auto& [setting, value] : point.changes)
                 find_setting(setting).set(settings, value);
-            EXPECT_EQ(settings, point.settings) << point.arguments();
+            EXPECT_EQ(settings, point.settings) << point.arguments(5);
         }
         EXPECT_EQ(points[0].name(), "default");
         EXPECT_EQ(points[1].name(), "eevee2017");
         EXPECT_EQ(names.count("default steps=16"), 1u);
+        EXPECT_EQ(names.count("froxel"), 1u);
+        EXPECT_EQ(names.count("froxel tile=4 history=0"), 1u);
     }
     EXPECT_LT(chart_points(true).size(), chart_points(false).size() / 2);
 }

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+
+#include "scene_input.h"
+
+namespace fumarole::command {
+
+/// One scene, several ways to render it.
+struct ModesOptions {
+    SceneInput scene{.file = "", .size = "", .grid = "", .up = "auto"};
+    std::string modes = "raymarch,froxel";  ///< modes, presets, `reference`
+    std::string output;                     ///< x.png with all pictures, or ""
+    std::string backend = "osmesa", exposure = "auto";
+    int aa = 1;
+    int frames = 16;          ///< timed; froxels gather over them
+    double tolerance = 0.01;  ///< of the reference
+    bool no_reference = false, json = false;
+};
+
+/// Renders them and the reference, and says how far each is from it and from the others.
+/// @throws UsageError if the words don't fit; Error as the renderers and writers do.
+void compare_modes(const ModesOptions& options);
+
+}  // namespace fumarole::command
