@@ -52,7 +52,7 @@ struct StillOptions {
     bool foreground = false;
     /// The number of a frame of a moving picture, which may have a history: the frames rendered
     /// before it. Its own drawing is what is timed. Where frames are averaged, each is its own.
-    std::optional<std::uint64_t> moving_frame;
+    std::optional<std::uint64_t> moving_frame = std::nullopt;
     /// Called before each frame and at the end, with frames done and frames in all, the timed ones
     /// too. What it throws ends the render.
     std::function<void(int, int)> progress;
