@@ -40,10 +40,9 @@ void check(const Frame& frame)
 struct Renderer::Parts {
     explicit Parts(gl::GetProc get_proc)
         : device{get_proc}, programs{device}, timers{device}, surfaces{device}, media{device},
-          lights{device, programs}, volumes{device, programs}, fullscreen{device, "fullscreen"}, host{device, "host"},
-          frame_block{device, "frame"}, draw_block{device, "surface draw"}, depth_sampler{
-                                                                                device,
-                                                                                "scene depth"}
+          lights{device, programs}, volumes{device, programs},
+          fullscreen{device, "fullscreen"}, host{device, "host"}, frame_block{device, "frame"},
+          draw_block{device, "surface draw"}, depth_sampler{device, "scene depth"}
     {
     }
 
@@ -67,8 +66,7 @@ struct Renderer::Parts {
     gl::UniformBuffer<shared::DrawParams> draw_block;
     gl::Sampler depth_sampler;  ///< so that the host's filter and comparison don't matter
     std::uint64_t scene_id = 0;
-    const pass::Toolbox tools{device, programs, timers,    media,
-                              lights, volumes,  fullscreen};
+    const pass::Toolbox tools{device, programs, timers, media, lights, volumes, fullscreen};
     Settings::Mode mode = Settings::Mode::raymarch;  ///< of the pass
     std::unique_ptr<pass::VolumePass> pass;
 };
@@ -354,7 +352,7 @@ std::vector<std::string> Renderer::explain(const Settings& settings) const
                 settings.shadow_steps);
     }
     const bool world = parts.lights.world_radiance() != glm::vec3(0.0f);
-    say("world: {}", !world                 ? "black: no ambient term"
+    say("world: {}", !world ? "black: no ambient term"
                      : parts.volumes.has_world()
                          ? "scatters from all around, dimmed by media and hidden by surfaces"
                      : settings.world_light ? "its mean radiance scatters, isotropic and undimmed"

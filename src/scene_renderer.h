@@ -40,7 +40,7 @@ struct StillReport {
     double samples = 0;   ///< media evaluations of the march in one frame, shadows included
     std::string history;  ///< FrameReport::history of the last timed frame
     std::uint64_t gpu_bytes = 0;
-    double setup_ms = 0;  ///< uploads and shadow map, once
+    double setup_ms = 0;  ///< uploads, shadow map and volumes of light, once
 };
 
 struct StillOptions {

@@ -136,9 +136,10 @@ std::vector<SettingInfo> make_table()
                "a floor under the extinction; 2017 had 1e-4, everywhere"),
         choice("volume-shadows", "light", "on|off", &S::volume_shadows, {{"on", 1}, {"off", 0}},
                "media dim the light that reaches media and surfaces"),
-        number("shadow-steps", "light", "1..1024", "", &S::shadow_steps, 1, 1024,
-               "midpoint steps from a sample to a light, through each heterogeneous medium, where no "
-               "--shadow-cache is"),
+        number(
+            "shadow-steps", "light", "1..1024", "", &S::shadow_steps, 1, 1024,
+            "midpoint steps from a sample to a light, through each heterogeneous medium, where no "
+            "--shadow-cache is"),
         choice("shadow-range", "light", "media|light", &S::shadow_range,
                {{"media", as_int(S::ShadowRange::media)}, {"light", as_int(S::ShadowRange::light)}},
                "where shadow steps are spread: within the medium, or all the way as in 2017"),

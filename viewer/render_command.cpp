@@ -158,7 +158,8 @@ void print_report(const StillReport& report, const gl::Device& gl, const Scene& 
     for (const PassTime& pass : rows)
         fmt::print("{:<26}{:>10.2f}{:>10.2f}{:>10.2f}\n", pass.name, pass.min_ms, pass.median_ms,
                    pass.max_ms);
-    fmt::print("{:<26}{:>20.2f}   ms, once: uploads, shadow map\n", "set-up", report.setup_ms);
+    fmt::print("{:<26}{:>20.2f}   ms, once: uploads, shadow map, volumes of light\n", "set-up",
+               report.setup_ms);
     fmt::print("{:<26}{:>20.3g}   evaluations of the media a frame\n", "samples", report.samples);
     fmt::print("{:<26}{:>20.2f}   MB in textures and buffers\n", "on the GPU",
                static_cast<double>(report.gpu_bytes) * 1e-6);

@@ -1,5 +1,5 @@
-// Volumes of light that are kept while lights, media and surfaces stay: see src/light/light_volumes.h.
-// World space is eye-centred: see frame_params.h.
+// Volumes of light that are kept while lights, media and surfaces stay: see
+// src/light/light_volumes.h. World space is eye-centred: see frame_params.h.
 #pragma once
 #include "shared/bindings.h"
 #include "shared/light_params.h"
@@ -10,7 +10,7 @@ FUM_SHARED_BEGIN
 struct LatticeParams {
     mat4 node_from_world;  // nodes from metres
     mat4 world_from_node;
-    vec4 last;          // xyz: the last node along each axis; w: layers that the texture has along z
+    vec4 last;  // xyz: the last node along each axis; w: layers that the texture has along z
     vec4 inverse_size;  // xyz: 1 / texels of the texture; w: metres from node to node along x
 };
 
@@ -19,10 +19,10 @@ struct LightVolumesParams {
     LatticeParams depth;       // a layer a light
     LatticeParams world;
     LatticeParams surfaces;  // of the world's light that reaches surfaces
-    vec4 extinction_color;  // what one stored number stands for: rgb: a colour; a: 1
-    vec4 view;              // xyz: where an orthographic eye looks, unit length; w: 1, else all 0
-    vec4 fill;              // x: the light whose layer is filled; y: directions of the world; z: media
-                            // samples along an edge of a node's cell
+    vec4 extinction_color;   // what one stored number stands for: rgb: a colour; a: 1
+    vec4 view;               // xyz: where an orthographic eye looks, unit length; w: 1, else all 0
+    vec4 fill;  // x: the light whose layer is filled; y: directions of the world; z: media
+                // samples along an edge of a node's cell
 };
 
 // Light of the world from the directions of one cell of the sphere.

@@ -114,8 +114,9 @@ void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, cons
         if (const auto* sun = std::get_if<SunLight>(&light))
             add_sun_views(*sun, surfaces, media, map_size);
         else if (const auto* point = std::get_if<PointLight>(&light))
-            for (const View& view : point_views(
-                     point->position, 1.01 * farthest(point->position, surfaces.bounds()), map_size))
+            for (const View& view :
+                 point_views(point->position, 1.01 * farthest(point->position, surfaces.bounds()),
+                             map_size))
                 views_.push_back(view);
         else if (const auto* spot = std::get_if<SpotLight>(&light))
             views_.push_back(

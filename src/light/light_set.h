@@ -7,8 +7,8 @@
 #include "gl/buffer.h"
 #include "gl/program.h"
 #include "gl/texture.h"
-#include "scene.h"
 #include "light/shadow_views.h"
+#include "scene.h"
 #include "shared/light_params.h"
 #include "surface/surface_set.h"
 

@@ -53,8 +53,7 @@ Lattice make_lattice(const glm::dmat4& unit_from_world, const Bounds& bounds, do
 
 shared::LatticeParams to_shared(const Lattice& lattice, int layers, glm::dvec3 eye)
 {
-    const glm::dmat4 node_from_eye =
-        lattice.node_from_world * glm::translate(glm::dmat4(1.0), eye);
+    const glm::dmat4 node_from_eye = lattice.node_from_world * glm::translate(glm::dmat4(1.0), eye);
     shared::LatticeParams out{};
     out.node_from_world = glm::mat4(node_from_eye);
     out.world_from_node = glm::mat4(glm::inverse(node_from_eye));
@@ -79,8 +78,8 @@ Bounds world_bounds(const Lattice& lattice)
     return nodes.transformed(glm::inverse(lattice.node_from_world));
 }
 
-gl::Texture make_volume(const gl::Device& gl, const char* label, const Lattice& lattice,
-                        int layers, GLenum format)
+gl::Texture make_volume(const gl::Device& gl, const char* label, const Lattice& lattice, int layers,
+                        GLenum format)
 {
     return gl::Texture::make_3d(gl, label, lattice.count * glm::ivec3(1, 1, layers), format,
                                 gl::Filter::linear);
@@ -184,16 +183,15 @@ void LightVolumes::set_depth(const MediaKey& key, int nodes, medium::MediaSet& m
     const medium::VoxelFrame frame = media.voxel_frame();
     const bool automatic = nodes == Settings::kAutomatic;
     const int most = clamp_to(automatic ? kAutoDepthNodes : nodes, count, device_);
-    const Lattice lattice =
-        make_lattice(frame.voxel_from_world, frame.marched,
-                     automatic ? kVoxelsPerDepthNode : 1e-9, most);
+    const Lattice lattice = make_lattice(frame.voxel_from_world, frame.marched,
+                                         automatic ? kVoxelsPerDepthNode : 1e-9, most);
     const glm::ivec3 size = lattice.count * glm::ivec3(1, 1, count);
     const bool same = depth_ && depth_.size() == size && depth_key_ == key &&
                       depth_lattice_.node_from_world == lattice.node_from_world;
     std::vector<int> changed;
     for (int i = 0; i < count; ++i)
-        if (!same || !(depth_lights_[static_cast<std::size_t>(i)] ==
-                       layers[static_cast<std::size_t>(i)]))
+        if (!same ||
+            !(depth_lights_[static_cast<std::size_t>(i)] == layers[static_cast<std::size_t>(i)]))
             changed.push_back(i);
     depth_key_ = key;
     depth_lights_ = std::move(layers);
@@ -282,8 +280,7 @@ void LightVolumes::write_block(glm::dvec3 eye)
     if (extinction_)
         params_.extinction = to_shared(extinction_lattice_, 1, eye);
     if (depth_)
-        params_.depth =
-            to_shared(depth_lattice_, static_cast<int>(depth_lights_.size()), eye);
+        params_.depth = to_shared(depth_lattice_, static_cast<int>(depth_lights_.size()), eye);
     if (world_)
         params_.world = to_shared(world_lattice_, world_.size().z / world_lattice_.count.z, eye);
     if (on_surfaces_)
@@ -292,8 +289,7 @@ void LightVolumes::write_block(glm::dvec3 eye)
     device_->BindBufferBase(GL_UNIFORM_BUFFER, LIGHT_VOLUMES_BLOCK, block_.id());
 }
 
-gl::Defines LightVolumes::fill_defines(const medium::MediaSet& media,
-                                      const gl::Defines& own) const
+gl::Defines LightVolumes::fill_defines(const medium::MediaSet& media, const gl::Defines& own) const
 {
     gl::Defines defines = media.defines();
     defines.insert(defines.end(), own.begin(), own.end());
@@ -319,11 +315,10 @@ void LightVolumes::fill_extinction(medium::MediaSet& media, LightSet& lights)
                                        clamp_to(kExtinctionNodes, 1, device_));
     const GLenum format = rgb_ ? GL_RGBA32F : GL_R32F;
     extinction_ = make_volume(device_, "marched extinction", extinction_lattice_, 1, format);
-    const glm::dvec3 voxels = (frame.marched.max - frame.marched.min) /
-                              glm::dvec3(extinction_lattice_.count - 1);
+    const glm::dvec3 voxels =
+        (frame.marched.max - frame.marched.min) / glm::dvec3(extinction_lattice_.count - 1);
     const double coarsest = std::max({voxels.x, voxels.y, voxels.z});
-    params_.fill.z =
-        static_cast<float>(std::clamp(static_cast<int>(coarsest), 1, kMostSamples));
+    params_.fill.z = static_cast<float>(std::clamp(static_cast<int>(coarsest), 1, kMostSamples));
     begin_fill(centre_of(extinction_lattice_), media, lights);
     dispatch("light/extinction.comp", fill_defines(media, no_lights()), extinction_, format,
              extinction_lattice_.count);
@@ -373,8 +368,8 @@ gl::Texture LightVolumes::draw_world(const WorldKey& key, const surface::Surface
 }
 
 void LightVolumes::fill_world(const Lattice& lattice, const gl::Texture& coefficients, int bands,
-                              bool dims, const gl::Texture& shadows,
-                              const medium::MediaSet& media, glm::dvec3 eye)
+                              bool dims, const gl::Texture& shadows, const medium::MediaSet& media,
+                              glm::dvec3 eye)
 {
     params_.world = to_shared(lattice, bands * bands, eye);
     block_.write(params_);
@@ -425,8 +420,7 @@ void LightVolumes::bind_for_surfaces(glm::dvec3 eye, bool through_media)
         return;
     write_block(eye);
     const bool dimmed = through_media && on_surfaces_dimmed_;
-    device_->BindTextureUnit(WORLD_VOLUME_UNIT,
-                             (dimmed ? on_surfaces_dimmed_ : on_surfaces_).id());
+    device_->BindTextureUnit(WORLD_VOLUME_UNIT, (dimmed ? on_surfaces_dimmed_ : on_surfaces_).id());
 }
 
 gl::Defines LightVolumes::surface_defines(const Settings& s) const
@@ -439,8 +433,8 @@ gl::Defines LightVolumes::surface_defines(const Settings& s) const
 gl::Defines LightVolumes::defines(const Settings& s) const
 {
     gl::Defines defines;
-    const bool depth = depth_ && s.shadow_cache != 0 &&
-                       s.shadow_range == Settings::ShadowRange::media;
+    const bool depth =
+        depth_ && s.shadow_cache != 0 && s.shadow_range == Settings::ShadowRange::media;
     if (depth)
         defines.emplace_back("DEPTH_VOLUME", "");
     if (depth && rgb_)
@@ -457,18 +451,17 @@ std::vector<std::string> LightVolumes::describe() const
         const int layers = static_cast<int>(depth_lights_.size());
         lines.push_back(fmt::format(
             "optical depth to {} light{}: {}{}, filled in {:.1f} ms: one fetch a sample", layers,
-            layers == 1 ? "" : "s", size_of(depth_, layers, rgb_ ? 8 : 2),
-            rgb_ ? ", coloured" : "", depth_cost_.ms));
+            layers == 1 ? "" : "s", size_of(depth_, layers, rgb_ ? 8 : 2), rgb_ ? ", coloured" : "",
+            depth_cost_.ms));
     }
     if (world_)
         lines.push_back(fmt::format("world's light in the media: {} for {} harmonic{}",
                                     size_of(coefficients_, bands_ * bands_, 8), bands_ * bands_,
                                     bands_ == 1 ? "" : "s, turned to the eye"));
     if (on_surfaces_)
-        lines.push_back(fmt::format(
-            "world's light on surfaces: {}{}, 9 harmonics",
-            size_of(on_surfaces_, kSurfaceBands * kSurfaceBands, 8),
-            on_surfaces_dimmed_ ? ", and again through the media" : ""));
+        lines.push_back(fmt::format("world's light on surfaces: {}{}, 9 harmonics",
+                                    size_of(on_surfaces_, kSurfaceBands * kSurfaceBands, 8),
+                                    on_surfaces_dimmed_ ? ", and again through the media" : ""));
     if (world_ || on_surfaces_)
         lines.push_back(fmt::format("world's light: filled from {} directions in {:.1f} ms",
                                     params_.fill.y, world_cost_.ms));

@@ -124,7 +124,7 @@ private:
     gl::Texture coefficients_, world_;  ///< of the world's light, and that turned to the eye
     gl::Texture on_surfaces_, on_surfaces_dimmed_;  ///< coefficients of the world's light
     int bands_ = 1;                                 ///< of the world's light in the media
-    glm::dvec4 turned_to_{0};           ///< eye, or direction and 1, that world_ was worked out for
+    glm::dvec4 turned_to_{0};  ///< eye, or direction and 1, that world_ was worked out for
     bool turned_ = false;
 
     MediaKey depth_key_;

@@ -105,8 +105,7 @@ View spot_view(const SpotLight& spot, double range, int map_size)
 shared::ShadowView to_shared(const View& view, glm::dvec3 eye)
 {
     shared::ShadowView out{};
-    out.clip_from_world =
-        glm::mat4(view.clip_from_world * glm::translate(glm::dmat4(1.0), eye));
+    out.clip_from_world = glm::mat4(view.clip_from_world * glm::translate(glm::dmat4(1.0), eye));
     out.origin = glm::vec4(glm::vec3(view.origin - eye), static_cast<float>(1 / view.range));
     out.axis = glm::vec4(glm::vec3(view.axis), static_cast<float>(view.bias));
     return out;

@@ -103,14 +103,8 @@ private:
         NoiseProfile noise;
         double height = 0;  ///< z0 of an exponential height profile [m]
 
-        [[nodiscard]] bool is_marched() const
-        {
-            return std::string_view(depth) == "marched_depth";
-        }
-        [[nodiscard]] bool scatters() const
-        {
-            return glm::vec3(params.sigma_s) != glm::vec3(0.0f);
-        }
+        [[nodiscard]] bool is_marched() const { return std::string_view(depth) == "marched_depth"; }
+        [[nodiscard]] bool scatters() const { return glm::vec3(params.sigma_s) != glm::vec3(0.0f); }
     };
 
     int place(const std::shared_ptr<const VoxelGrid>& grid, const glm::dmat4& world_from_grid,

@@ -43,7 +43,8 @@ void Toolbox::check_loops(int steps, int shadow_steps, const Settings& s) const
         return;
     // Each loop takes a turn more, to see that it is done.
     double a_light = 1;
-    if (s.volume_shadows && traits.marched > 0)
+    const bool kept = volumes.has_depth() && s.shadow_cache != 0;
+    if (s.volume_shadows && traits.marched > 0 && !kept)
         a_light +=
             traits.marched * (shadow_steps + 1.0) + shadow_steps * double(traits.noise_turns);
     const double a_step = 2 + traits.noise_turns + lights.count() * a_light;

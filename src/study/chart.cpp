@@ -26,6 +26,13 @@ Sweep alone(std::string_view setting, std::vector<std::string_view> values,
     return {"default", {{setting, std::move(values), std::move(quick)}}};
 }
 
+/// The same where shadows are marched and not kept in volumes.
+Sweep marched(std::string_view setting, std::vector<std::string_view> values,
+              std::vector<std::string_view> quick)
+{
+    return {"default", {{setting, std::move(values), std::move(quick)}}, {{"shadow-cache", "0"}}};
+}
+
 /// The same of froxels, in a frame on its own: what a history gathers would hide what one costs.
 Sweep alone_in_froxels(std::string_view setting, std::vector<std::string_view> values,
                        std::vector<std::string_view> quick)
@@ -41,13 +48,16 @@ std::vector<Sweep> make_sweeps()
         {"froxel"},
         {"eevee2017-froxel"},
         alone("steps", {"8", "16", "32", "64", "128", "256"}, {"16", "256"}),
-        alone("shadow-steps", {"2", "4", "8", "16", "32", "64"}, {"4", "64"}),
+        marched("shadow-steps", {"2", "4", "8", "16", "32", "64"}, {"4", "64"}),
+        alone("shadow-cache", {"0", "32", "64", "auto", "192"}, {"0", "32"}),
+        alone("world-cache", {"0", "16", "auto", "64"}, {"0"}),
+        alone("world-directions", {"16", "64", "120"}, {}),
         alone("resolution", {"full", "half", "quarter"}, {"full", "quarter"}),
         alone("upsample", {"2x2", "4x4", "4x4-box"}, {"4x4"}),
         alone("distribution", {"0", "0.5", "0.8", "1"}, {}),
         alone("jitter", {"blue", "none"}, {"none"}),
         alone("range", {"media", "camera"}, {}),
-        alone("shadow-range", {"media", "light"}, {}),
+        marched("shadow-range", {"media", "light"}, {}),
         alone("layer-depth", {"checkerboard", "corner"}, {}),
         alone("depth-threshold", {"0.01", "0.05", "0.2"}, {}),
         alone("targets", {"auto", "two", "mono"}, {}),

@@ -148,13 +148,11 @@ void kernel(int i) {{ out_data[i] = vec4({}); }}
     }
 
 private:
-    const std::map<std::string, std::string> kUse{{"FrameParams", "u_params.resolve"},
-                                                  {"DrawParams", "u_params.shadow_axis"},
-                                                  {"FroxelParams", "u_params.jitter"},
-                                                  {"LightsParams", "u_params.world_radiance"},
-                                                  {"LightVolumesParams", "u_params.fill"},
-                                                  {"WorldParams", "u_params.views[1].origin"},
-                                                  {"MediaParams", "u_params.media[1].sigma_s"}};
+    const std::map<std::string, std::string> kUse{
+        {"FrameParams", "u_params.resolve"},         {"DrawParams", "u_params.shadow_axis"},
+        {"FroxelParams", "u_params.jitter"},         {"LightsParams", "u_params.world_radiance"},
+        {"LightVolumesParams", "u_params.fill"},     {"WorldParams", "u_params.views[1].origin"},
+        {"MediaParams", "u_params.media[1].sigma_s"}};
 };
 
 TEST_F(ParamLayout, Frame)

@@ -194,9 +194,8 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     }
     for (const Defines& lights : kLights)
         for (unsigned set = 0; set < 4; ++set)
-            variants.add("pass/surface.frag",
-                         lights + flags(set, {"ENVIRONMENT", "TWO_SIDED"}) +
-                             flags(set, {"WORLD_IRRADIANCE"}));
+            variants.add("pass/surface.frag", lights + flags(set, {"ENVIRONMENT", "TWO_SIDED"}) +
+                                                  flags(set, {"WORLD_IRRADIANCE"}));
 
     const auto volumes = [&](const Defines& media, const Defines& lights, unsigned set) {
         const Defines stored = flags(set, {"VOLUME_RGB"});
@@ -231,13 +230,12 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
 
     // The march: every kind of medium with a few sets of flags, and every set with a few media.
     const auto march = [&](const Defines& media, const Defines& lights, unsigned set) {
-        variants.add(
-            "pass/ray_march.frag",
-            media + lights +
-                flags(set, {"BLUE_NOISE", "VOLUME_SHADOWS", "WORLD_LIGHT", "CAMERA_RANGE",
-                            "SHADOW_TO_LIGHT", "LEAST_EXTINCTION", "MONOCHROME", "COUNT_SAMPLES",
-                            "DEPTH_VOLUME", "WORLD_VOLUME"}) +
-                Defines{{"LAYER_SCALE", "2"}});
+        variants.add("pass/ray_march.frag",
+                     media + lights +
+                         flags(set, {"BLUE_NOISE", "VOLUME_SHADOWS", "WORLD_LIGHT", "CAMERA_RANGE",
+                                     "SHADOW_TO_LIGHT", "LEAST_EXTINCTION", "MONOCHROME",
+                                     "COUNT_SAMPLES", "DEPTH_VOLUME", "WORLD_VOLUME"}) +
+                         Defines{{"LAYER_SCALE", "2"}});
     };
     constexpr unsigned kDefault = 0b1100000111, kSets = 1u << 10;
     medium::MediaSet media(gl());
@@ -258,11 +256,10 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
             for (unsigned set = 0; set < kFroxelSets; set += 5)  // odd: every bit comes both ways
                 froxels(of_media, kLights[set % kLights.size()], set);
         for (unsigned set = 0; set < 4; ++set)
-            variants.add("pass/surface.frag", kLights[1 + (i + set) % 3] + of_media +
-                                                  Defines{{"THROUGH_MEDIA", ""}} +
-                                                  flags(set, {"SHADOW_TO_LIGHT", "ENVIRONMENT"}) +
-                                                  flags(set >> 1, {"DEPTH_VOLUME"}) +
-                                                  flags(set, {"WORLD_IRRADIANCE"}));
+            variants.add("pass/surface.frag",
+                         kLights[1 + (i + set) % 3] + of_media + Defines{{"THROUGH_MEDIA", ""}} +
+                             flags(set, {"SHADOW_TO_LIGHT", "ENVIRONMENT"}) +
+                             flags(set >> 1, {"DEPTH_VOLUME"}) + flags(set, {"WORLD_IRRADIANCE"}));
         // Three numbers are stored where extinction has a colour.
         const bool colored = media.traits().colored_extinction;
         for (unsigned set = 0; set < 16; ++set)

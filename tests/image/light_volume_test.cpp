@@ -46,10 +46,9 @@ void PrintTo(const ShadowCase& shadow, std::ostream* out)
 GridMedium lump(const glm::dmat4& turn)
 {
     GridMedium smoke;
-    const glm::dmat4 world_from_index =
-        glm::translate(glm::dmat4(1.0), glm::dvec3(0, -5, 0)) * turn *
-        glm::scale(glm::dmat4(1.0), glm::dvec3(0.25)) *
-        glm::translate(glm::dmat4(1.0), glm::dvec3(-7.5, -7, -8));
+    const glm::dmat4 world_from_index = glm::translate(glm::dmat4(1.0), glm::dvec3(0, -5, 0)) *
+                                        turn * glm::scale(glm::dmat4(1.0), glm::dvec3(0.25)) *
+                                        glm::translate(glm::dmat4(1.0), glm::dvec3(-7.5, -7, -8));
     smoke.density = make_grid({2, 2, 2}, world_from_index, [](glm::ivec3 v) {
         const glm::dvec3 p = (glm::dvec3(v) - glm::dvec3(7.5, 7.0, 8.0)) / glm::dvec3(7, 6, 7);
         const double r2 = glm::dot(p, p);
@@ -98,9 +97,8 @@ TEST_P(ShadowVolume, AgreesWithTheIntegral)
         double power = double(spot ? spot->radiant_intensity.x : point->radiant_intensity.x);
         if (spot) {
             const double edge = std::cos(spot->cone_deg * kPi / 360);
-            const double x =
-                (glm::dot(-to_light / d, glm::normalize(spot->direction)) - edge) /
-                ((1 - edge) * spot->blend);
+            const double x = (glm::dot(-to_light / d, glm::normalize(spot->direction)) - edge) /
+                             ((1 - edge) * spot->blend);
             power *= glm::smoothstep(0.0, 1.0, x);
         }
         return {to_light / d, d, power / (d * d)};
@@ -170,8 +168,8 @@ TEST_F(LightVolume, SurfacesBesideTheSmokeAreShadedByIt)
         const Still marched = render(scene, settings);
         const Image lit = picture_of(kept, kept.surface_lit);
         const double largest = *std::max_element(lit.pixels.begin(), lit.pixels.end());
-        EXPECT_LT(max_difference(lit, picture_of(marched, marched.surface_lit)), 4e-3 * largest)
-            << "two volumes' trilinear rounding of a lump of 16 voxels";
+        EXPECT_LT(rms_difference(lit, picture_of(marched, marched.surface_lit)), 4e-3 * largest)
+            << "the volume rounds the shadow's edge over a node";
         EXPECT_GT(max_difference(lit, picture_of(kept, kept.surface)), 0.3 * largest)
             << "there is a shadow";
     }
@@ -199,7 +197,7 @@ TEST_F(LightVolume, SeveralMediaOfSeveralColoursShareOne)
     for (Settings settings : plain_siblings()) {
         const Still kept = render(scene, settings);
         settings.shadow_cache = 0;
-        settings.shadow_steps = 128;
+        settings.shadow_steps = 64;
         const Still marched = render(scene, settings);
         EXPECT_LT(study::compare(kept.scattering, marched.scattering).relmse, 2e-4)
             << mode_name(settings.mode);
@@ -277,8 +275,8 @@ TEST_F(LightVolume, WorldInASlabIsItsExponentialIntegral)
             radiance[c] = integrate(0, 4, 20, [&](double z) {
                 const double slant = 1 / std::abs(ray.direction.y);
                 return slant * sigma_s * double(scene.world.radiance[c]) *
-                       std::exp(-sigma_t * z * slant) *
-                       (e2(sigma_t * z) + e2(sigma_t * (4 - z))) / 2;
+                       std::exp(-sigma_t * z * slant) * (e2(sigma_t * z) + e2(sigma_t * (4 - z))) /
+                       2;
             });
         }
         return radiance;
@@ -337,9 +335,9 @@ const std::array kWorldCases{
     WorldCase{"isotropic", constant_world(), 0, false, 1e-3, 0.01},
     WorldCase{"forward", constant_world(), 0.5f, false, 1e-3, 0.01},
     WorldCase{"backward", constant_world(), -0.4f, false, 1e-3, 0.01},
-    WorldCase{"map_ahead", bright_spot({0.2, -1, 0.3}), 0.5f, false, 4e-3, 0.03},
-    WorldCase{"map_behind", bright_spot({0.2, 1, 0.3}), 0.5f, false, 4e-3, 0.03},
-    WorldCase{"hidden_by_a_ball", constant_world(), 0, true, 4e-3, 0.03},
+    WorldCase{"map_ahead", bright_spot({0.2, -1, 0.3}), 0.5f, false, 1e-3, 0.02},
+    WorldCase{"map_behind", bright_spot({0.2, 1, 0.3}), 0.5f, false, 1e-3, 0.02},
+    WorldCase{"hidden_by_a_ball", constant_world(), 0, true, 1e-3, 0.01},
 };
 
 class WorldVolume : public LightVolume, public testing::WithParamInterface<WorldCase> {};

@@ -25,8 +25,9 @@ struct Case {
 };
 
 // The bounds are the project's aim; measured when they were set: S1 1e-5, 3.2e-5, 3.7e-5 and a bias
-// of 0.5 %; S2 1.1e-4, 1.1e-3, 2.1e-4 and a bias of 0.1 %, but of 2.6 % in its scattering: the exact
-// integral on the CPU has 2.4 % more of it than the path tracer, which steps through the grid.
+// of 0.5 %; S2 1.1e-4, 1.1e-3, 2.1e-4 and a bias of 0.1 %, but of 2.6 % in its scattering: the
+// exact integral on the CPU has 2.4 % more of it than the path tracer, which steps through the
+// grid.
 constexpr Case kCases[] = {
     {"S1", 3e-4, 1e-3, 2e-3, 1.4e-5, 8e-6, 0.01, 0.01},
     {"S2", 1e-3, 2e-3, 2e-3, 5e-4, 4e-5, 0.01, 0.03},
