@@ -239,6 +239,7 @@ TEST_F(RendererErrors, LoopsThatTheGlCutsOff)
     Settings many = settings();
     many.steps = 1000;
     many.shadow_steps = 100;
+    many.shadow_cache = 0;
     Renderer renderer(get_proc());
     renderer.set_scene(scene, many);
     const Target target(scene);
