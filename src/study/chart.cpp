@@ -316,13 +316,6 @@ MeasuredPoint gather(const ChartPoint& point, const Visits& visits, int rounds)
     return measured;
 }
 
-bool world_shines(const World& world)
-{
-    if (!world.environment_file.empty() || world.environment)
-        return world.environment_scale > 0;
-    return world.radiance != glm::vec3(0);
-}
-
 /// How many times longer than its shortest frame a point's longest one took; the median over all.
 double usual_spread(const Chart& chart)
 {
@@ -334,25 +327,9 @@ double usual_spread(const Chart& chart)
 }
 
 /// What to know before believing the numbers, in words.
-std::vector<std::string> limits_of(const Scene& scene, const Chart& chart,
-                                   const ChartOptions& asked)
+std::vector<std::string> limits_of(const Chart& chart, const ChartOptions& asked)
 {
     std::vector<std::string> limits;
-    const MeasuredPoint* best = nullptr;
-    for (const MeasuredPoint& p : chart.points)
-        if (p.finite() &&
-            (best == nullptr || p.error(chart.target).relmse < best->error(chart.target).relmse))
-            best = &p;
-    if (world_shines(scene.world) && chart.target != Target::transmittance && best != nullptr)
-        limits.push_back(fmt::format(
-            "This scene's world shines. This version counts the world's light in media as if "
-            "neither media nor surfaces were in its way; the reference does not. The error that "
-            "this leaves no setting moves: it is part of the floor. Of the best point's relMSE "
-            "{:.2e}, {:.0f} % stays however many seeds are averaged, and its scattering is {:+.1f} "
-            "% off on average. --target transmittance has no such floor.",
-            best->error(chart.target).relmse,
-            100 * best->error(chart.target).bias_part / best->error(chart.target).relmse,
-            100 * best->error(Target::scattering).bias));
     if (std::any_of(chart.points.begin(), chart.points.end(),
                     [](const MeasuredPoint& p) { return p.point.gathers(); }))
         limits.push_back(fmt::format(
@@ -611,7 +588,7 @@ Chart measure_chart(const Scene& scene, const ReferenceStill& reference, SceneRe
     chart.visited = visited;
     chart.size = scene.resolution;
     chart.timing_method = renderer.renderer().timing_method();
-    chart.limits = limits_of(scene, chart, options);
+    chart.limits = limits_of(chart, options);
     return chart;
 }
 
