@@ -373,11 +373,15 @@ ReferenceStill render_reference(const Scene& scene, const ReferenceOptions& opti
             for (int y = tile.rows().begin(); y < tile.rows().end(); ++y)
                 for (int x = tile.cols().begin(); x < tile.cols().end(); ++x)
                     render_pixel(x, y);
-            if (!options.progress)
-                return;
             const std::lock_guard lock(progress);
             done += tile.rows().size() * tile.cols().size();
-            options.progress(static_cast<double>(done) / static_cast<double>(pixels));
+            if (options.progress)
+                options.progress(static_cast<double>(done) / static_cast<double>(pixels));
+            if (options.on_tile)
+                options.on_tile({tile.cols().begin(), tile.rows().begin(),
+                                 static_cast<int>(tile.cols().size()),
+                                 static_cast<int>(tile.rows().size())},
+                                still);
         },
         oneapi::tbb::simple_partitioner());
     return still;

@@ -21,11 +21,15 @@ struct ReferenceRegion {
     int x = 0, y = 0, width = 0, height = 0;  ///< pixels, from the top left
 };
 
+struct ReferenceStill;
+
 struct ReferenceOptions {
     double tolerance = 1e-3;  ///< of each pixel, relative; as relMSE counts it where dark
     int aa = 1;               ///< samples of a pixel's square, at subpixel_offset(i)
     std::optional<ReferenceRegion> region;
     std::function<void(double)> progress;  ///< share of pixels done, 0..1; one call at a time
+    /// What is there so far, and which part of it is new; one call at a time.
+    std::function<void(const ReferenceRegion&, const ReferenceStill&)> on_tile;
     const std::atomic<bool>* cancel = nullptr;
 };
 
