@@ -68,12 +68,13 @@ public:
     Still render(const Scene& scene, const Settings& settings, const StillOptions& options,
                  StillReport* report = nullptr);
 
+    /// Hands the scene on unless the renderer holds it already: render() does so by itself, those
+    /// who draw frames of their own call it first. @returns milliseconds
+    double set_scene(const Scene& scene, const Settings& settings);
+
     [[nodiscard]] Renderer& renderer() { return renderer_; }
 
 private:
-    /// Hands the scene on unless the renderer holds it already. @returns milliseconds
-    double set_scene(const Scene& scene, const Settings& settings);
-
     Renderer renderer_;
     std::optional<std::pair<Scene, Settings>> held_;
 };
@@ -82,6 +83,11 @@ private:
 /// its relative precision to the horizon. offset: shift of the sample in its pixel, -0.5..0.5.
 glm::dmat4 clip_from_view(const Camera& camera, glm::uvec2 size, glm::dvec2 offset);
 glm::dmat4 view_from_world(const Camera& camera);
+
+/// Frame i of those that are averaged into a still of the scene, each with samples of its own, as
+/// SceneRenderer draws them into textures of one size; in the depth convention of clip_from_view.
+Frame still_frame(const Camera& camera, const Settings& settings, gl::TextureView color,
+                  gl::TextureView depth, int i, std::uint32_t seed);
 
 /// Point i of a low-discrepancy set over the square -0.5..0.5; point 0 is its centre.
 glm::dvec2 subpixel_offset(int i);
