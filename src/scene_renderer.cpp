@@ -116,6 +116,45 @@ double volume_ms(const std::vector<std::pair<std::string, double>>& passes)
     return volume + std::max(0.0, through - clear);
 }
 
+void check_size(glm::ivec2 size, const gl::Device& gl)
+{
+    const int limit = gl.capabilities().max_texture_2d;
+    if (size.x > limit || size.y > limit)
+        throw Error(fmt::format("a picture of {} x {} is larger than this GL draws ({} at most); "
+                                "give a smaller --size",
+                                size.x, size.y, limit));
+}
+
+constexpr double kGolden = 0.6180339887498949;  // steps of it fill 0..1 evenly
+
+/// Where a scene is drawn, and the frame that lends it.
+struct Canvas {
+    Canvas(const gl::Device& gl, const Scene& scene)
+        : color{gl::Texture::make_2d(gl, "picture", glm::ivec2(scene.resolution), GL_RGBA32F,
+                                     gl::Filter::nearest)},
+          depth{gl::Texture::make_2d(gl, "picture depth", glm::ivec2(scene.resolution),
+                                     GL_DEPTH_COMPONENT32F, gl::Filter::nearest)}
+    {
+        frame.color = color.view();
+        frame.depth = depth.view();
+        frame.depth_convention = {.zero_to_one = true, .reversed = true};
+        frame.view_from_world = view_from_world(scene.camera);
+    }
+
+    /// At frame i of those that are averaged, a picture of its own.
+    void aim(const Scene& scene, const Settings& settings, int i, std::uint32_t seed)
+    {
+        frame.clip_from_view = clip_from_view(scene.camera, scene.resolution, subpixel_offset(i));
+        frame.layer_offset = settings.resolution > 1 ? layer_offset(i) : glm::dvec2(0);
+        frame.jitter_offset = glm::fract(kGolden * (i + 1024.0 * seed));
+        frame.index = static_cast<std::uint64_t>(i) + 1024ull * seed;
+        frame.history = Frame::kNoHistory;
+    }
+
+    gl::Texture color, depth;
+    Frame frame;
+};
+
 }  // namespace
 
 glm::dvec2 subpixel_offset(int i)
@@ -177,31 +216,17 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
 {
     const gl::Device& gl = renderer_.device();
     const glm::ivec2 size(scene.resolution);
-    const int limit = gl.capabilities().max_texture_2d;
-    if (size.x > limit || size.y > limit)
-        throw Error(fmt::format("a picture of {} x {} is larger than this GL draws ({} at most); "
-                                "give a smaller --size",
-                                size.x, size.y, limit));
+    check_size(size, gl);
     const double setup_ms = set_scene(scene, settings);
     if (report != nullptr)
         report->setup_ms = setup_ms;
 
-    const gl::Texture color =
-        gl::Texture::make_2d(gl, "picture", size, GL_RGBA32F, gl::Filter::nearest);
-    const gl::Texture depth =
-        gl::Texture::make_2d(gl, "picture depth", size, GL_DEPTH_COMPONENT32F, gl::Filter::nearest);
-    Frame frame;
-    frame.color = color.view();
-    frame.depth = depth.view();
-    frame.depth_convention = {.zero_to_one = true, .reversed = true};
-    frame.view_from_world = view_from_world(scene.camera);
-    constexpr double kGolden = 0.6180339887498949;  // steps of it fill 0..1 evenly
+    Canvas canvas(gl, scene);
+    const gl::Texture& color = canvas.color;
+    const gl::Texture& depth = canvas.depth;
+    Frame& frame = canvas.frame;
     const auto aim = [&](int i) {
-        frame.clip_from_view = clip_from_view(scene.camera, scene.resolution, subpixel_offset(i));
-        frame.layer_offset = settings.resolution > 1 ? layer_offset(i) : glm::dvec2(0);
-        frame.jitter_offset = glm::fract(kGolden * (i + 1024.0 * options.seed));
-        frame.index = static_cast<std::uint64_t>(i) + 1024ull * options.seed;
-        frame.history = Frame::kNoHistory;
+        canvas.aim(scene, settings, i, options.seed);
         if (options.moving_frame) {
             // Each frame has jitter of its own, however many are averaged in it.
             const std::uint64_t number =
@@ -326,6 +351,26 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
     still.surface_lit = surface_lit.get();
     if (options.foreground)
         still.foreground = foreground.get();
+    return still;
+}
+
+InspectionStill SceneRenderer::inspect(const Scene& scene, const Settings& settings,
+                                       const Inspection& inspection, std::uint32_t seed)
+{
+    const gl::Device& gl = renderer_.device();
+    const glm::ivec2 size(scene.resolution);
+    check_size(size, gl);
+    set_scene(scene, settings);
+    Canvas canvas(gl, scene);
+    canvas.aim(scene, settings, 0, seed);
+    renderer_.draw_surfaces(canvas.frame, settings, true);
+    InspectionStill still;
+    still.width = size.x;
+    still.height = size.y;
+    still.legend = renderer_.inspect(canvas.frame, settings, inspection);
+    Mean pixels(size.x, size.y, 3);
+    pixels.add(canvas.color.read(4));
+    still.pixels = pixels.get();
     return still;
 }
 
