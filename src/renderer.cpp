@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
+#include <numeric>
 #include <optional>
 
 #include "errors.h"
@@ -14,6 +15,7 @@
 #include "medium/media_set.h"
 #include "pass/frame_setup.h"
 #include "pass/froxels.h"
+#include "pass/inspect.h"
 #include "pass/ray_march.h"
 #include "shared/bindings.h"
 #include "surface/surface_set.h"
@@ -50,6 +52,9 @@ struct Renderer::Parts {
     /// Sets up what all passes of a frame read. Nothing if no medium can be seen: nothing is drawn
     /// then.
     std::optional<pass::PassFrame> begin(const Frame& frame, const Settings& s);
+    pass::PassFrame bind_frame(const Frame& frame, const Settings& s);
+    /// @returns whether a medium can be seen; nothing is bound if not
+    bool bind_media(const pass::PassFrame& view);
     pass::VolumePass& volume_pass(const Settings& s);
     void blend(const pass::PassFrame& frame, pass::Layer layer, const char* what);
 
@@ -84,23 +89,35 @@ pass::VolumePass& Renderer::Parts::volume_pass(const Settings& s)
     return *pass;
 }
 
-std::optional<pass::PassFrame> Renderer::Parts::begin(const Frame& frame, const Settings& s)
+pass::PassFrame Renderer::Parts::bind_frame(const Frame& frame, const Settings& s)
 {
     const pass::PassFrame view{frame, s, pass::make_eye(frame), media.bounds(), scene_id};
-    // 2017 marched whatever the view: its floor under the extinction is everywhere.
-    const bool everywhere = s.range == Settings::Range::camera;
-    if (!everywhere && pass::view_z_range(view.eye, view.media).y <= view.eye.near)
-        return std::nullopt;
     frame_block.write(pass::make_frame_params(frame, view.eye, view.media, s));
     device->BindBufferBase(GL_UNIFORM_BUFFER, FRAME_BLOCK, frame_block.id());
-    media.bind(view.eye.position);
-    lights.bind(view.eye.position);
-    {
-        const auto time = timers.scope("light volumes");
-        volumes.bind(view.eye.position, view.eye.forward, view.eye.perspective, media);
-    }
     device->BindTextureUnit(SCENE_DEPTH_UNIT, frame.depth.id);
     device->BindSampler(SCENE_DEPTH_UNIT, depth_sampler.id());
+    return view;
+}
+
+bool Renderer::Parts::bind_media(const pass::PassFrame& view)
+{
+    // 2017 marched whatever the view: its floor under the extinction is everywhere.
+    const bool everywhere = view.settings.range == Settings::Range::camera;
+    if (media.empty() ||
+        (!everywhere && pass::view_z_range(view.eye, view.media).y <= view.eye.near))
+        return false;
+    media.bind(view.eye.position);
+    lights.bind(view.eye.position);
+    const auto time = timers.scope("light volumes");
+    volumes.bind(view.eye.position, view.eye.forward, view.eye.perspective, media);
+    return true;
+}
+
+std::optional<pass::PassFrame> Renderer::Parts::begin(const Frame& frame, const Settings& s)
+{
+    const pass::PassFrame view = bind_frame(frame, s);
+    if (!bind_media(view))
+        return std::nullopt;
     return view;
 }
 
@@ -165,6 +182,21 @@ void Renderer::composite(const Frame& frame, const Settings& settings)
     gl->NamedFramebufferTexture(parts.host.id(), GL_COLOR_ATTACHMENT0, 0, 0);
 }
 
+InspectionLegend Renderer::inspect(const Frame& frame, const Settings& settings,
+                                   const Inspection& inspection)
+{
+    check(frame);
+    Parts& parts = *parts_;
+    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+    parts.host.attach_color({frame.color});
+    const pass::PassFrame view = parts.bind_frame(frame, settings);
+    const bool sees_media = parts.bind_media(view);
+    const InspectionLegend legend = pass::inspect(parts.tools, parts.volume_pass(settings),
+                                                  parts.host, view, sees_media, inspection);
+    parts.device->NamedFramebufferTexture(parts.host.id(), GL_COLOR_ATTACHMENT0, 0, 0);
+    return legend;
+}
+
 LayerImages Renderer::read_layers(const Frame& frame, const Settings& settings)
 {
     check(frame);
@@ -206,7 +238,10 @@ double Renderer::count_samples(const Frame& frame, const Settings& settings)
         return 0;
     const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
     const auto view = parts.begin(frame, settings);
-    return view ? parts.volume_pass(settings).count_samples(*view) : 0;
+    if (!view)
+        return 0;
+    const std::vector<float> counts = parts.volume_pass(settings).sample_counts(*view).read(1);
+    return std::accumulate(counts.begin(), counts.end(), 0.0);
 }
 
 void Renderer::reset_history(int view)

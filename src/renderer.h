@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gl/texture.h"
+#include "inspection.h"
 #include "scene.h"
 #include "settings.h"
 
@@ -91,6 +92,15 @@ public:
 
     /// The layers that the last composite() of `frame` blended, brought to full size.
     LayerImages read_layers(const Frame& frame, const Settings& settings);
+
+    /// Draws what `inspection` asks for into frame.color, whose alpha stays; where there is nothing
+    /// to show, the picture that is there shines through darkly. Call it in place of composite().
+    /// frame.depth is read, and hides what lies behind surfaces. False colours, and transmittance,
+    /// are linear colours for a screen at exposure 0; scattering is radiance.
+    /// @throws Error as composite() does; if axis, position or scale is out of range; of a slice of
+    /// froxels in another mode.
+    InspectionLegend inspect(const Frame& frame, const Settings& settings,
+                             const Inspection& inspection);
 
     /// Evaluations of the media that the march of `frame` takes, shadows included.
     double count_samples(const Frame& frame, const Settings& settings);

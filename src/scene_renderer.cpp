@@ -118,6 +118,37 @@ double volume_ms(const std::vector<std::pair<std::string, double>>& passes)
     return volume + std::max(0.0, through - clear);
 }
 
+void check_size(glm::ivec2 size, const gl::Device& gl)
+{
+    const int limit = gl.capabilities().max_texture_2d;
+    if (size.x > limit || size.y > limit)
+        throw Error(fmt::format("a picture of {} x {} is larger than this GL draws ({} at most); "
+                                "give a smaller --size",
+                                size.x, size.y, limit));
+}
+
+constexpr double kGolden = 0.6180339887498949;  // steps of it fill 0..1 evenly
+
+/// Where a scene is drawn, and the frame that lends it.
+struct Canvas {
+    Canvas(const gl::Device& gl, const Scene& scene)
+        : color{gl::Texture::make_2d(gl, "picture", glm::ivec2(scene.resolution), GL_RGBA32F,
+                                     gl::Filter::nearest)},
+          depth{gl::Texture::make_2d(gl, "picture depth", glm::ivec2(scene.resolution),
+                                     GL_DEPTH_COMPONENT32F, gl::Filter::nearest)}
+    {
+    }
+
+    /// Frame i of those that are averaged, a picture of its own.
+    [[nodiscard]] Frame frame(const Camera& camera, const Settings& settings, int i,
+                              std::uint32_t seed) const
+    {
+        return still_frame(camera, settings, color.view(), depth.view(), i, seed);
+    }
+
+    gl::Texture color, depth;
+};
+
 }  // namespace
 
 glm::dvec2 subpixel_offset(int i)
@@ -201,23 +232,17 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
 {
     const gl::Device& gl = renderer_.device();
     const glm::ivec2 size(scene.resolution);
-    const int limit = gl.capabilities().max_texture_2d;
-    if (size.x > limit || size.y > limit)
-        throw Error(fmt::format("a picture of {} x {} is larger than this GL draws ({} at most); "
-                                "give a smaller --size",
-                                size.x, size.y, limit));
+    check_size(size, gl);
     const double setup_ms = set_scene(scene, settings);
     if (report != nullptr)
         report->setup_ms = setup_ms;
 
-    const gl::Texture color =
-        gl::Texture::make_2d(gl, "picture", size, GL_RGBA32F, gl::Filter::nearest);
-    const gl::Texture depth =
-        gl::Texture::make_2d(gl, "picture depth", size, GL_DEPTH_COMPONENT32F, gl::Filter::nearest);
+    const Canvas canvas(gl, scene);
+    const gl::Texture& color = canvas.color;
+    const gl::Texture& depth = canvas.depth;
     Frame frame;
     const auto aim = [&](int i) {
-        frame =
-            still_frame(scene.camera, settings, color.view(), depth.view(), i, options.seed);
+        frame = canvas.frame(scene.camera, settings, i, options.seed);
         if (options.moving_frame) {
             // Each frame has jitter of its own, however many are averaged in it.
             const std::uint64_t number =
@@ -342,6 +367,26 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
     still.surface_lit = surface_lit.get();
     if (options.foreground)
         still.foreground = foreground.get();
+    return still;
+}
+
+InspectionStill SceneRenderer::inspect(const Scene& scene, const Settings& settings,
+                                       const Inspection& inspection, std::uint32_t seed)
+{
+    const gl::Device& gl = renderer_.device();
+    const glm::ivec2 size(scene.resolution);
+    check_size(size, gl);
+    set_scene(scene, settings);
+    const Canvas canvas(gl, scene);
+    const Frame frame = canvas.frame(scene.camera, settings, 0, seed);
+    renderer_.draw_surfaces(frame, settings, true);
+    InspectionStill still;
+    still.width = size.x;
+    still.height = size.y;
+    still.legend = renderer_.inspect(frame, settings, inspection);
+    Mean pixels(size.x, size.y, 3);
+    pixels.add(canvas.color.read(4));
+    still.pixels = pixels.get();
     return still;
 }
 

@@ -43,6 +43,13 @@ struct StillReport {
     double setup_ms = 0;  ///< uploads, shadow map and volumes of light, once
 };
 
+/// A frame's insides (Renderer::inspect). RGB floats, rows from the top, linear.
+struct InspectionStill {
+    int width = 0, height = 0;
+    std::vector<float> pixels;
+    InspectionLegend legend;
+};
+
 struct StillOptions {
     int aa = 1;  ///< frames averaged over the pixel's square; 1 samples pixel centres
     /// Repeats of the first frame that are timed, after one that is not. Froxels, where no frames
@@ -67,6 +74,11 @@ public:
     /// @throws Error as Renderer does, or if the picture is larger than this GL can draw.
     Still render(const Scene& scene, const Settings& settings, const StillOptions& options,
                  StillReport* report = nullptr);
+
+    /// One frame's insides, over the scene's surfaces as lit through the media.
+    /// @throws Error as render() and Renderer::inspect do
+    InspectionStill inspect(const Scene& scene, const Settings& settings,
+                            const Inspection& inspection, std::uint32_t seed = 0);
 
     /// Hands the scene on unless the renderer holds it already: render() does so by itself, those
     /// who draw frames of their own call it first. @returns milliseconds

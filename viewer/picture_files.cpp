@@ -85,12 +85,12 @@ Image without_sky(Image depth)
     return depth;
 }
 
+}  // namespace
+
 bool is_png(const std::string& output)
 {
     return fs::path(output).extension() == ".png";
 }
-
-}  // namespace
 
 Picture picture_of(const Still& still)
 {

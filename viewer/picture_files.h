@@ -34,6 +34,9 @@ struct PictureFiles {
     Display::Transform transform = Display::Transform::filmic;
 };
 
+/// Of a file for a screen, by its name.
+bool is_png(const std::string& output);
+
 /// @throws UsageError if an output's name ends in neither; Error if its folder can't be written to.
 /// To be called before the work.
 void check_outputs(const std::vector<std::string>& outputs);

@@ -16,6 +16,7 @@
 #include "command.h"
 #include "errors.h"
 #include "gl/headless_context.h"
+#include "inspection_options.h"
 #include "interruption.h"
 #include "picture_files.h"
 #include "progress.h"
@@ -42,6 +43,7 @@ struct Options {
     double tolerance = 1e-3;
     bool alpha = false, explain = false, json = false;
     std::map<std::string, std::string> settings;  ///< by name, as given
+    InspectionOptions inspection;
 
     int timed_frames = 1;                      ///< of a still
     std::optional<std::pair<int, int>> range;  ///< of a moving picture, both ends included
@@ -264,6 +266,58 @@ void run_still(const Options& options, const PictureFiles& files, const Settings
     print_written(files.outputs, exposure_ev);
 }
 
+// ---------------------------------------------------------------------------------- inspection
+
+/// Radiance is exposed as a composite is; all else has colours for a screen as it is.
+float write_inspection(const InspectionStill& still, const Inspection& inspection,
+                       const PictureFiles& files)
+{
+    Display display{.exposure_ev = 0, .transform = Display::Transform::srgb};
+    if (inspection.kind == Inspection::Kind::scattering)
+        display = {exposure_of("scattering", image_of(still, false), files.exposure),
+                   files.transform};
+    for (const std::string& output : files.outputs) {
+        if (is_png(output))
+            write::write_png(image_of(still, true), display, output);
+        else
+            write::write_exr(image_of(still, false), output);
+    }
+    return display.exposure_ev;
+}
+
+void run_inspection(const Options& options, const PictureFiles& files, const Settings& settings,
+                    const Inspection& inspection, const asset::LoadedScene& loaded)
+{
+    const auto context = make_context(options);
+    SceneRenderer renderer(context->get_proc());
+    const InspectionStill still =
+        renderer.inspect(loaded.scene, settings, inspection, options.seed);
+    const float exposure_ev = write_inspection(still, inspection, files);
+    const InspectionLegend& legend = still.legend;
+    if (options.json) {
+        print_json({{"input", options.input},
+                    {"outputs", options.outputs},
+                    {"size", {still.width, still.height}},
+                    {"mode", options.mode},
+                    {"show", options.inspection.show},
+                    {"legend",
+                     {{"low", legend.low},
+                      {"high", legend.high},
+                      {"unit", legend.unit},
+                      {"caption", legend.caption},
+                      {"false_color", legend.false_color}}},
+                    {"exposure_ev", exposure_ev},
+                    {"notes", loaded.notes},
+                    {"seed", options.seed},
+                    {"preset", options.preset},
+                    {"settings", settings_json(settings)},
+                    {"device", renderer.renderer().device().capabilities().renderer}});
+        return;
+    }
+    fmt::print("{}\n", legend_line(inspection, legend));
+    print_written(files.outputs, exposure_ev);
+}
+
 // ----------------------------------------------------------------------------------- reference
 
 /// What the reference says of its own error.
@@ -446,6 +500,29 @@ void check_words(const Options& options, const CLI::App& command)
         throw UsageError("--alpha goes with the composite; leave out --target");
 }
 
+/// What --show is asked for, or nothing; words of a picture's that it has no use for are refused.
+std::optional<Inspection> inspection_of(const Options& options, const Settings& settings,
+                                        const CLI::App& command)
+{
+    const auto refuse = [&](std::initializer_list<const char*> names, const std::string& why) {
+        for (const char* name : names)
+            if (command.get_option(name)->count() > 0)
+                throw UsageError(fmt::format("{}: {}", name, why));
+    };
+    if (options.inspection.show.empty()) {
+        refuse({"--slice", "--scale"}, "is for --show");
+        return std::nullopt;
+    }
+    if (options.reference())
+        throw UsageError("--show: is for OpenGL, and not for --mode reference");
+    refuse({"--target", "--alpha", "--aa", "--frames", "--explain"},
+           "--show draws one frame's insides, and has no such thing");
+    if (options.inspection.show != inspection_name(Inspection::Kind::scattering))
+        refuse({"--exposure", "--display"},
+               fmt::format("--show {} has colours of its own", options.inspection.show));
+    return parse_inspection(options.inspection, settings);
+}
+
 asset::LoadedScene load(const Options& options)
 {
     asset::LoadedScene loaded = load_input({options.input, options.size, options.grid, options.up});
@@ -473,10 +550,15 @@ void run(Options options, const CLI::App& command)
     const Settings settings = parse_settings(options);
     if (!options.reference())
         options.mode = mode_name(settings.mode);
+    const std::optional<Inspection> inspection = inspection_of(options, settings, command);
     const std::optional<study::ReferenceRegion> region = parse_region(options.region);
     check_outputs(options.outputs);
     if (options.range)
         check_moving_outputs(options);
+    if (inspection) {
+        run_inspection(options, files, settings, *inspection, load(options));
+        return;
+    }
     if (!options.reference() && !options.range) {
         run_still(options, files, settings, load(options));
         return;
@@ -520,6 +602,17 @@ void add_render(CLI::App& app)
     command->add_option("--target", o.target, "write one target alone as RGB")
         ->check(CLI::IsMember({"composite", "scattering", "transmittance", "surface", "surface_lit",
                                "depth", "error"}));
+    std::string kinds;
+    for (const InspectionInfo& info : inspection_table())
+        kinds += fmt::format("{}{} ({})", kinds.empty() ? "" : ", ", info.name, info.help);
+    command->add_option("--show", o.inspection.show, "one frame's insides instead: " + kinds);
+    command->add_option("--slice", o.inspection.slice,
+                        "of --show density-slice: [x=|y=|z=]0..1 of the media's bounds; of "
+                        "froxel-slice: 0..1 of the slices, near to far [z=0.5; 0.5]");
+    command
+        ->add_option("--scale", o.inspection.scale,
+                     "of --show: the value where its colours end [one that suits]")
+        ->check(CLI::PositiveNumber);
     command->add_flag("--alpha", o.alpha, "leave out the sky; its transmittance becomes alpha");
     command->add_option("--exposure", o.exposure, "stops for a .png [auto]");
     command->add_option("--display", o.display, "transform for a .png [filmic]")

@@ -12,6 +12,7 @@
 #define LIGHT_VOLUMES_BLOCK 5
 #define WORLD_BLOCK 6
 #define BLOCK_COUNT 7
+#define INSPECT_BLOCK DRAW_BLOCK  // no surface is drawn while a frame is inspected
 
 // Texture units.
 #define SCENE_DEPTH_UNIT 0
@@ -36,6 +37,10 @@
 #define FROXEL_EXTINCTION_UNIT 2
 #define INTEGRATED_SCATTERING_UNIT 1
 #define INTEGRATED_TRANSMITTANCE_UNIT 2
+
+// An inspection's steps read one texture that no other of theirs does.
+#define INSPECTED_UNIT 1
+#define EXTENT_TILES 64  // along both edges of a picture whose values' ends are looked for
 
 // While the volumes of light are filled none of them is read but this one.
 #define EXTINCTION_VOLUME_UNIT DEPTH_VOLUME_UNIT

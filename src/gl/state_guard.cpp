@@ -11,7 +11,10 @@ constexpr std::array kSwitches{GL_DEPTH_TEST,
                                GL_COLOR_LOGIC_OP,
                                GL_RASTERIZER_DISCARD,
                                GL_POLYGON_OFFSET_FILL,
+                               GL_POLYGON_OFFSET_LINE,
+                               GL_POLYGON_OFFSET_POINT,
                                GL_POLYGON_SMOOTH,
+                               GL_LINE_SMOOTH,
                                GL_DEPTH_CLAMP,
                                GL_DITHER,
                                GL_FRAMEBUFFER_SRGB,
@@ -53,6 +56,7 @@ StateGuard::StateGuard(const Device& device, int units, int blocks, int images)
     gl_->GetDoublei_v(GL_DEPTH_RANGE, 0, depth_range_.data());
     scissor_ = gl_->IsEnabledi(GL_SCISSOR_TEST, 0);
     gl_->Disablei(GL_SCISSOR_TEST, 0);
+    gl_->GetFloatv(GL_LINE_WIDTH, &line_width_);
     gl_->GetFloatv(GL_POLYGON_OFFSET_FACTOR, &offset_factor_);
     gl_->GetFloatv(GL_POLYGON_OFFSET_UNITS, &offset_units_);
     gl_->GetBooleanv(GL_DEPTH_WRITEMASK, &depth_mask_);
@@ -101,6 +105,7 @@ StateGuard::StateGuard(const Device& device, int units, int blocks, int images)
     gl_->ClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
     gl_->DepthRangeIndexed(0, 0.0, 1.0);
     gl_->FrontFace(GL_CCW);
+    gl_->LineWidth(1.0f);
     gl_->ProvokingVertex(GL_LAST_VERTEX_CONVENTION);  // it decides a triangle's last bits
     gl_->DepthMask(GL_FALSE);
 }
@@ -154,6 +159,7 @@ StateGuard::~StateGuard()
     }
     gl_->DepthMask(depth_mask_);
     gl_->DepthFunc(static_cast<GLenum>(depth_func_));
+    gl_->LineWidth(line_width_);
     gl_->PolygonOffset(offset_factor_, offset_units_);
     gl_->DepthRangeIndexed(0, depth_range_[0], depth_range_[1]);
     if (scissor_ == GL_TRUE)

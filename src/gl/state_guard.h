@@ -11,9 +11,10 @@ namespace fumarole::gl {
 /// A guest's manners: notes the state that our passes change, sets what they rely on, and puts
 /// everything back when it dies. Buffers, textures and programs of the host are left alone.
 ///
-/// Our passes rely on: no test, no mask, no blending, both faces drawn, clip space of OpenGL's
-/// default ([-1,1] depth, lower left), no sampler object on our texture units. They draw through
-/// viewport 0 to two attachments at most: set state by index, as what lies past them is not noted.
+/// Our passes rely on: no test, no mask, no blending, both faces drawn, lines a pixel wide, clip
+/// space of OpenGL's default ([-1,1] depth, lower left), no sampler object on our texture units.
+/// They draw through viewport 0 to two attachments at most: set state by index, as what lies past
+/// them is not noted.
 class StateGuard {
 public:
     /// Texture units 0..units-1, uniform blocks 0..blocks-1 and image units 0..images-1 are ours
@@ -57,7 +58,7 @@ private:
     std::array<GLfloat, 4> viewport_{};
     std::array<GLfloat, 4> blend_color_{};
     std::array<GLdouble, 2> depth_range_{};
-    GLfloat offset_factor_ = 0, offset_units_ = 0;
+    GLfloat offset_factor_ = 0, offset_units_ = 0, line_width_ = 1;
     GLboolean depth_mask_ = GL_FALSE, scissor_ = GL_FALSE;
 };
 

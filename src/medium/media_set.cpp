@@ -315,6 +315,49 @@ bool MediaSet::moves() const
     });
 }
 
+KeptBoxes MediaSet::boxes_of(const Entry& entry) const
+{
+    KeptBoxes kept{glm::inverse(entry.bounds_from_world), {}};
+    const auto add = [&](glm::dvec3 min, glm::dvec3 max, double coefficient) {
+        kept.boxes.push_back({glm::vec3(min), glm::vec3(max),
+                              static_cast<float>(coefficient) * entry.params.sigma_t.a});
+    };
+    if (entry.density < 0) {
+        const bool falls = std::string_view(entry.value) == "exp_height";
+        const double rate = static_cast<double>(entry.params.profile.x);
+        add(entry.bounds.min, entry.bounds.max,
+            falls ? std::exp((entry.height - entry.bounds.min.z) * rate) : 1.0);
+        return kept;
+    }
+    const auto texture = placed_[static_cast<std::size_t>(entry.density)].texture;
+    const GridLayout& plan = grids_[static_cast<std::size_t>(texture)].plan;
+    if (plan.layout == Layout::dense) {
+        add(plan.field_min - plan.origin, plan.field_max - plan.origin,
+            plan.maxima.empty() ? 0.0 : *std::max_element(plan.maxima.begin(), plan.maxima.end()));
+        return kept;
+    }
+    const glm::ivec3 count = plan.maxima_count;
+    for (std::size_t i = 0; i < plan.maxima.size(); ++i) {
+        if (plan.maxima[i] == 0)
+            continue;
+        const int page = static_cast<int>(i);
+        const glm::ivec3 first =
+            plan.maxima_origin - plan.origin +
+            VoxelGrid::kBrickDim *
+                glm::ivec3(page % count.x, page / count.x % count.y, page / (count.x * count.y));
+        add(first, first + VoxelGrid::kBrickDim, plan.maxima[i]);
+    }
+    return kept;
+}
+
+std::vector<KeptBoxes> MediaSet::kept_boxes() const
+{
+    std::vector<KeptBoxes> all;
+    for (const Entry& entry : media_)
+        all.push_back(boxes_of(entry));
+    return all;
+}
+
 gl::Defines MediaSet::defines() const
 {
     std::string media, emission;

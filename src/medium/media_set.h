@@ -41,6 +41,19 @@ struct VoxelFrame {
     Bounds scattering;  ///< voxels: what the media fill that scatter
 };
 
+/// A box of what is kept of a medium: a brick that holds something, or all of a dense grid or of a
+/// box.
+struct KeptBox {
+    glm::vec3 min{0}, max{0};
+    float sigma_t = 0;  ///< 1/m: bound of the extinction in it, the mean of its channels
+};
+
+/// Those of one medium.
+struct KeptBoxes {
+    glm::dmat4 world_from_boxes{1.0};
+    std::vector<KeptBox> boxes;
+};
+
 class MediaSet {
 public:
     explicit MediaSet(const gl::Device& device) : device_{device}, block_{device, "media"} {}
@@ -63,6 +76,9 @@ public:
     [[nodiscard]] std::optional<glm::vec3> marched_color() const;
     /// Whether a medium changes with the scene's time.
     [[nodiscard]] bool moves() const;
+
+    /// The boxes of each medium that dims or glows, its densities' where it has a flame too.
+    [[nodiscard]] std::vector<KeptBoxes> kept_boxes() const;
 
     /// The lines that glsl/scene/media.glsl needs.
     [[nodiscard]] gl::Defines defines() const;
@@ -113,6 +129,7 @@ private:
     void add(const GridMedium& medium, Layout layout, Storage storage);
     void add(const BoxMedium& medium);
     [[nodiscard]] const char* value_name(int placed) const;
+    [[nodiscard]] KeptBoxes boxes_of(const Entry& entry) const;
 
     const gl::Device& device_;
     std::vector<Grid> grids_;

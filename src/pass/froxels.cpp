@@ -3,7 +3,6 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
-#include <numeric>
 
 #include "errors.h"
 #include "halton.h"
@@ -370,22 +369,36 @@ void Froxels::resolve(const PassFrame& frame, Layer layer)
     tools_.draw_fullscreen("resolve/froxels.frag", defines);
 }
 
-double Froxels::count_samples(const PassFrame& frame)
+gl::Texture Froxels::sample_counts(const PassFrame& frame)
 {
     const gl::Device& gl = tools_.device;
     const View& view = view_of(frame);
     write_block(frame, view, 0);
     draw_v_buffer(frame, view);
-    const gl::Texture counts =
+    gl::Texture counts =
         gl::Texture::make_3d(gl, "sample counts", view.plan.count, GL_R32F, gl::Filter::nearest);
     bind_v_buffer(view);
     bind_image(gl, FROXEL_SOURCE_IMAGE, counts, GL_R32F);
     gl::Defines defines = scatter_defines(tools_, frame.settings, view.plan);
     defines.emplace_back("COUNT_SAMPLES", "");
     dispatch("pass/scatter.comp", defines, view.plan.count, kFroxelGroup);
-    gl->MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);  // for the read below
-    const std::vector<float> samples = counts.read(1);
-    return std::accumulate(samples.begin(), samples.end(), 0.0);
+    gl->MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);  // for who reads it back
+    return counts;
+}
+
+void Froxels::show_samples(const PassFrame& frame, const gl::Texture& counts)
+{
+    write_block(frame, view_of(frame), 0);
+    tools_.device->BindTextureUnit(INSPECTED_UNIT, counts.id());
+    tools_.draw_fullscreen("pass/inspect_froxels.frag", {{"SAMPLES", ""}});
+}
+
+void Froxels::show_slice(const PassFrame& frame)
+{
+    const View& view = view_of(frame);
+    write_block(frame, view, 0);
+    tools_.device->BindTextureUnit(INSPECTED_UNIT, view.source.at(view.current).id());
+    tools_.draw_fullscreen("pass/inspect_froxels.frag", {});
 }
 
 std::vector<std::string> explain_froxels(const Toolbox& tools, const Settings& s)

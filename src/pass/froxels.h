@@ -71,7 +71,9 @@ public:
     void draw(const PassFrame& frame) override;
     void resolve(const PassFrame& frame, Layer layer) override;
     [[nodiscard]] const char* resolve_name() const override { return "froxel lookup of"; }
-    double count_samples(const PassFrame& frame) override;
+    gl::Texture sample_counts(const PassFrame& frame) override;
+    void show_samples(const PassFrame& frame, const gl::Texture& counts) override;
+    void show_slice(const PassFrame& frame) override;
     void forget(int view) override { views_.erase(view); }
     [[nodiscard]] std::string history_use() const override { return to_string(use_); }
 

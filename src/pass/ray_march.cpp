@@ -1,7 +1,6 @@
 #include "pass/ray_march.h"
 
 #include <fmt/format.h>
-#include <numeric>
 
 #include "pass/blue_noise.h"
 #include "shared/bindings.h"
@@ -113,11 +112,11 @@ void RayMarch::resolve(const PassFrame& frame, Layer layer)
     tools_.draw_fullscreen("resolve/upsample.frag", upsample_defines(frame.settings));
 }
 
-double RayMarch::count_samples(const PassFrame& frame)
+gl::Texture RayMarch::sample_counts(const PassFrame& frame)
 {
     draw_layer_depth(frame);
     const gl::Device& gl = tools_.device;
-    const gl::Texture counts =
+    gl::Texture counts =
         gl::Texture::make_2d(gl, "sample counts", size_, GL_R32F, gl::Filter::nearest);
     gl::Framebuffer framebuffer(gl, "sample counts");
     framebuffer.attach_color({counts.view()});
@@ -125,8 +124,14 @@ double RayMarch::count_samples(const PassFrame& frame)
     gl::Defines defines = march_defines(frame.settings);
     defines.emplace_back("COUNT_SAMPLES", "");
     tools_.draw_fullscreen(kMarch, defines);
-    const std::vector<float> samples = counts.read(1);
-    return std::accumulate(samples.begin(), samples.end(), 0.0);
+    return counts;
+}
+
+void RayMarch::show_samples(const PassFrame& frame, const gl::Texture& counts)
+{
+    tools_.device->BindTextureUnit(INSPECTED_UNIT, counts.id());
+    tools_.draw_fullscreen("pass/inspect_rays.frag",
+                           {{"LAYER_SCALE", fmt::format("{}", frame.settings.resolution)}});
 }
 
 }  // namespace fumarole::pass

@@ -18,7 +18,8 @@ public:
     void draw(const PassFrame& frame) override;
     void resolve(const PassFrame& frame, Layer layer) override;
     [[nodiscard]] const char* resolve_name() const override { return "upsample"; }
-    double count_samples(const PassFrame& frame) override;
+    gl::Texture sample_counts(const PassFrame& frame) override;
+    void show_samples(const PassFrame& frame, const gl::Texture& counts) override;
 
 private:
     void resize(const PassFrame& frame);

@@ -3,6 +3,7 @@
 #include "bounds.h"
 #include "gl/framebuffer.h"
 #include "gl/program.h"
+#include "gl/texture.h"
 #include "gl/timer.h"
 #include "light/light_set.h"
 #include "light/light_volumes.h"
@@ -73,8 +74,17 @@ public:
     /// What resolve() is called in a table of times.
     [[nodiscard]] virtual const char* resolve_name() const = 0;
 
-    /// Evaluations of the media that draw() takes, shadows included.
-    virtual double count_samples(const PassFrame& frame) = 0;
+    /// Evaluations of the media that draw() takes, shadows included: r32f, of each ray or froxel.
+    virtual gl::Texture sample_counts(const PassFrame& frame) = 0;
+
+    /// Draws, at every pixel of the bound framebuffer, which is as large as the frame, what
+    /// sample_counts() gave for the ray, or the sum for the column of froxels, that it is in.
+    virtual void show_samples(const PassFrame& frame, const gl::Texture& counts) = 0;
+
+    /// Draws, likewise, the radiance that a slice of the last draw() adds along a metre of ray
+    /// [W/m^2/sr/m], the mean of its channels; nothing where a pass has no slices. INSPECT_BLOCK,
+    /// which is bound, says which slice.
+    virtual void show_slice(const PassFrame& /*frame*/) {}
 
     /// Drops what is kept of a view from frame to frame.
     virtual void forget(int /*view*/) {}

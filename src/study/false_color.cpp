@@ -12,6 +12,8 @@
 #include <fmt/format.h>
 
 #include "errors.h"
+#include "scale_end.h"
+#include "shared/magma.h"
 #include "study/label_font.h"
 #include "study/srgb.h"
 
@@ -20,19 +22,12 @@ namespace {
 
 using Rgb8 = std::array<std::uint8_t, 3>;
 
-// Smith and van der Walt 2015, magma (CC0), each tenth of it: perceptually uniform in CAM02-UCS,
-// with lightness rising throughout.
-constexpr std::array<Rgb8, 11> kMagma = {{{0x00, 0x00, 0x04},
-                                          {0x14, 0x0e, 0x36},
-                                          {0x3b, 0x0f, 0x70},
-                                          {0x64, 0x1a, 0x80},
-                                          {0x8c, 0x29, 0x81},
-                                          {0xb7, 0x37, 0x79},
-                                          {0xde, 0x49, 0x68},
-                                          {0xf7, 0x70, 0x5c},
-                                          {0xfe, 0x9f, 0x6d},
-                                          {0xfe, 0xcf, 0x92},
-                                          {0xfc, 0xfd, 0xbf}}};
+#define RGB8(r, g, b)                                                                              \
+    {                                                                                              \
+        r, g, b                                                                                    \
+    }
+constexpr std::array<Rgb8, MAGMA_COUNT> kMagma = {{MAGMA(RGB8)}};
+#undef RGB8
 
 // In CIELAB: L* = 50 + 38 t, hue 285 degrees below 0 and 80 above, chroma min(70 |t|^0.75, what
 // sRGB holds). A map that is light in the middle or at both ends would lose the sign when printed
@@ -147,22 +142,75 @@ double difference_scale(std::span<const float> map)
     }
     const auto rank = static_cast<std::ptrdiff_t>(kWithin * static_cast<double>(sizes.size() - 1));
     std::nth_element(sizes.begin(), sizes.begin() + rank, sizes.end());
-    const double size = std::max(sizes[static_cast<std::size_t>(rank)], kSmallest);
-    const double power = std::pow(10.0, std::floor(std::log10(size)));
-    // A hair of rounding must not turn 1e-6 into 2e-6.
-    constexpr double kHair = 1 + 1e-9;
-    for (const double step : {1.0, 2.0, 4.0}) {
-        if (size <= step * power * kHair) {
-            return step * power;
-        }
-    }
-    return 10 * power;
+    return scale_end(std::max(sizes[static_cast<std::size_t>(rank)], kSmallest));
 }
 
 glm::vec3 difference_color(float t, Difference difference)
 {
     return difference == Difference::magnitude ? look_up(kMagma, t)
                                                : look_up(kDiverging, 0.5f * (t + 1));
+}
+
+Image with_color_bar(const Image& picture, Difference palette, std::span<const std::string> ticks,
+                     const std::string& caption)
+{
+    const int width = picture.width, height = picture.height;
+    const int steps = static_cast<int>(ticks.size()) - 1;
+    constexpr int kTextUnit = 480;  // picture width [pixels] that letters of scale 1 are read at
+    const int unit = std::max(1, width / kTextUnit);
+    int label_space = 0;
+    for (const std::string& label : ticks) {
+        label_space = std::max(label_space, label_width(label, unit));
+    }
+    const int gap = 4 * unit;
+    const int bar_height = 12 * unit;
+    const int tick_length = 3 * unit;
+    const int line = label_height(unit);
+    // Half a label stands out at either end of the bar.
+    const int inset = label_space / 2 + gap;
+    const int needed =
+        std::max(2 * inset + steps * (label_space + gap), label_width(caption, unit) + 2 * gap);
+
+    Image image;
+    image.width = std::max(width, needed);
+    image.height = height + gap + bar_height + tick_length + unit + line + gap + line + gap;
+    image.channels = {"R", "G", "B"};
+    image.pixels.assign(3 * static_cast<std::size_t>(image.width) *
+                            static_cast<std::size_t>(image.height),
+                        kPaper.x);
+
+    const int left = (image.width - width) / 2;
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            put(image, left + x, y,
+                {picture.at(x, y, 0), picture.at(x, y, 1), picture.at(x, y, 2)});
+        }
+    }
+
+    const int bar_top = height + gap;
+    const int bar_width = image.width - 2 * inset;
+    const double first = palette == Difference::magnitude ? 0 : -1;
+    for (int x = 0; x < bar_width; ++x) {
+        const double along = static_cast<double>(x) / static_cast<double>(bar_width - 1);
+        const double t = first + (1 - first) * along;
+        const glm::vec3 color = difference_color(static_cast<float>(t), palette);
+        for (int y = 0; y < bar_height; ++y) {
+            const bool outline = x == 0 || y == 0 || x == bar_width - 1 || y == bar_height - 1;
+            put(image, inset + x, bar_top + y, outline ? kInk : color);
+        }
+    }
+    const int label_top = bar_top + bar_height + tick_length + unit;
+    for (int i = 0; i <= steps; ++i) {
+        const int x = inset + (bar_width - 1) * i / steps;
+        for (int y = 0; y < tick_length; ++y) {
+            put(image, x, bar_top + bar_height + y, kInk);
+        }
+        const std::string& label = ticks[static_cast<std::size_t>(i)];
+        draw_label(image, x - label_width(label, unit) / 2, label_top, label, kInk, unit);
+    }
+    draw_label(image, (image.width - label_width(caption, unit)) / 2, label_top + line + gap,
+               caption, kInk, unit);
+    return image;
 }
 
 Image false_color(std::span<const float> map, int width, int height, const FalseColor& style)
@@ -179,12 +227,8 @@ Image false_color(std::span<const float> map, int width, int height, const False
 
     const double first = style.difference == Difference::magnitude ? 0 : -style.scale;
     std::array<std::string, kTicks> labels;
-    constexpr int kTextUnit = 480;  // picture width [pixels] that letters of scale 1 are read at
-    const int unit = std::max(1, width / kTextUnit);
-    int label_space = 0;
     for (std::size_t i = 0; i < labels.size(); ++i) {
         labels[i] = percent(first + (style.scale - first) * static_cast<double>(i) / (kTicks - 1));
-        label_space = std::max(label_space, label_width(labels[i], unit));
     }
     std::string caption = style.caption.empty() ? "" : style.caption + "  ";
     caption += "largest " + percent(largest_of(map));
@@ -194,58 +238,15 @@ Image false_color(std::span<const float> map, int width, int height, const False
         caption += fmt::format("  not finite {} (green)", broken);
     }
 
-    const int gap = 4 * unit;
-    const int bar_height = 12 * unit;
-    const int tick_length = 3 * unit;
-    const int line = label_height(unit);
-    // Half a label stands out at either end of the bar.
-    const int inset = label_space / 2 + gap;
-    const int needed = std::max(2 * inset + (kTicks - 1) * (label_space + gap),
-                                label_width(caption, unit) + 2 * gap);
-
-    Image image;
-    image.width = std::max(width, needed);
-    image.height = height + gap + bar_height + tick_length + unit + line + gap + line + gap;
-    image.channels = {"R", "G", "B"};
-    image.pixels.assign(3 * static_cast<std::size_t>(image.width) *
-                            static_cast<std::size_t>(image.height),
-                        kPaper.x);
-
-    const int left = (image.width - width) / 2;
-    for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < width; ++x) {
-            const float value = map[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                                    static_cast<std::size_t>(x)];
-            const double t = static_cast<double>(value) / style.scale;
-            put(image, left + x, y,
-                std::isfinite(value) ? difference_color(static_cast<float>(t), style.difference)
-                                     : kNotANumber);
-        }
+    Image colors{width, height, {"R", "G", "B"}, {}};
+    for (const float value : map) {
+        const double t = static_cast<double>(value) / style.scale;
+        const glm::vec3 color = std::isfinite(value)
+                                    ? difference_color(static_cast<float>(t), style.difference)
+                                    : kNotANumber;
+        colors.pixels.insert(colors.pixels.end(), {color.r, color.g, color.b});
     }
-
-    const int bar_top = height + gap;
-    const int bar_width = image.width - 2 * inset;
-    for (int x = 0; x < bar_width; ++x) {
-        const double along = static_cast<double>(x) / static_cast<double>(bar_width - 1);
-        const double t = first / style.scale + (1 - first / style.scale) * along;
-        const glm::vec3 color = difference_color(static_cast<float>(t), style.difference);
-        for (int y = 0; y < bar_height; ++y) {
-            const bool outline = x == 0 || y == 0 || x == bar_width - 1 || y == bar_height - 1;
-            put(image, inset + x, bar_top + y, outline ? kInk : color);
-        }
-    }
-    const int label_top = bar_top + bar_height + tick_length + unit;
-    for (int i = 0; i < kTicks; ++i) {
-        const int x = inset + (bar_width - 1) * i / (kTicks - 1);
-        for (int y = 0; y < tick_length; ++y) {
-            put(image, x, bar_top + bar_height + y, kInk);
-        }
-        const std::string& label = labels[static_cast<std::size_t>(i)];
-        draw_label(image, x - label_width(label, unit) / 2, label_top, label, kInk, unit);
-    }
-    draw_label(image, (image.width - label_width(caption, unit)) / 2, label_top + line + gap,
-               caption, kInk, unit);
-    return image;
+    return with_color_bar(colors, style.difference, labels, caption);
 }
 
 }  // namespace fumarole::study

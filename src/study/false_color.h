@@ -32,15 +32,20 @@ double difference_scale(std::span<const float> map);
 /// Lightness rises with t throughout, so a grey print keeps the order, and the sign too.
 glm::vec3 difference_color(float t, Difference difference);
 
+/// A picture (R, G, B, linear) on white with the bar of its colours under it, ticks at even steps
+/// from end to end, two or more, and a caption, in the letters of study/label_font.h. At least as
+/// wide as its text needs.
+Image with_color_bar(const Image& picture, Difference palette, std::span<const std::string> ticks,
+                     const std::string& caption);
+
 struct FalseColor {
     Difference difference = Difference::magnitude;
     double scale = 1;          ///< the map's value at the end of the bar, > 0
-    std::string caption = {};  ///< a line under the bar, in the letters of study/label_font.h
+    std::string caption = {};  ///< a line under the bar
 };
 
-/// The map in colours, and under it, on white, the bar, its ticks in percent, and the caption with
-/// the map's largest value. NaN is green, which no map has. At least as wide as its text needs.
-/// R, G, B, linear: write_png with Display::Transform::srgb shows it as meant.
+/// The map in colours with its bar, ticks in percent, and the caption with the map's largest value.
+/// NaN is green, which no map has. write_png with Display::Transform::srgb shows it as meant.
 Image false_color(std::span<const float> map, int width, int height, const FalseColor& style);
 
 }  // namespace fumarole::study

@@ -8,9 +8,9 @@
 
 namespace fumarole::study {
 
-/// Text for pictures, without a font file: capitals, digits and . , : - _ + % / ( ) < > =, in cells
-/// of 6 x 8 pixels times `scale`. Small letters are drawn as capitals, what is unknown as a box.
-/// Width and height in pixels, without the space after the last letter and under the line.
+/// Text for pictures, without a font file: capitals, digits and . , : - _ + % / ( ) < > = ^, in
+/// cells of 6 x 8 pixels times `scale`. Small letters are drawn as capitals, what is unknown as a
+/// box. Width and height in pixels, without the space after the last letter and under the line.
 int label_width(std::string_view text, int scale);
 int label_height(int scale);
 

@@ -254,6 +254,7 @@ public:
         gl_->DepthRange(0, 1);
         gl_->ClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
         gl_->PolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+        gl_->LineWidth(1);
         gl_->PolygonOffset(0, 0);
         gl_->CullFace(GL_BACK);
         gl_->FrontFace(GL_CCW);
@@ -324,6 +325,7 @@ public:
         gl_->ClearStencil(7);
         gl_->BlendColor(0.4f, 0.3f, 0.2f, 0.1f);
         gl_->PointSize(3);
+        gl_->LineWidth(2);
         for (GLuint i = 0; i < kDrawBuffers; ++i) {
             if (i % 3 != 1)
                 gl_->Enablei(GL_BLEND, i);
@@ -513,8 +515,19 @@ struct Results {
     std::vector<float> surfaces, composite, depth;
     LayerImages layers;
     double samples = 0;
+    std::vector<std::vector<float>> insides;  ///< RGBA of each inspection
     std::vector<std::string> explained;
 };
+
+/// The kinds that a mode has.
+std::vector<Inspection> inspections(const Settings& settings)
+{
+    std::vector<Inspection> all;
+    for (const InspectionInfo& info : inspection_table())
+        if (info.kind != Inspection::Kind::froxel_slice || settings.mode == Settings::Mode::froxel)
+            all.push_back({.kind = info.kind, .axis = 1});
+    return all;
+}
 
 /// What a volume took to fill is another time each time.
 std::vector<std::string> without_times(std::vector<std::string> lines)
@@ -548,7 +561,9 @@ TEST_P(Guest, LeavesTheStateAndDrawsTheSamePictureWhateverItIs)
 {
     const Scene scene = busy_scene();
     const Settings settings = small_settings(GetParam());
-    const auto draw = [&](Renderer& renderer, Picture& picture, const auto& after) {
+    const std::vector<Inspection> kinds = inspections(settings);
+    const auto draw = [&](Renderer& renderer, Picture& picture, std::vector<Picture>& insides,
+                          const auto& after) {
         Results results;
         renderer.set_scene(scene, settings);
         after("set_scene");
@@ -567,6 +582,11 @@ TEST_P(Guest, LeavesTheStateAndDrawsTheSamePictureWhateverItIs)
         mono.resolution = 1;
         renderer.composite(picture.frame, mono);
         after("composite in one target");
+        for (std::size_t i = 0; i < kinds.size(); ++i) {
+            renderer.draw_surfaces(insides[i].frame, settings, false);
+            renderer.inspect(insides[i].frame, settings, kinds[i]);
+            after(fmt::format("inspect {}", inspection_name(kinds[i].kind)).c_str());
+        }
         results.explained = renderer.explain(settings);
         after("explain");
         renderer.enable_timing(true);
@@ -578,7 +598,16 @@ TEST_P(Guest, LeavesTheStateAndDrawsTheSamePictureWhateverItIs)
         after("set_scene to nothing");
         return results;
     };
-    const auto read = [&](Results& results, const Picture& picture) {
+    const auto make_insides = [&] {
+        std::vector<Picture> insides;
+        for (std::size_t i = 0; i < kinds.size(); ++i)
+            insides.emplace_back(gl(), scene);
+        return insides;
+    };
+    const auto read = [&](Results& results, const Picture& picture,
+                          const std::vector<Picture>& insides) {
+        for (const Picture& inside : insides)
+            results.insides.push_back(inside.color.read(4));
         results.composite = picture.color.read(4);
         results.depth = gl::read_texture(gl(), picture.depth.view(), 1, true);
     };
@@ -587,11 +616,13 @@ TEST_P(Guest, LeavesTheStateAndDrawsTheSamePictureWhateverItIs)
     {
         Renderer renderer(get_proc());
         Picture picture(gl(), scene);
-        clean = draw(renderer, picture, [](const char*) {});
-        read(clean, picture);
+        std::vector<Picture> insides = make_insides();
+        clean = draw(renderer, picture, insides, [](const char*) {});
+        read(clean, picture, insides);
     }
 
     Picture picture(gl(), scene);
+    std::vector<Picture> insides = make_insides();
     std::unique_ptr<Renderer> renderer;
     Results odd;
     {
@@ -603,11 +634,11 @@ TEST_P(Guest, LeavesTheStateAndDrawsTheSamePictureWhateverItIs)
         };
         renderer = std::make_unique<Renderer>(get_proc());
         after("Renderer's constructor");
-        odd = draw(*renderer, picture, after);
+        odd = draw(*renderer, picture, insides, after);
         renderer.reset();
         after("Renderer's destructor");
         host.reset();
-        read(odd, picture);
+        read(odd, picture, insides);
         const std::vector<unsigned char> contents = host.contents();
         EXPECT_TRUE(std::all_of(contents.begin(), contents.end(), [](unsigned char c) {
             return c == 0xa5;
@@ -618,6 +649,8 @@ TEST_P(Guest, LeavesTheStateAndDrawsTheSamePictureWhateverItIs)
     expect_bits(clean.depth, odd.depth, "depth");
     expect_bits(clean.layers.scattering, odd.layers.scattering, "scattering");
     expect_bits(clean.layers.transmittance, odd.layers.transmittance, "transmittance");
+    for (std::size_t i = 0; i < kinds.size(); ++i)
+        expect_bits(clean.insides[i], odd.insides[i], inspection_name(kinds[i].kind).data());
     EXPECT_EQ(clean.samples, odd.samples);
     EXPECT_EQ(without_times(clean.explained), without_times(odd.explained));
     // That the scene is worth comparing.
@@ -730,6 +763,8 @@ TEST_P(Guest, LeavesNothingBehind)
             renderer.composite(picture.frame, settings);
             renderer.read_layers(picture.frame, settings);
             renderer.count_samples(picture.frame, settings);
+            for (const Inspection& inspection : inspections(settings))
+                renderer.inspect(picture.frame, settings, inspection);
         };
         frame();
         const std::uint64_t full = renderer.device().bytes();

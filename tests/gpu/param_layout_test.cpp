@@ -8,6 +8,7 @@
 #include "shared/draw_params.h"
 #include "shared/frame_params.h"
 #include "shared/froxel_params.h"
+#include "shared/inspect_params.h"
 #include "shared/light_params.h"
 #include "shared/light_volume_params.h"
 #include "shared/medium_params.h"
@@ -44,6 +45,9 @@ const Offsets kFrame{MEMBER(FrameParams, ray_origin),
 const Offsets kDraw{MEMBER(DrawParams, clip_from_object), MEMBER(DrawParams, world_from_object),
                     MEMBER(DrawParams, albedo), MEMBER(DrawParams, shadow_origin),
                     MEMBER(DrawParams, shadow_axis)};
+const Offsets kInspect{MEMBER(InspectParams, clip_from_boxes), MEMBER(InspectParams, scale),
+                       MEMBER(InspectParams, plane), MEMBER(InspectParams, bounds_min),
+                       MEMBER(InspectParams, bounds_max)};
 const Offsets kFroxels{MEMBER(FroxelParams, grid),
                        MEMBER(FroxelParams, range),
                        MEMBER(FroxelParams, spacing),
@@ -150,9 +154,9 @@ void kernel(int i) {{ out_data[i] = vec4({}); }}
 private:
     const std::map<std::string, std::string> kUse{
         {"FrameParams", "u_params.resolve"},         {"DrawParams", "u_params.shadow_axis"},
-        {"FroxelParams", "u_params.jitter"},         {"LightsParams", "u_params.world_radiance"},
-        {"LightVolumesParams", "u_params.fill"},     {"WorldParams", "u_params.views[1].origin"},
-        {"MediaParams", "u_params.media[1].sigma_s"}};
+        {"FroxelParams", "u_params.jitter"},         {"InspectParams", "u_params.scale"},
+        {"LightsParams", "u_params.world_radiance"}, {"LightVolumesParams", "u_params.fill"},
+        {"WorldParams", "u_params.views[1].origin"}, {"MediaParams", "u_params.media[1].sigma_s"}};
 };
 
 TEST_F(ParamLayout, Frame)
@@ -168,6 +172,11 @@ TEST_F(ParamLayout, Draw)
 TEST_F(ParamLayout, Froxels)
 {
     expect_same(layout("froxel_params.h", "FroxelParams"), kFroxels, sizeof(FroxelParams));
+}
+
+TEST_F(ParamLayout, Inspect)
+{
+    expect_same(layout("inspect_params.h", "InspectParams"), kInspect, sizeof(InspectParams));
 }
 
 TEST_F(ParamLayout, Lights)

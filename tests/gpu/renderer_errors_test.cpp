@@ -190,6 +190,7 @@ TEST_F(RendererErrors, FramesThatAreNone)
     Target target(scene);
     const auto expect_refused = [&](const Frame& frame, const std::string& part) {
         expect_error([&] { renderer.composite(frame, settings()); }, part);
+        expect_error([&] { renderer.inspect(frame, settings(), {}); }, part);
         expect_error([&] { renderer.draw_surfaces(frame, settings(), true); }, part);
         if (part.find("can't draw") == std::string::npos) {
             expect_error([&] { renderer.read_layers(frame, settings()); }, part);

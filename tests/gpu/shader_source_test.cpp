@@ -187,11 +187,16 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         const Defines at_scale{{"LAYER_SCALE", scale}};
         for (unsigned set = 0; set < 2; ++set)
             variants.add("pass/layer_depth.frag", at_scale + flags(set, {"CHECKERBOARD"}));
+        variants.add("pass/inspect_rays.frag", at_scale);
         for (const char* taps : {"1", "2", "4"})
             for (unsigned set = 0; set < 2; ++set)
                 variants.add("resolve/upsample.frag", at_scale + Defines{{"UPSAMPLE_TAPS", taps}} +
                                                           flags(set, {"BOX_2017"}));
     }
+    for (const char* file : {"box.vert", "box.frag", "color.frag", "depth.frag", "dim.frag",
+                             "extent.frag", "froxels.frag"})
+        variants.add(fmt::format("pass/inspect_{}", file), {});
+    variants.add("pass/inspect_froxels.frag", {{"SAMPLES", ""}});
     for (const Defines& lights : kLights)
         for (unsigned set = 0; set < 4; ++set)
             variants.add("pass/surface.frag", lights + flags(set, {"ENVIRONMENT", "TWO_SIDED"}) +
@@ -245,6 +250,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         scene.media = kinds[i].media;
         media.set(scene, kinds[i].layout, Storage::automatic);
         const Defines of_media = media.defines();
+        variants.add("pass/inspect_density.frag", of_media);
         for (const unsigned set : {kDefault, kDefault | 0b01000000u, 0b00111111u, 0u, 0b10000111u})
             march(of_media, kLights[(i + set) % kLights.size()], set);
         if (kinds[i].name == "bricks_and_all_boxes" || kinds[i].name == "homogeneous_grey_dark_g0")
