@@ -27,6 +27,8 @@ struct Inspection {
                             ///< froxel_slice: 0..1 of the slices, near to far
     double scale = 0;       ///< the value at the end of the colour scale; 0: one that suits what is
                             ///< there. Not of scattering and transmittance.
+
+    bool operator==(const Inspection&) const = default;
 };
 
 /// What the colours mean. False colours are those of study::difference_color(t, magnitude), t = 0

@@ -12,8 +12,6 @@
 
 namespace fumarole::command {
 
-namespace {
-
 glm::uvec2 parse_size(const std::string& text)
 {
     glm::uvec2 size(0);
@@ -29,8 +27,6 @@ glm::uvec2 parse_size(const std::string& text)
                                  "480x270",
                                  text));
 }
-
-}  // namespace
 
 bool is_scene_file(const std::string& file)
 {

@@ -14,6 +14,9 @@ struct SceneInput {
     std::string up;    ///< of a .vdb: `auto`, `y`, `z`
 };
 
+/// @throws UsageError if it is no WIDTHxHEIGHT, each 1..16384
+glm::uvec2 parse_size(const std::string& text);
+
 bool is_scene_file(const std::string& file);
 
 /// Reads a scene file, or makes a scene for a bare .vdb. Of a sequence it is the first frame that

@@ -45,6 +45,10 @@
 // While the volumes of light are filled none of them is read but this one.
 #define EXTINCTION_VOLUME_UNIT DEPTH_VOLUME_UNIT
 
+// A window shows pictures when no pass runs.
+#define DISPLAY_A_UNIT 0
+#define DISPLAY_B_UNIT 1
+
 // Image units of the froxels' steps: never more than four at once.
 #define V_BUFFER_SIGMA_S_IMAGE 0
 #define V_BUFFER_SIGMA_T_IMAGE 1

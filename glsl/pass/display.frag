@@ -1,0 +1,52 @@
+// Pictures in a window: one, or two beside a line, or how far one is from the other.
+//   in   A, and of SPLIT and DIFFERENCE B: linear radiance; alpha 0 where B is not there yet
+//   out  encoded for a screen
+#include "lib/display.glsl"
+#include "shared/bindings.h"
+#include "shared/display_params.h"
+#ifdef DIFFERENCE
+#include "lib/false_color.glsl"
+#endif
+
+layout(std140, binding = FRAME_BLOCK) uniform Display { DisplayParams u_display; };
+layout(binding = DISPLAY_A_UNIT) uniform sampler2D u_a_tx;
+#if defined(SPLIT) || defined(DIFFERENCE)
+layout(binding = DISPLAY_B_UNIT) uniform sampler2D u_b_tx;
+#endif
+layout(location = 0) out vec4 out_color;
+
+// What stands where nothing is known yet.
+vec3 unknown(vec2 pixel)
+{
+    ivec2 cell = ivec2(pixel) / 8;
+    return vec3((cell.x + cell.y) % 2 == 0 ? 0.16 : 0.2);
+}
+
+vec3 shown(vec4 radiance, vec2 tone, vec2 pixel)
+{
+    if (radiance.a == 0.0)
+        return unknown(pixel);
+    vec3 exposed = max(vec3(0.0), radiance.rgb * tone.x);
+    return srgb_encode(tone.y > 0.5 ? filmic(exposed) : exposed);
+}
+
+void main()
+{
+    vec2 pixel = gl_FragCoord.xy - u_display.area.xy;
+    vec2 uv = pixel / u_display.area.zw;
+    vec4 a = texture(u_a_tx, uv);
+    vec3 color = shown(a, u_display.tone.xy, pixel);
+#ifdef SPLIT
+    if (pixel.x >= u_display.comparison.x)
+        color = shown(texture(u_b_tx, uv), u_display.tone.zw, pixel);
+    if (abs(pixel.x - u_display.comparison.x) < 1.0)
+        color = vec3(0.9);
+#endif
+#ifdef DIFFERENCE
+    vec4 b = texture(u_b_tx, uv);
+    vec3 error = (a.rgb - b.rgb) * inversesqrt(b.rgb * b.rgb + u_display.comparison.z);
+    float t = sqrt(dot(error, error) / 3.0) / u_display.comparison.y;
+    color = a.a == 0.0 || b.a == 0.0 ? unknown(pixel) : srgb_encode(magma(t));
+#endif
+    out_color = vec4(color, 1.0);
+}

@@ -1,0 +1,48 @@
+#include "settings_input.h"
+
+#include <fmt/format.h>
+
+#include "command.h"
+#include "errors.h"
+
+namespace fumarole::command {
+
+void add_settings(CLI::App& command, SettingsInput& input)
+{
+    command.add_option("--preset", input.preset,
+                       "default, eevee2017, froxel or eevee2017-froxel [default]");
+    for (const SettingInfo& info : setting_table()) {
+        const std::string name(info.name);
+        command
+            .add_option_function<std::string>(
+                "--" + name, [&input, name](const std::string& v) { input.changed[name] = v; },
+                fmt::format("{} ({}{}{}) [{}]", info.help, info.values,
+                            info.unit.empty() ? "" : " ", info.unit, info.get(Settings{})))
+            ->group("Settings: " + std::string(info.group));
+    }
+}
+
+Settings parse_settings(const SettingsInput& input)
+{
+    try {
+        Settings settings = find_preset(input.preset);
+        for (const auto& [name, value] : input.changed)
+            find_setting(name).set(settings, value);
+        if (!input.mode.empty())
+            settings.mode = find_mode(input.mode);
+        return settings;
+    } catch (const Error& error) {
+        throw UsageError(error.what());
+    }
+}
+
+std::string settings_words(const Settings& settings, const Settings& preset)
+{
+    std::string words;
+    for (const SettingInfo& info : setting_table())
+        if (const std::string value = info.get(settings); value != info.get(preset))
+            words += fmt::format("{}--{} {}", words.empty() ? "" : " ", info.name, value);
+    return words;
+}
+
+}  // namespace fumarole::command

@@ -1,0 +1,137 @@
+#include <fmt/format.h>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "command.h"
+#include "errors.h"
+#include "scene_input.h"
+#include "settings_input.h"
+#include "window/app.h"
+#include "window/keys.h"
+
+namespace fumarole::command {
+
+namespace {
+
+struct Options {
+    SceneInput scene{.file = "", .size = "", .grid = "", .up = "auto"};
+    SettingsInput settings;
+    std::string size, compare, show, display, script, screenshot;
+    double frame_time = 0, exposure = 0;
+    int frames = 0, aa = 0;
+    bool difference = false, gl_debug = false, json = false;
+};
+
+/// What is kept from the last time, then what was typed now.
+void apply(const Options& options, const CLI::App& command, window::Remembered& memory)
+{
+    const auto given = [&](const char* name) { return command.get_option(name)->count() > 0; };
+    window::ViewState& state = memory.state;
+    bool settings = given("--preset") || given("--mode");
+    for (const SettingInfo& info : setting_table())
+        settings |= given(("--" + std::string(info.name)).c_str());
+    if (settings) {
+        state.settings = parse_settings(options.settings);
+        state.preset = options.settings.preset;
+    }
+    if (given("--aa"))
+        state.aa = options.aa;
+    if (given("--frame-time"))
+        state.target_ms = options.frame_time;
+    if (given("--exposure")) {
+        state.exposure_ev = static_cast<float>(options.exposure);
+        state.auto_exposure = false;
+    }
+    if (given("--display"))
+        state.transform =
+            options.display == "srgb" ? Display::Transform::srgb : Display::Transform::filmic;
+    if (given("--compare")) {
+        state.other = options.compare;
+        state.comparison = options.difference ? window::Comparison::difference
+                                              : window::Comparison::split;
+    } else if (options.difference) {
+        state.comparison = window::Comparison::difference;
+    }
+    if (given("--show"))
+        state.inspection = Inspection{.kind = find_inspection(options.show)};
+    if (given("--size"))
+        memory.size = parse_size(options.size);
+}
+
+void run(const Options& options, const CLI::App& command)
+{
+    window::AppOptions app;
+    app.memory_file = window::memory_file();
+    app.memory = window::recall(app.memory_file, app.complaint);
+    apply(options, command, app.memory);
+    if (!options.script.empty())
+        app.script = window::Script::read(options.script);
+    app.input = options.scene;
+    app.frames = options.frames;
+    app.screenshot = options.screenshot;
+    app.debug = options.gl_debug;
+    const window::AppReport report = window::App(std::move(app)).run();
+    if (options.json)
+        fmt::print("{}\n", nlohmann::ordered_json{{"frames", report.frames},
+                                                  {"first_frame_ms", report.first_frame_ms},
+                                                  {"first_picture_ms", report.first_picture_ms},
+                                                  {"settled_ms", report.settled_ms},
+                                                  {"device", report.device},
+                                                  {"message", report.message}}
+                               .dump(1));
+}
+
+}  // namespace
+
+void add_view(CLI::App& app)
+{
+    CLI::App* command = app.add_subcommand(
+        "view", "A window on a .vdb file, a scene or a sequence: orbit, light, compare");
+    auto options = std::make_shared<Options>();
+    Options& o = *options;
+    command->add_option("INPUT", o.scene.file,
+                        "a .vdb file, smoke_####.vdb, or a scene file (.json) [an empty window]");
+    command->add_option("--size", o.size, "WIDTHxHEIGHT of the window [the last one's]");
+    command->add_option("--grid", o.scene.grid,
+                        "of a .vdb: name or name[n] [the first fog volume]");
+    command->add_option("--up", o.scene.up, "of a .vdb [auto]")
+        ->check(CLI::IsMember({"auto", "y", "z"}));
+    command->add_option("--aa", o.aa, "frames averaged at rest [16]")->check(CLI::Range(1, 65536));
+    command
+        ->add_option("--frame-time", o.frame_time,
+                     "held while things move, by lower resolution and fewer steps (1..10000 ms) "
+                     "[33]")
+        ->check(CLI::Range(1.0, 10000.0));
+    command->add_option("--compare", o.compare, "split the screen with a mode, a preset or "
+                                                "`reference`")
+        ->check(CLI::IsMember(window::others()));
+    command->add_flag("--difference", o.difference, "their difference instead of a split screen");
+    std::vector<std::string> kinds;
+    for (const InspectionInfo& info : inspection_table())
+        kinds.emplace_back(info.name);
+    command->add_option("--show", o.show, "see inside instead of the picture")
+        ->check(CLI::IsMember(kinds));
+    command->add_option("--exposure", o.exposure, "stops [from the picture]")
+        ->check(CLI::Range(-40.0, 40.0));
+    command->add_option("--display", o.display, "transform for the screen [filmic]")
+        ->check(CLI::IsMember({"filmic", "srgb"}));
+    command->add_option("--mode", o.settings.mode, "raymarch or froxel [the preset's]")
+        ->check(CLI::IsMember({"raymarch", "froxel"}));
+    add_settings(*command, o.settings);
+    command
+        ->add_option("--frames", o.frames,
+                     "close after so many frames, those of a script not counted")
+        ->check(CLI::Range(1, 1000000));
+    command->add_option("--screenshot", o.screenshot,
+                        "x.png of the window at its end; without --frames that is when the "
+                        "picture is sharp");
+    command->add_option("--script", o.script, "actions in a person's stead (.json)");
+    command->add_flag("--gl-debug", o.gl_debug, "an OpenGL error ends the program");
+    command->add_flag("--json", o.json, "print JSON at the end");
+    command->footer(window::key_help() +
+                    "\nSettings, the last files and the window's size are kept in " +
+                    "$XDG_CONFIG_HOME/fumarole/view.json.");
+    command->callback([options, command] { run(*options, *command); });
+}
+
+}  // namespace fumarole::command

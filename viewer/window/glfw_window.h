@@ -1,0 +1,55 @@
+#pragma once
+
+#include <glm/glm.hpp>
+#include <string>
+#include <vector>
+
+#include "gl/device.h"
+#include "window/event.h"
+
+struct GLFWwindow;
+struct GLFWcursor;
+
+namespace fumarole::window {
+
+/// A window with an OpenGL 4.5 core context, current while it lives. One at a time.
+class GlfwWindow {
+public:
+    /// @param size of the window, in its own units
+    /// @throws Error if there is no display, or its OpenGL is older than 4.5, saying what to do.
+    GlfwWindow(glm::ivec2 size, bool debug_context);
+    ~GlfwWindow();
+    GlfwWindow(const GlfwWindow&) = delete;
+    GlfwWindow& operator=(const GlfwWindow&) = delete;
+
+    /// What has come in since the last call; waits for something to, for `seconds` at most.
+    std::vector<Event> poll(double seconds);
+    /// Ends a poll() that waits; from any thread.
+    static void wake();
+    void swap();
+
+    [[nodiscard]] bool closing() const;
+    void close();
+    [[nodiscard]] bool minimised() const;
+    void minimise(bool on);
+    void resize(glm::ivec2 size);
+    void set_title(const std::string& title);
+    void set_clipboard(const std::string& text);
+    [[nodiscard]] std::string clipboard() const;
+    /// 0 an arrow, 1 a bar for text, 2 a double arrow from left to right, 3 a hand.
+    void set_cursor(int shape);
+
+    [[nodiscard]] glm::ivec2 size() const;    ///< in its own units
+    [[nodiscard]] glm::ivec2 pixels() const;  ///< of its framebuffer
+    /// How much larger text is to be than on a screen of 96 dots an inch.
+    [[nodiscard]] double content_scale() const;
+    [[nodiscard]] static gl::GetProc get_proc();
+
+private:
+    GLFWwindow* window_ = nullptr;
+    std::vector<GLFWcursor*> cursors_;
+    int cursor_ = 0;
+    std::vector<Event> events_;
+};
+
+}  // namespace fumarole::window

@@ -1,0 +1,82 @@
+#include "window/pace.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace fumarole::window {
+
+namespace {
+
+// Each about 0.6 of the one before.
+constexpr std::array<Effort, 8> kEfforts{{{1, 1, 1},
+                                          {1, 0.75, 2},
+                                          {0.75, 0.75, 2},
+                                          {0.66, 0.5, 2},
+                                          {0.5, 0.5, 2},
+                                          {0.5, 0.5, 4},
+                                          {0.33, 0.375, 4},
+                                          {0.25, 0.25, 4}}};
+constexpr int kLast = static_cast<int>(kEfforts.size()) - 1;
+
+}  // namespace
+
+Pace::Pace(bool slow) : live_{slow ? 4 : 1}, now_{live_} {}
+
+int Pace::levels()
+{
+    return kLast + 1;
+}
+
+const Effort& Pace::effort() const
+{
+    return kEfforts[static_cast<std::size_t>(now_)];
+}
+
+void Pace::begin(bool changed, double seconds)
+{
+    still_ = changed ? 0 : still_ + seconds;
+    const bool was_moving = moving_;
+    moving_ = still_ < rest_after;
+    if (moving_)
+        now_ = live_;
+    else if (was_moving)
+        now_ = std::max(0, now_ - 1);
+    else
+        now_ = std::max(0, now_ - 2);
+}
+
+void Pace::end(double ms)
+{
+    if (!moving_)
+        return;
+    if (ms > 2 * target_ms)
+        live_ = std::min(kLast, live_ + 2);
+    else if (ms > target_ms)
+        live_ = std::min(kLast, live_ + 1);
+    else if (ms < 0.5 * target_ms)
+        live_ = std::max(0, live_ - 1);
+}
+
+Settings settings_at(const Settings& asked, const Effort& effort, bool content_changes)
+{
+    constexpr int kCoarseShadows = 24, kCoarseWorld = 8, kFewDirections = 16;
+    Settings s = asked;
+    const auto fewer = [&](int n, int least) {
+        return std::min(n, std::max(least, static_cast<int>(std::lround(n * effort.steps))));
+    };
+    s.steps = fewer(asked.steps, 8);
+    s.slices = fewer(asked.slices, 16);
+    s.resolution = std::max(asked.resolution, effort.resolution);
+    if (content_changes) {
+        const auto cap = [](int nodes, int most) {
+            return nodes == Settings::kAutomatic ? most : std::min(nodes, most);
+        };
+        s.shadow_cache = cap(asked.shadow_cache, kCoarseShadows);
+        s.world_cache = cap(asked.world_cache, kCoarseWorld);
+        s.world_directions = std::min(asked.world_directions, kFewDirections);
+    }
+    return s;
+}
+
+}  // namespace fumarole::window

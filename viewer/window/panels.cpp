@@ -1,0 +1,578 @@
+#include "window/panels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fmt/format.h>
+#include <imgui.h>
+#include <imgui_stdlib.h>
+
+#include "study/false_color.h"
+#include "window/controls.h"
+#include "window/keys.h"
+#include "window/scene_handles.h"
+
+namespace fumarole::window {
+
+namespace {
+
+bool section(const char* name, bool open = true)
+{
+    return ImGui::CollapsingHeader(name, open ? ImGuiTreeNodeFlags_DefaultOpen : 0);
+}
+
+void text(const std::string& line)
+{
+    ImGui::TextWrapped("%s", line.c_str());
+}
+
+template <typename... T> void say(fmt::format_string<T...> format, T&&... arguments)
+{
+    text(fmt::format(format, std::forward<T>(arguments)...));
+}
+
+bool setting_group(std::string_view group, ViewState& state)
+{
+    const Settings first = find_preset(state.preset);
+    bool changed = false;
+    for (const SettingInfo& info : setting_table())
+        if (info.group == group)
+            changed |= setting_control(info, state.settings, first);
+    return changed;
+}
+
+// ------------------------------------------------------------------------------- path of light
+
+template <typename T> const T* same_kind(const Medium* first)
+{
+    return first == nullptr ? nullptr : std::get_if<T>(first);
+}
+
+bool medium_controls(GridMedium& medium, const GridMedium& first)
+{
+    text(std::filesystem::path(medium.file).filename().string() +
+         (medium.grid.empty() ? "" : ": " + medium.grid));
+    bool changed = triple_control({"sigma_s", "1/m", "", "scattering per unit of density"},
+                                  medium.sigma_s_per_density, 0, first.sigma_s_per_density);
+    changed |= triple_control({"sigma_a", "1/m", "", "absorption per unit of density"},
+                              medium.sigma_a_per_density, 0, first.sigma_a_per_density);
+    changed |= number_control({"g", "", "", "Henyey-Greenstein: > 0 scatters forward"}, medium.g,
+                              -0.99f, 0.99f, first.g);
+    if (medium.emission != nullptr)
+        changed |= triple_control(
+            {"emission", "", "", "W/m^2/sr per metre, per unit of the emission grid"},
+            medium.emission_per_unit, 0, first.emission_per_unit);
+    changed |= triple_control({"translate", "m", "", "where the grid stands"}, medium.translate,
+                              -1e9, first.translate);
+    changed |= number_control({"scale", "", "", "of the grid"}, medium.scale, 0.01, 100,
+                              first.scale);
+    return changed;
+}
+
+bool profile_controls(Profile& profile, const Profile& first)
+{
+    if (auto* height = std::get_if<ExpHeightProfile>(&profile)) {
+        const auto& was = std::get<ExpHeightProfile>(first);
+        bool changed = number_control({"scale height", "m", "", "over which it thins by e"},
+                                      height->scale_height, 0.01, 1000, was.scale_height);
+        changed |= number_control({"z0", "m", "", "where it has its coefficients"}, height->z0,
+                                  -100, 100, was.z0);
+        return changed;
+    }
+    auto* noise = std::get_if<NoiseProfile>(&profile);
+    if (noise == nullptr)
+        return false;
+    const auto& was = std::get<NoiseProfile>(first);
+    bool changed = number_control({"feature size", "m", "", "of the first octave's cells"},
+                                  noise->feature_size, 0.01, 100, was.feature_size);
+    changed |= number_control({"octaves", "", "", "of noise"}, noise->octaves, 1, 16, was.octaves);
+    changed |= number_control({"threshold", "", "", "noise under it is empty"}, noise->threshold,
+                              0, 0.99, was.threshold);
+    return changed;
+}
+
+bool medium_controls(BoxMedium& medium, const BoxMedium& first)
+{
+    bool changed = triple_control({"sigma_s", "1/m", "", "scattering"}, medium.sigma_s, 0,
+                                  first.sigma_s);
+    changed |= triple_control({"sigma_a", "1/m", "", "absorption"}, medium.sigma_a, 0,
+                              first.sigma_a);
+    changed |= number_control({"g", "", "", "Henyey-Greenstein: > 0 scatters forward"}, medium.g,
+                              -0.99f, 0.99f, first.g);
+    changed |= triple_control({"emission", "", "", "W/m^2/sr per metre"}, medium.emission, 0,
+                              first.emission);
+    if (medium.profile.index() == first.profile.index())
+        changed |= profile_controls(medium.profile, first.profile);
+    return changed;
+}
+
+bool draw_media(Scene& scene, const Scene& first)
+{
+    bool changed = false;
+    for (std::size_t i = 0; i < scene.media.size(); ++i) {
+        ImGui::PushID(static_cast<int>(i));
+        const Medium* was = i < first.media.size() ? &first.media[i] : nullptr;
+        if (i > 0)
+            ImGui::Separator();
+        if (auto* grid = std::get_if<GridMedium>(&scene.media[i])) {
+            const auto* kind = same_kind<GridMedium>(was);
+            changed |= medium_controls(*grid, kind != nullptr ? *kind : GridMedium(*grid));
+        } else {
+            auto& box = std::get<BoxMedium>(scene.media[i]);
+            const auto* kind = same_kind<BoxMedium>(was);
+            text("a box of fog");
+            changed |= medium_controls(box, kind != nullptr ? *kind : BoxMedium(box));
+        }
+        ImGui::PopID();
+    }
+    return changed;
+}
+
+bool direction_controls(glm::dvec3& direction, const glm::dvec3& first, const char* what)
+{
+    const auto angles = [](const glm::dvec3& d) {
+        return glm::dvec2(glm::degrees(std::atan2(d.y, d.x)),
+                          glm::degrees(std::asin(std::clamp(d.z, -1.0, 1.0))));
+    };
+    glm::dvec2 now = angles(direction);
+    const glm::dvec2 was = angles(first);
+    bool changed = number_control({"azimuth", "deg", "", std::string(what) + ", from +x to +y"},
+                                  now.x, -180, 180, was.x);
+    changed |= number_control({"elevation", "deg", "", std::string(what) + ", over the horizon"},
+                              now.y, -90, 90, was.y);
+    if (changed) {
+        const glm::dvec2 a = glm::radians(now);
+        direction = {std::cos(a.y) * std::cos(a.x), std::cos(a.y) * std::sin(a.x), std::sin(a.y)};
+    }
+    return changed;
+}
+
+bool light_controls(Light& light, const Light& was)
+{
+    if (auto* sun = std::get_if<SunLight>(&light)) {
+        const auto& first = std::get<SunLight>(was);
+        bool changed = direction_controls(sun->direction_to_light, first.direction_to_light,
+                                          "where the sun stands");
+        changed |= triple_control({"irradiance", "W/m2", "", "on a plane that faces it"},
+                                  sun->irradiance, 0, first.irradiance);
+        return changed;
+    }
+    if (auto* spot = std::get_if<SpotLight>(&light)) {
+        const auto& first = std::get<SpotLight>(was);
+        bool changed =
+            triple_control({"position", "m", "", "in the world"}, spot->position, -1e9,
+                           first.position);
+        changed |= direction_controls(spot->direction, first.direction, "where it shines");
+        changed |= number_control({"cone", "deg", "", "full opening angle"}, spot->cone_deg, 1,
+                                  179, first.cone_deg);
+        changed |= number_control({"blend", "", "", "share of the cone that fades"}, spot->blend,
+                                  0, 1, first.blend);
+        changed |= triple_control({"intensity", "W/sr", "", "on the axis"},
+                                  spot->radiant_intensity, 0, first.radiant_intensity);
+        return changed;
+    }
+    auto& point = std::get<PointLight>(light);
+    const auto& first = std::get<PointLight>(was);
+    bool changed = triple_control({"position", "m", "", "in the world"}, point.position, -1e9,
+                                  first.position);
+    changed |= triple_control({"intensity", "W/sr", "", "to all sides"}, point.radiant_intensity,
+                              0, first.radiant_intensity);
+    return changed;
+}
+
+bool draw_lights(ViewState& state, Scene& scene, const Scene& first)
+{
+    bool changed = false;
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+        ImGui::PushID(static_cast<int>(i));
+        Light& light = scene.lights[i];
+        say("{} {}", light_name(light), i + 1);
+        ImGui::SameLine();
+        const bool gone = ImGui::SmallButton("remove");
+        const bool same =
+            i < first.lights.size() && first.lights[i].index() == light.index();
+        const Light own = light;
+        changed |= light_controls(light, same ? first.lights[i] : own);
+        ImGui::PopID();
+        if (gone) {
+            scene.lights.erase(scene.lights.begin() + static_cast<std::ptrdiff_t>(i));
+            return true;
+        }
+    }
+    if (ImGui::SmallButton("add a sun")) {
+        scene.lights.emplace_back(SunLight{});
+        changed = true;
+    }
+    ImGui::SameLine();
+    if (ImGui::SmallButton("add a point")) {
+        const Bounds subject = subject_of(scene);
+        PointLight light;
+        light.position = subject.empty() ? scene.camera.look_at
+                                         : 0.5 * (subject.min + subject.max) +
+                                               glm::dvec3(0, 0, 0.6 * subject.diagonal());
+        light.radiant_intensity = glm::vec3(
+            static_cast<float>(subject.empty() ? 1 : subject.diagonal() * subject.diagonal()));
+        scene.lights.emplace_back(light);
+        changed = true;
+    }
+    switch_control({"handles", "", "", "drag lights in the picture (L)"}, state.lights, false);
+    if (scene.world.environment == nullptr)
+        changed |= triple_control({"world", "W/m2/sr", "", "radiance of the world"},
+                                  scene.world.radiance, 0, first.world.radiance);
+    else
+        changed |= number_control({"world", "x", "", "the environment map is scaled by it"},
+                                  scene.world.environment_scale, 0, 100,
+                                  first.world.environment_scale);
+    return changed;
+}
+
+// ----------------------------------------------------------------------------- other sections
+
+void draw_file(const PanelContext& context, std::string& path, PanelWishes& wishes)
+{
+    text(context.file.empty() ? "no file" : context.file);
+    if (ImGui::InputTextWithHint("##path", "a .vdb or a scene", &path,
+                                 ImGuiInputTextFlags_EnterReturnsTrue) &&
+        !path.empty())
+        wishes.open = path;
+    ImGui::SameLine();
+    if (ImGui::Button("open") && !path.empty())
+        wishes.open = path;
+    if (!context.recent.empty() && ImGui::BeginCombo("##recent", "recent")) {
+        for (const std::string& file : context.recent)
+            if (ImGui::Selectable(file.c_str()))
+                wishes.open = file;
+        ImGui::EndCombo();
+    }
+    if (!context.loading.empty())
+        say("{} ...", context.loading);
+    if (!context.whole)
+        return;
+    wishes.fit = ImGui::Button("fit");
+    ImGui::SameLine();
+    wishes.first_camera = ImGui::Button("first camera");
+    ImGui::SameLine();
+    wishes.save_scene = ImGui::Button("save scene");
+    wishes.save_png = ImGui::Button("PNG");
+    ImGui::SameLine();
+    wishes.save_exr = ImGui::Button("EXR");
+    ImGui::SameLine();
+    wishes.copy_command = ImGui::Button("copy command line");
+    for (const std::string& note : context.notes)
+        ImGui::TextDisabled("%s", note.c_str());
+}
+
+bool draw_mode(ViewState& state)
+{
+    bool changed = false;
+    const auto mode = [&](const char* name, bool on, auto&& choose) {
+        if (ImGui::RadioButton(name, on) && !on) {
+            choose();
+            changed = true;
+        }
+    };
+    const bool froxel = state.settings.mode == Settings::Mode::froxel;
+    mode("ray march", !froxel && !state.reference, [&] {
+        state.settings.mode = Settings::Mode::raymarch;
+        state.reference = false;
+    });
+    ImGui::SameLine();
+    mode("froxels", froxel && !state.reference, [&] {
+        state.settings.mode = Settings::Mode::froxel;
+        state.reference = false;
+    });
+    ImGui::SameLine();
+    mode("reference", state.reference, [&] { state.reference = true; });
+    std::vector<std::string> names;
+    for (const auto& [name, settings] : presets())
+        names.emplace_back(name);
+    std::string preset = state.preset;
+    if (choice_control({"preset", "", "", "settings by name; a change starts from it"}, preset,
+                       names, preset)) {
+        change_setting(state, "preset", preset);
+        changed = true;
+    }
+    return changed;
+}
+
+bool draw_compare(const PanelContext& context)
+{
+    ViewState& state = context.state;
+    bool changed = false;
+    const auto choose = [&](const char* name, Comparison comparison) {
+        if (ImGui::RadioButton(name, state.comparison == comparison)) {
+            changed |= state.comparison != comparison;
+            state.comparison = comparison;
+        }
+    };
+    choose("one", Comparison::none);
+    ImGui::SameLine();
+    choose("split", Comparison::split);
+    ImGui::SameLine();
+    choose("difference", Comparison::difference);
+    changed |= choice_control({"with", "", "", "a mode with these settings, a preset, or the reference"},
+                              state.other, others(), "eevee2017");
+    if (state.comparison == Comparison::difference)
+        number_control({"scale", "", "", "difference at the end of the colours; 0: what suits"},
+                       state.difference_scale, 0, 10, 0);
+    number_control({"tolerance", "", "", "of the reference: relative error of a pixel"},
+                   state.tolerance, 1e-3, 0.5, 0.02);
+    if (context.reference_runs || context.reference.share > 0) {
+        ImGui::ProgressBar(static_cast<float>(context.reference.share), {-1, 0},
+                           fmt::format("reference {:.0f} %", 100 * context.reference.share).c_str());
+        if (!context.reference.error.empty())
+            text("reference: " + context.reference.error);
+    }
+    for (const ErrorFigures& side : context.errors)
+        say("{}: relMSE {:.2e}, bias {:+.2f} %, SMAPE {:.2f} %, 99.9 %: {:.2g}", side.name,
+            side.metrics.relmse, 100 * side.metrics.bias, 100 * side.metrics.smape,
+            side.metrics.p999);
+    return changed;
+}
+
+bool draw_inside(ViewState& state)
+{
+    std::vector<std::string> names{"the picture"};
+    for (const InspectionInfo& info : inspection_table())
+        names.emplace_back(info.name);
+    std::string shown =
+        state.inspection ? std::string(inspection_name(state.inspection->kind)) : names.front();
+    bool changed = false;
+    if (choice_control({"show", "", "", "what is drawn instead of the picture (V: the next)"},
+                       shown, names, names.front())) {
+        if (shown == names.front()) {
+            state.inspection.reset();
+        } else {
+            const Inspection::Kind kind = find_inspection(shown);
+            if (!state.inspection)
+                state.inspection.emplace();
+            state.inspection->kind = kind;
+        }
+        changed = true;
+    }
+    if (!state.inspection)
+        return changed;
+    Inspection& what = *state.inspection;
+    const bool density = what.kind == Inspection::Kind::density_slice;
+    if (density) {
+        std::string axis(1, "xyz"[what.axis]);
+        if (choice_control({"axis", "", "", "that the slice is across"}, axis, {"x", "y", "z"},
+                           "z")) {
+            what.axis = axis[0] - 'x';
+            changed = true;
+        }
+    }
+    if (density || what.kind == Inspection::Kind::froxel_slice)
+        changed |= number_control({"position", "", "", "0..1 of the media, or of the slices"},
+                                  what.position, 0, 1, 0.5);
+    if (what.kind != Inspection::Kind::scattering && what.kind != Inspection::Kind::transmittance)
+        changed |= number_control({"scale", "", "", "value at the end of the colours; 0: what suits"},
+                                  what.scale, 0, 1e5, 0);
+    return changed;
+}
+
+bool draw_display(ViewState& state)
+{
+    bool changed = switch_control({"auto exposure", "", "", "from the picture, when a scene is new"},
+                                  state.auto_exposure, true);
+    if (number_control({"exposure", "stops", "", "radiance is multiplied by 2^stops"},
+                       state.exposure_ev, -15, 15, state.exposure_ev))
+        state.auto_exposure = false;
+    std::string transform = state.transform == Display::Transform::srgb ? "srgb" : "filmic";
+    if (choice_control({"display", "", "", "transform for the screen"}, transform,
+                       {"filmic", "srgb"}, "filmic"))
+        state.transform =
+            transform == "srgb" ? Display::Transform::srgb : Display::Transform::filmic;
+    changed |= number_control({"aa", "frames", "", "averaged at rest"}, state.aa, 1, 256, 16);
+    number_control({"frame time", "ms", "", "held while things move, by lower resolution and fewer steps"},
+                   state.target_ms, 5, 1000, 33);
+    return changed;
+}
+
+void draw_cost(const PanelContext& context)
+{
+    if (!context.history_ms.empty()) {
+        const float most =
+            *std::max_element(context.history_ms.begin(), context.history_ms.end());
+        ImGui::PlotLines("##ms", context.history_ms.data(),
+                         static_cast<int>(context.history_ms.size()), 0,
+                         fmt::format("{:.1f} ms a frame", context.frame_ms).c_str(), 0,
+                         most * 1.1f, {-1, ImGui::GetFontSize() * 4});
+    }
+    for (const auto& [name, ms] : context.side.report().pass_ms)
+        say("{:<24}{:>9.2f} ms", name, ms);
+    if (context.other != nullptr)
+        for (const auto& [name, ms] : context.other->report().pass_ms)
+            say("B {:<22}{:>9.2f} ms", name, ms);
+    say("set-up {:.0f} ms; loss {} of {} to keep the frame time", context.side.setup_ms(),
+        context.effort_level, context.effort_levels - 1);
+    say("{} x {}, frame {} of {}", context.pixels.x, context.pixels.y, context.side.frames(),
+        context.state.aa);
+    if (context.samples > 0)
+        say("{:.3g} evaluations of the media", context.samples);
+    say("{:.1f} MB in textures and buffers",
+        static_cast<double>(context.side.report().gpu_bytes) * 1e-6);
+    if (!context.side.report().history.empty())
+        say("history: {}", context.side.report().history);
+    say("{}, {}", context.device, context.timing_method);
+}
+
+constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
+                                    ImGuiWindowFlags_NoCollapse |
+                                    ImGuiWindowFlags_NoSavedSettings;
+
+}  // namespace
+
+PanelWishes Panels::draw_panel(const PanelContext& context, float width, float height)
+{
+    PanelWishes wishes;
+    ImGui::SetNextWindowPos({0, 0});
+    ImGui::SetNextWindowSize({width, height});
+    ImGui::Begin("panel", nullptr, kFixed | ImGuiWindowFlags_NoTitleBar);
+    ViewState& state = context.state;
+    if (section("file"))
+        draw_file(context, path_, wishes);
+    if (!context.whole) {
+        ImGui::End();
+        return wishes;
+    }
+    if (section("medium")) {
+        wishes.content_changed |= draw_media(context.scene, context.first);
+        wishes.content_changed |= setting_group("medium", state);
+    }
+    if (section("lights", false)) {
+        wishes.content_changed |= draw_lights(state, context.scene, context.first);
+        wishes.content_changed |= setting_group("light", state);
+    }
+    if (section("mode")) {
+        wishes.view_changed |= draw_mode(state);
+        wishes.view_changed |= setting_group(
+            state.settings.mode == Settings::Mode::froxel ? "froxel" : "march", state);
+        if (state.settings.mode == Settings::Mode::froxel &&
+            ImGui::TreeNode("shared with the march")) {
+            wishes.view_changed |= setting_group("march", state);
+            ImGui::TreePop();
+        }
+    }
+    if (section("resolve", false))
+        wishes.view_changed |= setting_group("resolve", state);
+    if (section("display"))
+        wishes.view_changed |= draw_display(state);
+    if (section("compare"))
+        wishes.view_changed |= draw_compare(context);
+    if (section("see inside"))
+        wishes.view_changed |= draw_inside(state);
+    if (section("cost"))
+        draw_cost(context);
+    if (section("what the scene needs", false))
+        for (const std::string& line : context.explained)
+            text(line);
+    ImGui::TextDisabled("? lists the keys");
+    ImGui::End();
+    return wishes;
+}
+
+bool Panels::draw_timeline(Playback& playback, int frames_there, bool waits, glm::vec2 at,
+                           glm::vec2 size)
+{
+    ImGui::SetNextWindowPos({at.x, at.y});
+    ImGui::SetNextWindowSize({size.x, size.y});
+    ImGui::Begin("timeline", nullptr, kFixed | ImGuiWindowFlags_NoTitleBar);
+    bool chosen = false;
+    if (ImGui::Button(playback.playing() ? "pause" : "play"))
+        playback.play(!playback.playing());
+    ImGui::SameLine();
+    int frame = playback.frame();
+    ImGui::SetNextItemWidth(std::max(60.0f, size.x - ImGui::GetFontSize() * 27));
+    if (ImGui::SliderInt("##frame", &frame, playback.first(), playback.last(), "frame %d",
+                         ImGuiSliderFlags_AlwaysClamp)) {
+        playback.scrub(frame);
+        chosen = true;
+    }
+    ImGui::SameLine();
+    ImGui::Checkbox("loop", &playback.loop);
+    ImGui::SameLine();
+    auto rate = static_cast<float>(playback.frames_per_second);
+    ImGui::SetNextItemWidth(ImGui::GetFontSize() * 6);
+    if (ImGui::SliderFloat("##fps", &rate, 1, 120, "%.3g/s", ImGuiSliderFlags_AlwaysClamp))
+        playback.frames_per_second = rate;
+    ImGui::SameLine();
+    ImGui::TextDisabled("%s", fmt::format("{} frames there{}", frames_there,
+                                          waits ? ", reading" : "")
+                                  .c_str());
+    ImGui::End();
+    return chosen;
+}
+
+bool Panels::draw_help(glm::vec2 size)
+{
+    bool open = true;
+    ImGui::SetNextWindowPos({size.x / 2, size.y / 2}, ImGuiCond_Always, {0.5f, 0.5f});
+    ImGui::Begin("keys", &open, kFixed | ImGuiWindowFlags_AlwaysAutoResize);
+    if (ImGui::BeginTable("keys", 2)) {
+        const auto line = [](std::string_view left, std::string_view right) {
+            ImGui::TableNextRow();
+            ImGui::TableNextColumn();
+            ImGui::TextUnformatted(left.data(), left.data() + left.size());
+            ImGui::TableNextColumn();
+            ImGui::TextUnformatted(right.data(), right.data() + right.size());
+        };
+        for (const KeyBinding& binding : key_table())
+            line(binding.name, binding.help);
+        for (const auto& [gesture, meaning] : pointer_table())
+            line(gesture, meaning);
+        ImGui::EndTable();
+    }
+    ImGui::End();
+    return open;
+}
+
+bool Panels::draw_message(const std::string& message, glm::vec2 size)
+{
+    ImGui::SetNextWindowPos({size.x / 2, size.y * 0.4f}, ImGuiCond_Always, {0.5f, 0.5f});
+    ImGui::SetNextWindowSize({std::min(size.x * 0.9f, ImGui::GetFontSize() * 34), 0});
+    ImGui::Begin("message", nullptr, kFixed);
+    text(message);
+    const bool open = !ImGui::Button("close");
+    ImGui::End();
+    return open;
+}
+
+void Panels::draw_greeting(const std::string& greeting, glm::vec2 at, glm::vec2 size)
+{
+    ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+    const ImVec2 extent = ImGui::CalcTextSize(greeting.c_str(), nullptr, false, size.x * 0.9f);
+    draw.AddText(nullptr, 0,
+                 {at.x + (size.x - extent.x) / 2, at.y + (size.y - extent.y) / 2},
+                 IM_COL32(210, 210, 210, 255), greeting.c_str(), nullptr, size.x * 0.9f);
+}
+
+void Panels::draw_legend(const std::string& caption, double low, double high,
+                         const std::string& unit, glm::vec2 corner)
+{
+    ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+    const float em = ImGui::GetFontSize();
+    const float width = std::max(16 * em, ImGui::CalcTextSize(caption.c_str()).x);
+    const float bar = 0.8f * em;
+    const ImVec2 at{corner.x - width - em, corner.y - 3.6f * em};
+    draw.AddRectFilled({at.x - 0.5f * em, at.y - 0.3f * em}, {corner.x - 0.5f * em, corner.y},
+                       IM_COL32(20, 20, 22, 210));
+    constexpr int kPieces = 64;
+    const auto piece = [&](int i) { return at.x + width * static_cast<float>(i) / kPieces; };
+    for (int i = 0; i < kPieces; ++i) {
+        const glm::vec3 color = write::display_transform(
+            study::difference_color((static_cast<float>(i) + 0.5f) / kPieces,
+                                    study::Difference::magnitude),
+            {.exposure_ev = 0, .transform = Display::Transform::srgb});
+        draw.AddRectFilled({piece(i), at.y}, {piece(i + 1), at.y + bar},
+                           ImGui::ColorConvertFloat4ToU32({color.r, color.g, color.b, 1}));
+    }
+    const ImU32 ink = IM_COL32(230, 230, 230, 255);
+    const std::string end = fmt::format("{:.3g} {}", high, unit);
+    draw.AddText({at.x, at.y + bar}, ink, fmt::format("{:.3g}", low).c_str());
+    draw.AddText({at.x + width - ImGui::CalcTextSize(end.c_str()).x, at.y + bar}, ink,
+                 end.c_str());
+    draw.AddText({at.x, at.y + bar + 1.2f * em}, ink, caption.c_str());
+}
+
+}  // namespace fumarole::window

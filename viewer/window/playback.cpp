@@ -1,0 +1,43 @@
+#include "window/playback.h"
+
+#include <algorithm>
+
+namespace fumarole::window {
+
+Playback::Playback(int first, int last, double frames_per_second_)
+    : frames_per_second{frames_per_second_}, first_{first}, last_{last}, frame_{first}
+{
+}
+
+void Playback::play(bool on)
+{
+    playing_ = on && moves();
+    since_ = 0;
+    if (playing_ && frame_ == last_ && !loop)
+        frame_ = first_;
+}
+
+void Playback::scrub(int frame)
+{
+    frame_ = std::clamp(frame, first_, last_);
+    since_ = 0;
+}
+
+void Playback::advance(double seconds, bool ready)
+{
+    if (!playing_ || !ready)
+        return;
+    since_ += seconds;
+    const double each = 1 / frames_per_second;
+    if (since_ < each)
+        return;
+    since_ = std::min(since_ - each, each);  // what is late stays late by a frame at most
+    if (frame_ < last_)
+        ++frame_;
+    else if (loop)
+        frame_ = first_;
+    else
+        playing_ = false;
+}
+
+}  // namespace fumarole::window

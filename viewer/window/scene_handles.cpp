@@ -1,0 +1,161 @@
+#include "window/scene_handles.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "window/camera_control.h"
+
+namespace fumarole::window {
+
+namespace {
+
+Bounds of_grid(const GridMedium& medium)
+{
+    Bounds bounds;
+    if (medium.density == nullptr)
+        return bounds;
+    const VoxelGrid& grid = *medium.density;
+    bounds.min = glm::dvec3(grid.index_min) - 0.5;
+    bounds.max = glm::dvec3(grid.index_max) + 0.5;
+    bounds = bounds.transformed(grid.world_from_index);
+    bounds.min = medium.translate + medium.scale * bounds.min;
+    bounds.max = medium.translate + medium.scale * bounds.max;
+    return bounds;
+}
+
+Bounds of_surface(const Surface& surface)
+{
+    Bounds bounds;
+    if (const auto* box = std::get_if<BoxSurface>(&surface)) {
+        bounds.min = box->min;
+        bounds.max = box->max;
+    } else if (const auto* sphere = std::get_if<SphereSurface>(&surface)) {
+        bounds.min = sphere->center - sphere->radius;
+        bounds.max = sphere->center + sphere->radius;
+    } else if (const auto& mesh = std::get<MeshSurface>(surface); mesh.mesh != nullptr) {
+        for (const glm::vec3& p : mesh.mesh->positions)
+            bounds.add(mesh.translate + mesh.scale * glm::dvec3(p));
+    }
+    return bounds;
+}
+
+/// The sphere that suns are dragged on.
+struct Dome {
+    glm::dvec3 center;
+    double radius;
+
+    explicit Dome(const Scene& scene)
+    {
+        const Bounds subject = subject_of(scene);
+        center = subject.empty() ? scene.camera.look_at : 0.5 * (subject.min + subject.max);
+        // Within sight from where one sees the subject.
+        radius = 0.35 * glm::length(scene.camera.position - center);
+    }
+};
+
+glm::dvec3 position_of(const Light& light, const Dome& dome)
+{
+    if (const auto* sun = std::get_if<SunLight>(&light))
+        return dome.center + sun->direction_to_light * dome.radius;
+    if (const auto* spot = std::get_if<SpotLight>(&light))
+        return spot->position;
+    return std::get<PointLight>(light).position;
+}
+
+/// The point of the sphere under a place of the picture, of two the one that is nearer to `like`;
+/// beside the sphere its rim.
+glm::dvec3 on_dome(const Dome& dome, const Camera& camera, glm::dvec2 place, double aspect,
+                   glm::dvec3 like)
+{
+    const glm::dmat3 axes = axes_of(camera);
+    const double half = metres_per_pixel(camera, 1, 1) / 2;
+    const glm::dvec3 across =
+        axes * glm::dvec3((2 * place.x - 1) * half * aspect, (1 - 2 * place.y) * half, 0);
+    const bool perspective = camera.projection == Camera::Projection::perspective;
+    const glm::dvec3 origin = perspective ? camera.position : camera.position + across;
+    const glm::dvec3 d = perspective ? glm::normalize(axes[2] + across) : axes[2];
+    const double foot = glm::dot(dome.center - origin, d);
+    const glm::dvec3 nearest = origin + foot * d - dome.center;
+    const double rest = dome.radius * dome.radius - glm::dot(nearest, nearest);
+    if (rest <= 0)
+        return glm::normalize(nearest);
+    const glm::dvec3 front = nearest - std::sqrt(rest) * d, back = nearest + std::sqrt(rest) * d;
+    return glm::normalize(glm::dot(front, like) > glm::dot(back, like) ? front : back);
+}
+
+}  // namespace
+
+Bounds subject_of(const Scene& scene)
+{
+    Bounds grids, boxes, surfaces;
+    for (const Medium& medium : scene.media) {
+        if (const auto* grid = std::get_if<GridMedium>(&medium)) {
+            grids.add(of_grid(*grid));
+        } else {
+            boxes.add(std::get<BoxMedium>(medium).min);
+            boxes.add(std::get<BoxMedium>(medium).max);
+        }
+    }
+    for (const Surface& surface : scene.surfaces)
+        surfaces.add(of_surface(surface));
+    return !grids.empty() ? grids : !boxes.empty() ? boxes : surfaces;
+}
+
+std::vector<LightHandle> light_handles(const Scene& scene, double aspect)
+{
+    const Dome dome(scene);
+    std::vector<LightHandle> handles;
+    for (std::size_t i = 0; i < scene.lights.size(); ++i)
+        if (const Projected p =
+                project(scene.camera, position_of(scene.lights[i], dome), aspect);
+            p.view_z > scene.camera.near)
+            handles.push_back({i, p.at});
+    return handles;
+}
+
+std::optional<std::size_t> handle_at(const std::vector<LightHandle>& handles, glm::dvec2 place,
+                                     glm::dvec2 pixels, double reach)
+{
+    std::optional<std::size_t> found;
+    for (const LightHandle& handle : handles)
+        if (const double away = glm::length((handle.at - place) * pixels); away <= reach) {
+            reach = away;
+            found = handle.light;
+        }
+    return found;
+}
+
+Light dragged(const Scene& scene, const Light& light, glm::dvec2 to, double aspect)
+{
+    const Dome dome(scene);
+    const Camera& camera = scene.camera;
+    if (const auto* sun = std::get_if<SunLight>(&light)) {
+        SunLight turned = *sun;
+        turned.direction_to_light =
+            on_dome(dome, camera, to, aspect, sun->direction_to_light);
+        return turned;
+    }
+    const glm::dvec3 from = position_of(light, dome);
+    const Projected there = project(camera, from, aspect);
+    const double height = metres_per_pixel(camera, there.view_z, 1);
+    const glm::dvec2 by = (to - there.at) * glm::dvec2(aspect, -1) * height;
+    const glm::dmat3 axes = axes_of(camera);
+    const glm::dvec3 position = from + axes[0] * by.x + axes[1] * by.y;
+    if (const auto* spot = std::get_if<SpotLight>(&light)) {
+        SpotLight moved = *spot;
+        moved.position = position;
+        return moved;
+    }
+    PointLight moved = std::get<PointLight>(light);
+    moved.position = position;
+    return moved;
+}
+
+const char* light_name(const Light& light)
+{
+    if (std::holds_alternative<SunLight>(light))
+        return "sun";
+    return std::holds_alternative<PointLight>(light) ? "point" : "spot";
+}
+
+}  // namespace fumarole::window

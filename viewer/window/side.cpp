@@ -1,0 +1,120 @@
+#include "window/side.h"
+
+#include "animation.h"
+#include "gl/program.h"
+#include "gl/state_guard.h"
+#include "shared/bindings.h"
+
+namespace fumarole::window {
+
+Side::Side(gl::GetProc get_proc)
+    : renderer_{get_proc}, programs_{renderer_.renderer().device()},
+      fullscreen_{renderer_.renderer().device(), "window"}, framebuffer_{
+                                                                renderer_.renderer().device(),
+                                                                "window picture"}
+{
+    renderer_.renderer().enable_timing(true);
+}
+
+bool Side::continues(const SideRequest& request) const
+{
+    return drawn_ && drawn_->settings == request.settings && drawn_->pixels == request.pixels &&
+           drawn_->inspection == request.inspection &&
+           drawn_->scene.camera == request.scene->camera &&
+           drawn_->scene.time == request.scene->time &&
+           same_content(drawn_->scene, *request.scene);
+}
+
+void Side::resize(glm::ivec2 pixels)
+{
+    if (mean_ && glm::ivec2(mean_.size()) == pixels)
+        return;
+    const gl::Device& gl = renderer_.renderer().device();
+    color_ = gl::Texture::make_2d(gl, "window frame", pixels, GL_RGBA32F, gl::Filter::nearest);
+    depth_ = gl::Texture::make_2d(gl, "window depth", pixels, GL_DEPTH_COMPONENT32F,
+                                  gl::Filter::nearest);
+    mean_ = gl::Texture::make_2d(gl, "window picture", pixels, GL_RGBA32F, gl::Filter::linear);
+}
+
+Frame Side::aim(const SideRequest& request, int frame) const
+{
+    Frame aimed = still_frame(request.scene->camera, request.settings, color_.view(),
+                              depth_.view(), request.average ? frame : 0, 0);
+    if (!request.average) {
+        // What moves has a history, and then samples that change from frame to frame.
+        aimed.history = 0;
+        aimed.index = live_frames_;
+    }
+    return aimed;
+}
+
+void Side::accumulate(int frame)
+{
+    const gl::Device& gl = renderer_.renderer().device();
+    const gl::StateGuard guard(gl, DISPLAY_B_UNIT + 1, 0, 0);
+    framebuffer_.attach_color({mean_.view()});
+    framebuffer_.bind(glm::ivec2(mean_.size()));
+    gl->Enablei(GL_BLEND, 0);
+    gl->BlendEquationi(0, GL_FUNC_ADD);
+    gl->BlendFunci(0, GL_CONSTANT_ALPHA, GL_ONE_MINUS_CONSTANT_ALPHA);
+    gl->BlendColor(0, 0, 0, 1.0f / static_cast<float>(frame + 1));
+    gl->BindTextureUnit(DISPLAY_A_UNIT, color_.id());
+    gl->UseProgram(programs_.get({"pass/fullscreen.vert", "pass/accumulate.frag"}, {}).id());
+    gl->BindVertexArray(fullscreen_.id());
+    gl->DrawArrays(GL_TRIANGLES, 0, 3);
+    gl->NamedFramebufferTexture(framebuffer_.id(), GL_COLOR_ATTACHMENT0, 0, 0);
+}
+
+bool Side::draw(const SideRequest& request)
+{
+    const bool more = request.average && continues(request) && frames_ > 0;
+    if (more && frames_ >= request.most)
+        return false;
+    Renderer& renderer = renderer_.renderer();
+    drawn_.reset();  // should this throw, the next one starts over
+    if (const double ms = renderer_.set_scene(*request.scene, request.settings); ms > 0)
+        setup_ms_ = ms;
+    resize(request.pixels);
+    const int number = more ? frames_ : 0;
+    const Frame frame = aim(request, number);
+    ++live_frames_;
+    renderer.draw_surfaces(frame, request.settings, true);
+    if (request.inspection)
+        legend_ = renderer.inspect(frame, request.settings, *request.inspection);
+    else
+        renderer.composite(frame, request.settings);
+    accumulate(number);
+    report_ = renderer.take_report();
+    drawn_ = {*request.scene, request.settings, request.pixels, request.inspection};
+    frames_ = request.average ? number + 1 : 0;
+    return true;
+}
+
+double Side::samples(const SideRequest& request)
+{
+    if (!mean_ || renderer_.set_scene(*request.scene, request.settings) < 0)
+        return 0;
+    return renderer_.renderer().count_samples(aim(request, 0), request.settings);
+}
+
+Image Side::read() const
+{
+    Image image;
+    image.channels = {"R", "G", "B"};
+    if (!mean_)
+        return image;
+    const glm::ivec2 size(mean_.size());
+    image.width = size.x;
+    image.height = size.y;
+    const std::vector<float> rgba = mean_.read(4);
+    image.pixels.reserve(rgba.size() / 4 * 3);
+    for (int y = size.y - 1; y >= 0; --y)
+        for (int x = 0; x < size.x; ++x) {
+            const std::size_t at = 4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) +
+                                        static_cast<std::size_t>(x));
+            image.pixels.insert(image.pixels.end(), {rgba[at], rgba[at + 1], rgba[at + 2]});
+        }
+    return image;
+}
+
+}  // namespace fumarole::window

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "gl/framebuffer.h"
+#include "gl/program.h"
+#include "inspection.h"
+#include "scene_renderer.h"
+#include "write/image_writer.h"
+
+namespace fumarole::window {
+
+/// What a side is to show.
+struct SideRequest {
+    const Scene* scene = nullptr;  ///< its resolution is not used
+    Settings settings;
+    glm::ivec2 pixels{0};
+    bool average = false;  ///< at rest: frame after frame, each with samples of its own
+    int most = 16;         ///< frames that are averaged
+    std::optional<Inspection> inspection;
+};
+
+/// One way to render and the picture that it has: a frame alone while things move, the mean of
+/// several at rest, which is then what `fumarole render --aa` makes.
+class Side {
+public:
+    explicit Side(gl::GetProc get_proc);
+
+    /// Draws one frame more. @returns false if the picture was complete already
+    /// @throws Error as Renderer does; the picture is then what it was
+    bool draw(const SideRequest& request);
+
+    /// Linear, RGBA32F, alpha 1; empty before the first frame.
+    [[nodiscard]] const gl::Texture& picture() const { return mean_; }
+    /// RGB, rows from the top.
+    [[nodiscard]] Image read() const;
+    [[nodiscard]] int frames() const { return frames_; }
+    /// Of the last frame.
+    [[nodiscard]] const FrameReport& report() const { return report_; }
+    [[nodiscard]] double setup_ms() const { return setup_ms_; }  ///< of the last set_scene
+    [[nodiscard]] const InspectionLegend& legend() const { return legend_; }
+    [[nodiscard]] double samples(const SideRequest& request);
+    [[nodiscard]] SceneRenderer& renderer() { return renderer_; }
+
+private:
+    struct Drawn {
+        Scene scene;
+        Settings settings;
+        glm::ivec2 pixels;
+        std::optional<Inspection> inspection;
+    };
+    [[nodiscard]] bool continues(const SideRequest& request) const;
+    void resize(glm::ivec2 pixels);
+    void accumulate(int frame);
+    [[nodiscard]] Frame aim(const SideRequest& request, int frame) const;
+
+    SceneRenderer renderer_;
+    gl::ProgramCache programs_;
+    gl::VertexArray fullscreen_;
+    gl::Texture color_, depth_, mean_;
+    gl::Framebuffer framebuffer_;
+    std::optional<Drawn> drawn_;
+    int frames_ = 0;
+    std::uint64_t live_frames_ = 0;
+    FrameReport report_;
+    InspectionLegend legend_;
+    double setup_ms_ = 0;
+};
+
+}  // namespace fumarole::window

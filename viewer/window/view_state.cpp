@@ -1,0 +1,97 @@
+#include "window/view_state.h"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "errors.h"
+#include "settings_input.h"
+
+namespace fumarole::window {
+
+std::vector<std::string> others()
+{
+    std::vector<std::string> names{"raymarch", "froxel"};
+    for (const auto& [name, settings] : presets())
+        if (std::find(names.begin(), names.end(), name) == names.end())
+            names.emplace_back(name);
+    names.emplace_back("reference");
+    return names;
+}
+
+std::optional<Settings> other_settings(const ViewState& state)
+{
+    if (state.other == "reference")
+        return std::nullopt;
+    if (state.other == "raymarch" || state.other == "froxel") {
+        Settings settings = state.settings;
+        settings.mode = find_mode(state.other);
+        return settings;
+    }
+    try {
+        return find_preset(state.other);
+    } catch (const Error&) {
+        throw Error(fmt::format("'{}' is nothing to compare with (there are: {})", state.other,
+                                fmt::join(others(), ", ")));
+    }
+}
+
+void change_setting(ViewState& state, const std::string& name, const std::string& value)
+{
+    if (name == "preset") {
+        state.settings = find_preset(value);
+        state.preset = value;
+    } else if (name == "mode") {
+        state.settings.mode = find_mode(value);
+    } else {
+        find_setting(name).set(state.settings, value);
+    }
+}
+
+std::string quoted(const std::string& word)
+{
+    constexpr std::string_view kPlain =
+        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./,:=+%@";
+    if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos)
+        return word;
+    std::string text = "'";
+    for (const char c : word)
+        text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return text + "'";
+}
+
+std::string command_line(const ViewState& state, const std::string& input, glm::ivec2 pixels,
+                         const std::string& output)
+{
+    std::string line = fmt::format("fumarole render {} --size {}x{}", input, pixels.x, pixels.y);
+    if (state.reference) {
+        line += fmt::format(" --mode reference --tolerance {:g}", state.tolerance);
+    } else {
+        const Settings preset = find_preset(state.preset);
+        if (state.preset != "default")
+            line += " --preset " + state.preset;
+        if (state.settings.mode != preset.mode)
+            line += fmt::format(" --mode {}", mode_name(state.settings.mode));
+        if (const std::string words = command::settings_words(state.settings, preset);
+            !words.empty())
+            line += " " + words;
+        if (state.inspection) {
+            const Inspection& what = *state.inspection;
+            line += fmt::format(" --show {}", inspection_name(what.kind));
+            if (what.kind == Inspection::Kind::density_slice)
+                line += fmt::format(" --slice {}={:g}", "xyz"[what.axis], what.position);
+            if (what.kind == Inspection::Kind::froxel_slice)
+                line += fmt::format(" --slice {:g}", what.position);
+            if (what.scale > 0)
+                line += fmt::format(" --scale {:g}", what.scale);
+        }
+    }
+    if (!state.inspection)
+        line += fmt::format(" --aa {}", state.aa);
+    line += fmt::format(" --exposure {:.4g}", state.exposure_ev);
+    if (state.transform == Display::Transform::srgb)
+        line += " --display srgb";
+    return line + " -o " + quoted(output);
+}
+
+}  // namespace fumarole::window

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "inspection.h"
+#include "scene.h"
+#include "settings.h"
+#include "window/display_pass.h"
+
+namespace fumarole::window {
+
+/// What a person has chosen to see, and how.
+struct ViewState {
+    std::string preset = "default";  ///< that the settings started from
+    Settings settings;
+    bool reference = false;  ///< shown in place of what the settings make
+
+    Comparison comparison = Comparison::none;
+    std::string other = "eevee2017";  ///< what it is compared with: a mode, a preset, `reference`
+    double wipe = 0.5;
+    double difference_scale = 0;  ///< at the end of the colours; 0: what suits
+
+    std::optional<Inspection> inspection;
+
+    bool auto_exposure = true;
+    float exposure_ev = 0;
+    Display::Transform transform = Display::Transform::filmic;
+
+    int aa = 16;              ///< frames averaged at rest
+    double target_ms = 33;    ///< of a frame while things move
+    double tolerance = 0.02;  ///< of the reference
+
+    bool panel = true;
+    bool lights = false;
+    bool help = false;
+
+    [[nodiscard]] bool wants_reference() const
+    {
+        return reference || (comparison != Comparison::none && other == "reference");
+    }
+};
+
+/// The settings of the other side, or nothing for `reference`. A mode takes the rest from
+/// `settings`. @throws Error listing what there is
+std::optional<Settings> other_settings(const ViewState& state);
+
+/// What can stand in ViewState::other: modes, presets, `reference`.
+std::vector<std::string> others();
+
+/// Sets one setting by its name; `preset` and `mode` too. @throws Error as the table does
+void change_setting(ViewState& state, const std::string& name, const std::string& value);
+
+/// Words of a command line that makes what is on the screen.
+/// @param input the scene's file, and the words that go with it
+std::string command_line(const ViewState& state, const std::string& input, glm::ivec2 pixels,
+                         const std::string& output);
+
+/// A word as a shell reads it back.
+std::string quoted(const std::string& word);
+
+}  // namespace fumarole::window
