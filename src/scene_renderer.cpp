@@ -127,8 +127,6 @@ void check_size(glm::ivec2 size, const gl::Device& gl)
                                 size.x, size.y, limit));
 }
 
-constexpr double kGolden = 0.6180339887498949;  // steps of it fill 0..1 evenly
-
 /// Where a scene is drawn, and the frame that lends it.
 struct Canvas {
     Canvas(const gl::Device& gl, const Scene& scene)
