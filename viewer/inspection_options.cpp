@@ -2,6 +2,7 @@
 
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <fmt/format.h>
 
 #include "command.h"
@@ -46,14 +47,17 @@ Inspection parse_inspection(const InspectionOptions& options, const Settings& se
     }
     const bool sliced =
         inspection.kind == Kind::density_slice || inspection.kind == Kind::froxel_slice;
-    if (!options.slice.empty() && !sliced)
+    if (options.slice && !sliced)
         throw UsageError("--slice: is for --show density-slice and froxel-slice");
-    if (!options.slice.empty())
-        parse_slice(options.slice, inspection);
+    if (options.slice)
+        parse_slice(*options.slice, inspection);
     if (options.scale &&
         (inspection.kind == Kind::scattering || inspection.kind == Kind::transmittance))
         throw UsageError(fmt::format("--scale: is for false colours; --show {} is shown as it is",
                                      options.show));
+    if (options.scale && !(*options.scale > 0 && std::isfinite(*options.scale)))
+        throw UsageError(
+            fmt::format("--scale: {} is no end of a scale; give one above 0", *options.scale));
     inspection.scale = options.scale.value_or(0);
     if (inspection.kind == Kind::froxel_slice && settings.mode != Settings::Mode::froxel)
         throw UsageError("--show froxel-slice: goes with --mode froxel");

@@ -13,7 +13,8 @@
 namespace fumarole::command {
 
 struct InspectionOptions {
-    std::string show, slice;
+    std::string show;
+    std::optional<std::string> slice;
     std::optional<double> scale;
 };
 

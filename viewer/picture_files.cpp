@@ -136,11 +136,13 @@ float write_picture(const Picture& picture, const PictureFiles& files)
     return display.exposure_ev;
 }
 
-void print_written(const std::vector<std::string>& outputs, float exposure_ev)
+void print_written(const std::vector<std::string>& outputs, std::optional<float> exposure_ev)
 {
     for (const std::string& output : outputs)
         fmt::print("wrote {}{}\n", output,
-                   is_png(output) ? fmt::format(" (exposure {:+.2f} stops)", exposure_ev) : "");
+                   exposure_ev && is_png(output)
+                       ? fmt::format(" (exposure {:+.2f} stops)", *exposure_ev)
+                       : "");
 }
 
 std::optional<float> parse_exposure(const std::string& text)

@@ -44,8 +44,8 @@ void check_outputs(const std::vector<std::string>& outputs);
 /// Writes the files. @returns the exposure [stops] of a .png @throws Error as the writers do
 float write_picture(const Picture& picture, const PictureFiles& files);
 
-/// "wrote x.png (exposure +1.00 stops)", a line each.
-void print_written(const std::vector<std::string>& outputs, float exposure_ev);
+/// "wrote x.png (exposure +1.00 stops)", a line each; no exposure where a .png has none.
+void print_written(const std::vector<std::string>& outputs, std::optional<float> exposure_ev);
 
 /// Stops, or nothing for `auto`. @throws UsageError
 std::optional<float> parse_exposure(const std::string& text);

@@ -268,21 +268,24 @@ void run_still(const Options& options, const PictureFiles& files, const Settings
 
 // ---------------------------------------------------------------------------------- inspection
 
-/// Radiance is exposed as a composite is; all else has colours for a screen as it is.
-float write_inspection(const InspectionStill& still, const Inspection& inspection,
-                       const PictureFiles& files)
+/// @returns the stops of a .png of radiance, which is exposed as a composite is; all else has
+/// colours for a screen as it is
+std::optional<float> write_inspection(const InspectionStill& still, const Inspection& inspection,
+                                      const PictureFiles& files)
 {
+    std::optional<float> exposure_ev;
     Display display{.exposure_ev = 0, .transform = Display::Transform::srgb};
-    if (inspection.kind == Inspection::Kind::scattering)
-        display = {exposure_of("scattering", image_of(still, false), files.exposure),
-                   files.transform};
+    if (inspection.kind == Inspection::Kind::scattering) {
+        exposure_ev = exposure_of("scattering", image_of(still, false), files.exposure);
+        display = {*exposure_ev, files.transform};
+    }
     for (const std::string& output : files.outputs) {
         if (is_png(output))
             write::write_png(image_of(still, true), display, output);
         else
             write::write_exr(image_of(still, false), output);
     }
-    return display.exposure_ev;
+    return exposure_ev;
 }
 
 void run_inspection(const Options& options, const PictureFiles& files, const Settings& settings,
@@ -292,7 +295,7 @@ void run_inspection(const Options& options, const PictureFiles& files, const Set
     SceneRenderer renderer(context->get_proc());
     const InspectionStill still =
         renderer.inspect(loaded.scene, settings, inspection, options.seed);
-    const float exposure_ev = write_inspection(still, inspection, files);
+    const std::optional<float> exposure_ev = write_inspection(still, inspection, files);
     const InspectionLegend& legend = still.legend;
     if (options.json) {
         print_json({{"input", options.input},
@@ -306,7 +309,7 @@ void run_inspection(const Options& options, const PictureFiles& files, const Set
                       {"unit", legend.unit},
                       {"caption", legend.caption},
                       {"false_color", legend.false_color}}},
-                    {"exposure_ev", exposure_ev},
+                    {"exposure_ev", exposure_ev ? Json(*exposure_ev) : Json()},
                     {"notes", loaded.notes},
                     {"seed", options.seed},
                     {"preset", options.preset},
@@ -609,10 +612,8 @@ void add_render(CLI::App& app)
     command->add_option("--slice", o.inspection.slice,
                         "of --show density-slice: [x=|y=|z=]0..1 of the media's bounds; of "
                         "froxel-slice: 0..1 of the slices, near to far [z=0.5; 0.5]");
-    command
-        ->add_option("--scale", o.inspection.scale,
-                     "of --show: the value where its colours end [one that suits]")
-        ->check(CLI::PositiveNumber);
+    command->add_option("--scale", o.inspection.scale,
+                        "of --show: the value where its colours end [one that suits]");
     command->add_flag("--alpha", o.alpha, "leave out the sky; its transmittance becomes alpha");
     command->add_option("--exposure", o.exposure, "stops for a .png [auto]");
     command->add_option("--display", o.display, "transform for a .png [filmic]")

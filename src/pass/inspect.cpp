@@ -306,7 +306,9 @@ void show_bricks(const Toolbox& tools, Inspector& inspector, InspectionLegend& l
         count += one.boxes.size();
     }
     legend.unit = "1/m";
-    legend.caption = fmt::format("largest extinction in each of {} boxes", count);
+    legend.caption =
+        fmt::format("largest extinction in {}",
+                    count == 1 ? "the one box" : fmt::format("each of {} boxes", count));
     if (legend.high <= 0)
         legend.high = scale_end(std::max(bound, kLeastEnd));
     inspector.set_scale(legend);

@@ -308,7 +308,7 @@ TEST_F(Inspect, BricksHaveLinesWhereTheirEdgesAre)
             settings.layout = layout;
             const InspectionStill still = inspect(scene, settings, {.kind = Kind::bricks});
             EXPECT_EQ(still.legend.high, 2) << "a round number above 1.5";
-            EXPECT_NE(still.legend.caption.find("1 boxes"), std::string::npos)
+            EXPECT_NE(still.legend.caption.find("the one box"), std::string::npos)
                 << still.legend.caption;
             const glm::vec3 color = study::difference_color(0.75f, study::Difference::magnitude);
             const double last = layout == medium::Layout::bricks ? 8 : 7;
