@@ -199,8 +199,8 @@ Frame still_frame(const Camera& camera, const Settings& settings, gl::TextureVie
     frame.depth_convention = {.zero_to_one = true, .reversed = true};
     frame.view_from_world = view_from_world(camera);
     frame.clip_from_view = clip_from_view(camera, glm::uvec2(color.size), subpixel_offset(i));
-    frame.layer_offset = settings.resolution > 1 ? layer_offset(static_cast<std::uint64_t>(i))
-                                                 : glm::dvec2(0);
+    frame.layer_offset =
+        settings.resolution > 1 ? layer_offset(static_cast<std::uint64_t>(i)) : glm::dvec2(0);
     frame.jitter_offset = glm::fract(kGolden * (i + 1024.0 * seed));
     frame.index = static_cast<std::uint64_t>(i) + 1024ull * seed;
     frame.history = Frame::kNoHistory;
