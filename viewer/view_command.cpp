@@ -47,8 +47,8 @@ void apply(const Options& options, const CLI::App& command, window::Remembered& 
             options.display == "srgb" ? Display::Transform::srgb : Display::Transform::filmic;
     if (given("--compare")) {
         state.other = options.compare;
-        state.comparison = options.difference ? window::Comparison::difference
-                                              : window::Comparison::split;
+        state.comparison =
+            options.difference ? window::Comparison::difference : window::Comparison::split;
     } else if (options.difference) {
         state.comparison = window::Comparison::difference;
     }
@@ -71,14 +71,24 @@ void run(const Options& options, const CLI::App& command)
     app.screenshot = options.screenshot;
     app.debug = options.gl_debug;
     const window::AppReport report = window::App(std::move(app)).run();
-    if (options.json)
-        fmt::print("{}\n", nlohmann::ordered_json{{"frames", report.frames},
-                                                  {"first_frame_ms", report.first_frame_ms},
-                                                  {"first_picture_ms", report.first_picture_ms},
-                                                  {"settled_ms", report.settled_ms},
-                                                  {"device", report.device},
-                                                  {"message", report.message}}
-                               .dump(1));
+    if (!options.json)
+        return;
+    using Json = nlohmann::ordered_json;
+    Json errors = Json::array();
+    for (const window::ErrorFigures& side : report.errors)
+        errors.push_back({{"name", side.name},
+                          {"relmse", side.metrics.relmse},
+                          {"bias", side.metrics.bias},
+                          {"smape", side.metrics.smape},
+                          {"p999", side.metrics.p999}});
+    const Json json{{"frames", report.frames},
+                    {"first_frame_ms", report.first_frame_ms},
+                    {"first_picture_ms", report.first_picture_ms},
+                    {"settled_ms", report.settled_ms},
+                    {"device", report.device},
+                    {"message", report.message},
+                    {"errors", errors}};
+    fmt::print("{}\n", json.dump(1, ' ', false, Json::error_handler_t::replace));
 }
 
 }  // namespace
@@ -102,8 +112,10 @@ void add_view(CLI::App& app)
                      "held while things move, by lower resolution and fewer steps (1..10000 ms) "
                      "[33]")
         ->check(CLI::Range(1.0, 10000.0));
-    command->add_option("--compare", o.compare, "split the screen with a mode, a preset or "
-                                                "`reference`")
+    command
+        ->add_option("--compare", o.compare,
+                     "split the screen with a mode, a preset or "
+                     "`reference`")
         ->check(CLI::IsMember(window::others()));
     command->add_flag("--difference", o.difference, "their difference instead of a split screen");
     std::vector<std::string> kinds;

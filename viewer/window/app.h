@@ -42,7 +42,8 @@ struct AppReport {
     double first_picture_ms = 0;  ///< until it first showed a whole scene, 0 if never
     double settled_ms = 0;        ///< until that was as sharp as it gets, 0 if never
     std::string device;
-    std::string message;  ///< that stood in the window at the end
+    std::string message;               ///< that stood in the window at the end
+    std::vector<ErrorFigures> errors;  ///< against the reference, at the end
 };
 
 /// The window of `fumarole view`: what comes in, what is shown, once a frame.
@@ -93,7 +94,7 @@ private:
     void draw_panels();
     void grant(const PanelWishes& wishes);
     void draw_sides();
-    void draw_side(Side& side, const Settings& settings);
+    bool draw_side(Side& side, const Settings& settings);
     void draw_picture();
     void draw_overlays();
     void update_reference();
@@ -118,7 +119,7 @@ private:
     void change_content()
     {
         changed_ = content_changed_ = true;
-        exposure_due_ = exposure_due_ || state_.auto_exposure;
+        exposure_due_ = true;
     }
     [[nodiscard]] bool settled() const;
     [[nodiscard]] bool compares() const { return state_.comparison != Comparison::none; }
@@ -152,7 +153,7 @@ private:
     std::array<bool, 6> flying_{};  ///< right, left, up, down, forward, back
 
     bool changed_ = true, content_changed_ = false, content_moves_ = false;
-    bool exposure_due_ = true;
+    bool exposure_due_ = true, scene_is_new_ = true;
     std::string failed_, message_;  ///< a message that a drawing gave, until something changes
     std::string note_;              ///< a line at the bottom, for a while
     double note_seconds_ = 0;

@@ -44,12 +44,14 @@ struct Dome {
     glm::dvec3 center;
     double radius;
 
-    explicit Dome(const Scene& scene)
+    Dome(const Scene& scene, double aspect)
     {
         const Bounds subject = subject_of(scene);
         center = subject.empty() ? scene.camera.look_at : 0.5 * (subject.min + subject.max);
-        // Within sight from where one sees the subject.
-        radius = 0.35 * glm::length(scene.camera.position - center);
+        // Within the picture of an eye that looks at the subject.
+        constexpr double kShare = 0.8;
+        const double away = glm::length(scene.camera.position - center);
+        radius = kShare * metres_per_pixel(scene.camera, away, 1) / 2 * std::min(1.0, aspect);
     }
 };
 
@@ -103,11 +105,10 @@ Bounds subject_of(const Scene& scene)
 
 std::vector<LightHandle> light_handles(const Scene& scene, double aspect)
 {
-    const Dome dome(scene);
+    const Dome dome(scene, aspect);
     std::vector<LightHandle> handles;
     for (std::size_t i = 0; i < scene.lights.size(); ++i)
-        if (const Projected p =
-                project(scene.camera, position_of(scene.lights[i], dome), aspect);
+        if (const Projected p = project(scene.camera, position_of(scene.lights[i], dome), aspect);
             p.view_z > scene.camera.near)
             handles.push_back({i, p.at});
     return handles;
@@ -127,12 +128,11 @@ std::optional<std::size_t> handle_at(const std::vector<LightHandle>& handles, gl
 
 Light dragged(const Scene& scene, const Light& light, glm::dvec2 to, double aspect)
 {
-    const Dome dome(scene);
+    const Dome dome(scene, aspect);
     const Camera& camera = scene.camera;
     if (const auto* sun = std::get_if<SunLight>(&light)) {
         SunLight turned = *sun;
-        turned.direction_to_light =
-            on_dome(dome, camera, to, aspect, sun->direction_to_light);
+        turned.direction_to_light = on_dome(dome, camera, to, aspect, sun->direction_to_light);
         return turned;
     }
     const glm::dvec3 from = position_of(light, dome);

@@ -1,0 +1,311 @@
+// `fumarole view` in a real window, under Xvfb, with a script in a person's stead. OpenGL's errors
+// end the program.
+
+#include <OpenImageIO/imageio.h>
+#include <cmath>
+#include <cstdlib>
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <poll.h>
+#include <sstream>
+
+#include "cli/run_program.h"
+
+namespace fumarole::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+using testing::HasSubstr;
+
+/// A display of our own, on a number that is free.
+class Xvfb {
+public:
+    Xvfb()
+    {
+        int pipe_ends[2];
+        if (pipe(pipe_ends) != 0)
+            return;
+        child_ = fork();
+        if (child_ == 0) {
+            close(pipe_ends[0]);
+            const int silence = open("/dev/null", O_WRONLY);
+            dup2(silence, STDERR_FILENO);
+            const std::string end = std::to_string(pipe_ends[1]);
+            execlp("Xvfb", "Xvfb", "-displayfd", end.c_str(), "-screen", "0", "1280x800x24",
+                   "-nolisten", "tcp", nullptr);
+            _exit(127);
+        }
+        close(pipe_ends[1]);
+        // To the end of the line: it writes in parts, and a pipe that is closed before kills it.
+        std::string number;
+        pollfd ready{pipe_ends[0], POLLIN, 0};
+        for (char c = 0; c != '\n' && poll(&ready, 1, 30000) > 0 && read(pipe_ends[0], &c, 1) == 1;)
+            number += c;
+        if (number.ends_with('\n'))
+            name_ = fmt::format(":{}", std::atoi(number.c_str()));
+        close(pipe_ends[0]);
+    }
+    ~Xvfb()
+    {
+        if (child_ > 0) {
+            kill(child_, SIGTERM);
+            waitpid(child_, nullptr, 0);
+        }
+    }
+    Xvfb(const Xvfb&) = delete;
+    Xvfb& operator=(const Xvfb&) = delete;
+
+    [[nodiscard]] const std::string& name() const { return name_; }
+
+private:
+    pid_t child_ = -1;
+    std::string name_;
+};
+
+struct Pixels {
+    int width = 0, height = 0;
+    std::vector<std::uint8_t> rgb;
+
+    /// A part as a picture of its own.
+    [[nodiscard]] Pixels part(int left, int top, int w, int h) const
+    {
+        Pixels out{w, h, {}};
+        for (int y = top; y < top + h; ++y) {
+            const auto row = rgb.begin() + (static_cast<std::ptrdiff_t>(y) * width + left) * 3;
+            out.rgb.insert(out.rgb.end(), row, row + static_cast<std::ptrdiff_t>(w) * 3);
+        }
+        return out;
+    }
+};
+
+Pixels read_png(const fs::path& file)
+{
+    const auto input = OIIO::ImageInput::open(file.string());
+    if (input == nullptr)
+        return {};
+    const OIIO::ImageSpec& spec = input->spec();
+    Pixels pixels{spec.width, spec.height,
+                  std::vector<std::uint8_t>(static_cast<std::size_t>(spec.width) *
+                                            static_cast<std::size_t>(spec.height) * 3)};
+    input->read_image(0, 0, 0, 3, OIIO::TypeDesc::UINT8, pixels.rgb.data());
+    return pixels;
+}
+
+/// Mean difference of two pictures of one size, in steps of 8 bits; infinite if the sizes differ.
+double distance(const Pixels& a, const Pixels& b)
+{
+    if (a.rgb.size() != b.rgb.size() || a.rgb.empty())
+        return std::numeric_limits<double>::infinity();
+    double sum = 0;
+    for (std::size_t i = 0; i < a.rgb.size(); ++i)
+        sum += std::abs(static_cast<double>(a.rgb[i]) - b.rgb[i]);
+    return sum / static_cast<double>(a.rgb.size());
+}
+
+class View : public testing::Test {
+protected:
+    static void SetUpTestSuite() { display().emplace(); }
+    static void TearDownTestSuite() { display().reset(); }
+    static std::optional<Xvfb>& display()
+    {
+        static std::optional<Xvfb> one;
+        return one;
+    }
+
+    View()
+    {
+        setenv("DISPLAY", display()->name().c_str(), 1);
+        setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
+        setenv("XDG_CONFIG_HOME", (folder_.path() / "config").c_str(), 1);
+        setenv("XDG_CACHE_HOME", (folder_.path() / "cache").c_str(), 1);
+    }
+    void SetUp() override
+    {
+        ASSERT_NE(display()->name(), "") << "Xvfb did not start; packages.txt lists it";
+    }
+
+    [[nodiscard]] Outcome view(const std::string& script, const Arguments& more = {},
+                               const std::string& size = "320x240") const
+    {
+        folder_.write("script.json", script);
+        Arguments all{"view",       "--script", "script.json", "--frames", "1",
+                      "--gl-debug", "--json",   "--size",      size};
+        all.insert(all.end(), more.begin(), more.end());
+        return run_program(folder_.path(), all);
+    }
+    [[nodiscard]] Pixels shot(const std::string& name) const
+    {
+        return read_png(folder_.path() / name);
+    }
+    TempFolder folder_;
+};
+
+// The window is too narrow for its panel: all of it is picture.
+TEST_F(View, ThePictureIsTheOneThatItsCommandLineMakes)
+{
+    // A sun that was dragged by its handle, a camera that was, a setting that was changed.
+    const Outcome run = view(R"([{"wait": "loaded"}, {"set": {"steps": 24}},
+        {"key": "L"}, {"frames": 2}, {"drag": [[71, 49], [200, 40]], "frames": 3}, {"key": "L"},
+        {"drag": [[160, 60], [200, 80]], "frames": 3}, {"wheel": 1, "at": [160, 120]},
+        {"wait": "settled"}, {"screenshot": "window.png"},
+        {"key": "Ctrl+C"}, {"frames": 2}, {"clipboard": "command.txt"}])",
+                             {sample("smoke_plume_sun.json"), "--aa=2"});
+    ASSERT_EQ(run.code, 0) << run;
+    std::istringstream words(read_bytes(folder_.path() / "command.txt"));
+    Arguments command{std::istream_iterator<std::string>(words), {}};
+    ASSERT_GT(command.size(), 3u);
+    EXPECT_EQ(command[0], "fumarole");
+    command.erase(command.begin());
+    const std::string output = command.back();
+    const Json was = Json::parse(read_bytes(sample("smoke_plume_sun.json"))),
+               now = Json::parse(read_bytes(command[1]));
+    EXPECT_LT(was["lights"][0]["direction_to_light"][0].get<double>(), -0.2) << "from the left";
+    EXPECT_GT(now["lights"][0]["direction_to_light"][0].get<double>(), 0.2) << "from the right";
+    EXPECT_THAT(joined(command), HasSubstr("--steps 24"));
+    const Outcome headless = run_program(folder_.path(), command);
+    ASSERT_EQ(headless.code, 0) << joined(command) << headless;
+    Pixels window = shot("window.png"), picture = shot(output);
+    // The mode's name stands in the corner; what is left is the same, rounded by two ways to a
+    // screen's values.
+    EXPECT_LT(distance(window.part(0, 40, 320, 160), picture.part(0, 40, 320, 160)), 0.02);
+    EXPECT_GT(distance(window.part(0, 0, 320, 40), picture.part(0, 0, 320, 40)), 0.02)
+        << "where is the label?";
+}
+
+TEST_F(View, ModesSplitByAWipeThatIsDragged)
+{
+    const Outcome run = view(R"([{"wait": "settled"}, {"screenshot": "a.png"},
+        {"key": "2"}, {"wait": "settled"}, {"screenshot": "b.png"},
+        {"key": "1"}, {"key": "S"}, {"wait": "settled"},
+        {"drag": [[160, 120], [96, 120]]}, {"frames": 2}, {"screenshot": "split.png"},
+        {"key": "D"}, {"wait": "settled"}, {"screenshot": "difference.png"},
+        {"key": "D"}, {"key": "V"}, {"frames": 2}, {"wait": "settled"}, {"screenshot": "inside.png"}])",
+                             {sample("smoke_plume_sun.json"), "--aa=1", "--exposure=0",
+                              "--steps=16", "--tile=16", "--slices=8"});
+    ASSERT_EQ(run.code, 0) << run;
+    const Pixels a = shot("a.png"), b = shot("b.png"), split = shot("split.png");
+    EXPECT_GT(distance(a.part(100, 40, 220, 200), b.part(100, 40, 220, 200)), 0.5)
+        << "the modes ought to differ, or this test sees nothing";
+    EXPECT_EQ(distance(a.part(0, 40, 94, 200), split.part(0, 40, 94, 200)), 0);
+    // The other side is eevee2017, the default to compare with.
+    EXPECT_GT(distance(a.part(100, 40, 220, 200), split.part(100, 40, 220, 200)), 0.5);
+    EXPECT_GT(distance(a, shot("difference.png")), 5);
+    EXPECT_GT(distance(a, shot("inside.png")), 5);
+}
+
+TEST_F(View, TheReferenceComesAndErrorsAreMeasuredAgainstIt)
+{
+    const Outcome run =
+        view(R"([{"wait": "loaded"}, {"key": "3"}, {"wait": "reference", "seconds": 300},
+                 {"frames": 2}, {"screenshot": "reference.png"}])",
+             {sample("smoke_plume_sun.json"), "--aa=1", "--exposure=0"}, "240x180");
+    ASSERT_EQ(run.code, 0) << run;
+    const Json errors = Json::parse(run.out)["errors"];
+    ASSERT_EQ(errors.size(), 1u) << run;
+    EXPECT_LT(errors[0]["relmse"].get<double>(), 2e-2);
+    EXPECT_GT(errors[0]["relmse"].get<double>(), 0);
+    EXPECT_EQ(shot("reference.png").width, 240);
+}
+
+TEST_F(View, ASequencePlaysAndIsScrubbed)
+{
+    const Outcome run =
+        view(R"([{"wait": "settled"}, {"screenshot": "first.png"},
+        {"key": "Right"}, {"wait": {"frame": 2}}, {"wait": "settled"}, {"screenshot": "second.png"},
+        {"key": "Home"}, {"wait": {"frame": 1}}, {"wait": "settled"}, {"screenshot": "again.png"},
+        {"key": "Space"}, {"wait": {"frame": 3}}, {"key": "Space"}])",
+             {std::string(FUM_TEST_DATA) + "/smoke_seq/smoke_####.vdb", "--aa=1", "--exposure=0"});
+    ASSERT_EQ(run.code, 0) << run;
+    EXPECT_GT(distance(shot("first.png"), shot("second.png")), 0.1);
+    EXPECT_EQ(distance(shot("first.png"), shot("again.png")), 0);
+}
+
+TEST_F(View, AFileThatIsLostWhilePlayingIsNamed)
+{
+    for (const char* name : {"smoke_0001.vdb", "smoke_0003.vdb"})
+        fs::copy_file(sample("smoke_plume.vdb"), folder_.path() / name);
+    const Outcome run = view(R"([{"wait": "loaded"}, {"key": "Space"}, {"wait": "message"}])",
+                             {"smoke_####.vdb", "--aa=1"});
+    ASSERT_EQ(run.code, 0) << run;
+    EXPECT_THAT(Json::parse(run.out)["message"].get<std::string>(),
+                HasSubstr("smoke_0002.vdb: frame 2 is missing"));
+}
+
+TEST_F(View, WhatCannotBeOpenedIsSaidAndWhatWasThereStays)
+{
+    const Outcome run = view(R"([{"wait": "settled"}, {"screenshot": "before.png"},
+        {"drop": ["none.vdb"]}, {"wait": "message"}, {"frames": 2}, {"screenshot": "message.png"},
+        {"key": "Esc"}, {"wait": "settled"}, {"screenshot": "after.png"},
+        {"open": "none.vdb"}, {"wait": "message"}])",
+                             {sample("smoke_plume_sun.json"), "--aa=1"});
+    ASSERT_EQ(run.code, 0) << run;
+    EXPECT_THAT(Json::parse(run.out)["message"].get<std::string>(), HasSubstr("none.vdb"));
+    EXPECT_EQ(distance(shot("before.png"), shot("after.png")), 0);
+    EXPECT_GT(distance(shot("before.png"), shot("message.png")), 1);
+}
+
+TEST_F(View, SmallLargeAndMinimisedWindowsAreWindowsToo)
+{
+    const Outcome run = view(R"([{"wait": "settled"}, {"resize": [120, 90]}, {"frames": 3},
+        {"screenshot": "small.png"}, {"minimise": true}, {"frames": 3}, {"minimise": false},
+        {"resize": [700, 400]}, {"frames": 2}, {"wait": "settled"}, {"key": "?"}, {"frames": 2},
+        {"screenshot": "large.png"}])",
+                             {sample("smoke_plume_sun.json"), "--aa=1"});
+    ASSERT_EQ(run.code, 0) << run;
+    EXPECT_EQ(shot("small.png").width, 120);
+    EXPECT_EQ(shot("large.png").width, 700);
+    EXPECT_EQ(Json::parse(run.out)["message"], "");
+}
+
+TEST_F(View, SettingsAreKeptFromOneTimeToTheNext)
+{
+    const std::string copy =
+        R"([{"wait": "loaded"}, {"key": "Ctrl+C"}, {"frames": 2}, {"clipboard": "command.txt"}])";
+    ASSERT_EQ(view(R"([{"wait": "loaded"}, {"set": {"preset": "eevee2017", "steps": 19}}])",
+                   {sample("smoke_plume_sun.json")})
+                  .code,
+              0);
+    ASSERT_EQ(view(copy, {sample("smoke_plume_sun.json")}).code, 0);
+    EXPECT_THAT(read_bytes(folder_.path() / "command.txt"),
+                HasSubstr("--preset eevee2017 --steps 19"));
+    const Json kept = Json::parse(read_bytes(folder_.path() / "config/fumarole/view.json"));
+    EXPECT_EQ(kept["recent"].size(), 1u);
+    // What is typed now goes before.
+    ASSERT_EQ(view(copy, {sample("smoke_plume_sun.json"), "--steps=33"}).code, 0);
+    EXPECT_THAT(read_bytes(folder_.path() / "command.txt"), HasSubstr("--steps 33"));
+}
+
+TEST_F(View, WithoutADisplayOrWithAnOldOpenGLItSaysWhatToDo)
+{
+    setenv("MESA_GL_VERSION_OVERRIDE", "3.3", 1);
+    const Outcome old = view("[]", {sample("smoke_plume_sun.json")});
+    unsetenv("MESA_GL_VERSION_OVERRIDE");
+    EXPECT_EQ(old.code, 1) << old;
+    EXPECT_THAT(old.err, HasSubstr("OpenGL 4.5"));
+    EXPECT_EQ(old.error_lines(), 1) << old;
+    unsetenv("DISPLAY");
+    const Outcome none = view("[]", {sample("smoke_plume_sun.json")});
+    EXPECT_EQ(none.code, 1) << none;
+    EXPECT_THAT(none.err, HasSubstr("fumarole render"));
+    EXPECT_EQ(none.error_lines(), 1) << none;
+}
+
+TEST_F(View, ScriptsAndWordsThatAreWrongEndIt)
+{
+    const Outcome unknown = view(R"([{"key": "Hyper"}])");
+    EXPECT_EQ(unknown.code, 1);
+    EXPECT_THAT(unknown.err, HasSubstr("script.json: action 1: no key is called 'Hyper'"));
+    const Outcome vain = view(R"([{"wait": "loaded", "seconds": 0.2}])");
+    EXPECT_EQ(vain.code, 1) << "nothing was opened, nothing is loaded";
+    EXPECT_EQ(run_program(folder_.path(), {"view", "--compare=cinema"}).code, 2);
+    EXPECT_EQ(run_program(folder_.path(), {"view", "--size=big"}).code, 2);
+    const Outcome help = run_program(folder_.path(), {"view", "--help"});
+    EXPECT_EQ(help.code, 0);
+    EXPECT_THAT(help.out, HasSubstr("split screen: drag the line"));
+}
+
+}  // namespace
+}  // namespace fumarole::test
