@@ -47,8 +47,8 @@ void apply(const Options& options, const CLI::App& command, window::Remembered& 
             options.display == "srgb" ? Display::Transform::srgb : Display::Transform::filmic;
     if (given("--compare")) {
         state.other = options.compare;
-        state.comparison = options.difference ? window::Comparison::difference
-                                              : window::Comparison::split;
+        state.comparison =
+            options.difference ? window::Comparison::difference : window::Comparison::split;
     } else if (options.difference) {
         state.comparison = window::Comparison::difference;
     }
@@ -102,8 +102,10 @@ void add_view(CLI::App& app)
                      "held while things move, by lower resolution and fewer steps (1..10000 ms) "
                      "[33]")
         ->check(CLI::Range(1.0, 10000.0));
-    command->add_option("--compare", o.compare, "split the screen with a mode, a preset or "
-                                                "`reference`")
+    command
+        ->add_option("--compare", o.compare,
+                     "split the screen with a mode, a preset or "
+                     "`reference`")
         ->check(CLI::IsMember(window::others()));
     command->add_flag("--difference", o.difference, "their difference instead of a split screen");
     std::vector<std::string> kinds;

@@ -88,9 +88,9 @@ AppReport App::run()
         if (!options_.script.done())
             continue;
         // Without a number of frames a picture of the window is its end.
-        const bool ends = options_.frames > 0 ? --frames_left_ <= 0
-                                              : !options_.screenshot.empty() &&
-                                                    (settled() || !message_.empty());
+        const bool ends = options_.frames > 0
+                              ? --frames_left_ <= 0
+                              : !options_.screenshot.empty() && (settled() || !message_.empty());
         if (!ends)
             continue;
         if (!options_.screenshot.empty()) {
@@ -263,8 +263,8 @@ void App::take_news()
     free_camera_ = false;
     if (const auto range = whole_ ? frames_in(news->moving) : std::nullopt) {
         playback_ = Playback(range->first, range->second, news->moving.frames_per_second);
-        frames_ = std::make_unique<FrameStore>(std::move(news->moving), range->first,
-                                               range->second, scene_);
+        frames_ = std::make_unique<FrameStore>(std::move(news->moving), range->first, range->second,
+                                               scene_);
         shown_frame_ = range->first;
     }
     exposure_due_ = exposure_due_ || state_.auto_exposure;
@@ -427,7 +427,8 @@ void App::fly(double seconds)
 void App::see_next_inside()
 {
     const auto kinds = inspection_table();
-    std::size_t next = state_.inspection ? static_cast<std::size_t>(state_.inspection->kind) + 1 : 0;
+    std::size_t next =
+        state_.inspection ? static_cast<std::size_t>(state_.inspection->kind) + 1 : 0;
     const auto suits = [&](Inspection::Kind kind) {
         return kind != Inspection::Kind::froxel_slice ||
                state_.settings.mode == Settings::Mode::froxel;
@@ -458,12 +459,24 @@ void App::act(Action action)
     };
     change_view();
     switch (action) {
-    case Action::raymarch: mode(Settings::Mode::raymarch); break;
-    case Action::froxel: mode(Settings::Mode::froxel); break;
-    case Action::reference: state_.reference = true; break;
-    case Action::split: compare(Comparison::split); break;
-    case Action::difference: compare(Comparison::difference); break;
-    case Action::see_inside: see_next_inside(); break;
+    case Action::raymarch:
+        mode(Settings::Mode::raymarch);
+        break;
+    case Action::froxel:
+        mode(Settings::Mode::froxel);
+        break;
+    case Action::reference:
+        state_.reference = true;
+        break;
+    case Action::split:
+        compare(Comparison::split);
+        break;
+    case Action::difference:
+        compare(Comparison::difference);
+        break;
+    case Action::see_inside:
+        see_next_inside();
+        break;
     case Action::fit:
         scene_.camera = fitted(scene_.camera, subject_of(scene_), area_.aspect());
         free_camera_ = true;
@@ -472,21 +485,43 @@ void App::act(Action action)
         scene_.camera = first_.camera;
         free_camera_ = false;
         break;
-    case Action::lights: state_.lights = !state_.lights; break;
-    case Action::play: playback_.play(!playback_.playing()); break;
-    case Action::frame_back: playback_.scrub(playback_.frame() - 1); break;
-    case Action::frame_on: playback_.scrub(playback_.frame() + 1); break;
-    case Action::first_frame: playback_.scrub(playback_.first()); break;
-    case Action::panel: state_.panel = !state_.panel; break;
-    case Action::help: state_.help = !state_.help; break;
+    case Action::lights:
+        state_.lights = !state_.lights;
+        break;
+    case Action::play:
+        playback_.play(!playback_.playing());
+        break;
+    case Action::frame_back:
+        playback_.scrub(playback_.frame() - 1);
+        break;
+    case Action::frame_on:
+        playback_.scrub(playback_.frame() + 1);
+        break;
+    case Action::first_frame:
+        playback_.scrub(playback_.first());
+        break;
+    case Action::panel:
+        state_.panel = !state_.panel;
+        break;
+    case Action::help:
+        state_.help = !state_.help;
+        break;
     case Action::close:
         message_.clear();
         state_.help = false;
         break;
-    case Action::copy_command: grant({.copy_command = true}); break;
-    case Action::save_png: grant({.save_png = true}); break;
-    case Action::save_exr: grant({.save_exr = true}); break;
-    case Action::save_scene: grant({.save_scene = true}); break;
+    case Action::copy_command:
+        grant({.copy_command = true});
+        break;
+    case Action::save_png:
+        grant({.save_png = true});
+        break;
+    case Action::save_exr:
+        grant({.save_exr = true});
+        break;
+    case Action::save_scene:
+        grant({.save_scene = true});
+        break;
     }
 }
 
@@ -519,13 +554,13 @@ void App::draw_panels()
                              .errors = errors_,
                              .timing_method = a_->renderer().renderer().timing_method(),
                              .device = report_.device.c_str(),
-                             .explained = whole_ ? a_->renderer().renderer().explain(state_.settings)
-                                                 : std::vector<std::string>{}};
+                             .explained = whole_
+                                              ? a_->renderer().renderer().explain(state_.settings)
+                                              : std::vector<std::string>{}};
         grant(panels_.draw_panel(context, panel_width_, size.y));
     }
     if (timeline_height_ > 0 && frames_ != nullptr)
-        panels_.draw_timeline(playback_, frames_->frames_there(),
-                              playback_.frame() != shown_frame_,
+        panels_.draw_timeline(playback_, frames_->frames_there(), playback_.frame() != shown_frame_,
                               {panel_width_, size.y - timeline_height_},
                               {size.x - panel_width_, timeline_height_});
     if (state_.help)
@@ -666,11 +701,10 @@ void App::update_difference()
     for (const float value : r.pixels)
         square += static_cast<double>(value) * value;
     tenth_of_mean_square_ = 0.1 * square / static_cast<double>(r.pixels.size());
-    difference_scale_ =
-        state_.difference_scale > 0
-            ? state_.difference_scale
-            : study::difference_scale(study::difference_map(x.pixels, r.pixels, 3,
-                                                            study::Difference::magnitude));
+    difference_scale_ = state_.difference_scale > 0
+                            ? state_.difference_scale
+                            : study::difference_scale(study::difference_map(
+                                  x.pixels, r.pixels, 3, study::Difference::magnitude));
 }
 
 void App::update_reference()
@@ -718,12 +752,11 @@ void App::update_reference()
     rgba.reserve(reference_.done.size() * 4);
     for (int y = size.y - 1; y >= 0; --y)
         for (int x = 0; x < size.x; ++x) {
-            const std::size_t i =
-                static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) +
-                static_cast<std::size_t>(x);
-            rgba.insert(rgba.end(), {reference_.composite[i * 3], reference_.composite[i * 3 + 1],
-                                     reference_.composite[i * 3 + 2],
-                                     static_cast<float>(reference_.done[i])});
+            const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) +
+                                  static_cast<std::size_t>(x);
+            rgba.insert(rgba.end(),
+                        {reference_.composite[i * 3], reference_.composite[i * 3 + 1],
+                         reference_.composite[i * 3 + 2], static_cast<float>(reference_.done[i])});
         }
     reference_texture_.upload(GL_RGBA, GL_FLOAT, rgba.data());
 }
@@ -788,9 +821,9 @@ void App::draw_overlays()
     ImDrawList& draw = *ImGui::GetBackgroundDrawList();
     const float em = ImGui::GetFontSize();
     if (window_.size().x < kLeastSize.x || window_.size().y < kLeastSize.y) {
-        Panels::draw_greeting(fmt::format("this window is too small: {} x {} at least",
-                                          kLeastSize.x, kLeastSize.y),
-                              at, size);
+        Panels::draw_greeting(
+            fmt::format("this window is too small: {} x {} at least", kLeastSize.x, kLeastSize.y),
+            at, size);
         return;
     }
     const auto label = [&](const std::string& words, float x, float y) {
@@ -872,8 +905,8 @@ std::string App::output_name(const char* extension) const
 /// written for it, named after what it holds.
 std::string App::input_words()
 {
-    const bool untouched = !frames_ && scene_.camera == first_.camera &&
-                           same_content(scene_, first_);
+    const bool untouched =
+        !frames_ && scene_.camera == first_.camera && same_content(scene_, first_);
     if (untouched) {
         std::string words = window::quoted(file_);
         if (!document_.input().grid.empty())
@@ -953,9 +986,9 @@ void App::take_screenshot(const std::string& file) const
     for (int y = size.y - 1; y >= 0; --y)
         for (int x = 0; x < size.x * 3; ++x)
             image.pixels.push_back(study::srgb_decode(
-                static_cast<float>(bytes[static_cast<std::size_t>(y) *
-                                             static_cast<std::size_t>(size.x) * 3 +
-                                         static_cast<std::size_t>(x)]) /
+                static_cast<float>(
+                    bytes[static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) * 3 +
+                          static_cast<std::size_t>(x)]) /
                 255));
     write::write_png(image, {.exposure_ev = 0, .transform = Display::Transform::srgb}, file);
 }

@@ -56,8 +56,8 @@ double metres_per_pixel(const Camera& camera, double view_z, double height)
 {
     if (camera.projection == Camera::Projection::perspective)
         return 2 * half_tangent(camera) * view_z / height;
-    const double whole = camera.ortho_height > 0 ? camera.ortho_height
-                                                 : 2 * half_tangent(camera) * distance(camera);
+    const double whole =
+        camera.ortho_height > 0 ? camera.ortho_height : 2 * half_tangent(camera) * distance(camera);
     return whole / height;
 }
 
@@ -75,8 +75,7 @@ Camera dollied(const Camera& camera, double factor)
         return moved;
     }
     const double wanted = std::clamp(distance(camera) * factor, camera.near, camera.far);
-    moved.position =
-        camera.look_at + glm::normalize(camera.position - camera.look_at) * wanted;
+    moved.position = camera.look_at + glm::normalize(camera.position - camera.look_at) * wanted;
     return moved;
 }
 

@@ -9,7 +9,8 @@
 
 namespace fumarole::window {
 
-/// Around look_at. @param turn of the picture, radians: x to the right, y upwards; never over a pole
+/// Around look_at. @param turn of the picture, radians: x to the right, y upwards; never over a
+/// pole
 Camera orbited(const Camera& camera, glm::dvec2 turn);
 
 /// Sideways, so that what lies at look_at's depth follows the pointer.

@@ -131,8 +131,8 @@ bool draw_number(const SettingInfo& info, const Takes& takes, Settings& settings
     return ImGui::SliderFloat("##n", &value, static_cast<float>(low), static_cast<float>(high),
                               "%.4g", flags_of(low, high)) &&
            set(info, settings,
-               fmt::format("{}", std::clamp(value, static_cast<float>(low),
-                                            static_cast<float>(high))));
+               fmt::format("{}",
+                           std::clamp(value, static_cast<float>(low), static_cast<float>(high))));
 }
 
 bool draw_choice(std::string& value, const std::vector<std::string>& names)

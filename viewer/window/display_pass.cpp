@@ -31,8 +31,8 @@ void DisplayPass::draw(const DisplayRequest& request)
     shared::DisplayParams params{};
     params.area = glm::vec4(request.lower_left, request.size);
     params.tone = glm::vec4(tone_of(request.a.display), tone_of(request.b.display));
-    params.comparison = glm::vec4(request.wipe * request.size.x, request.scale,
-                                  request.tenth_of_mean_square, 0);
+    params.comparison =
+        glm::vec4(request.wipe * request.size.x, request.scale, request.tenth_of_mean_square, 0);
     block_.write(params);
     const gl::Device& gl = device_;
     gl->BindBufferBase(GL_UNIFORM_BUFFER, FRAME_BLOCK, block_.id());

@@ -24,8 +24,8 @@ struct DisplayRequest {
     glm::ivec2 lower_left{0}, size{0};  ///< pixels of the framebuffer
     Shown a, b;                         ///< b only where something is compared
     Comparison comparison = Comparison::none;
-    double wipe = 0.5;              ///< of split: 0..1 of the width, where b begins
-    double scale = 1;               ///< of difference: at the end of the colours
+    double wipe = 0.5;                ///< of split: 0..1 of the width, where b begins
+    double scale = 1;                 ///< of difference: at the end of the colours
     double tenth_of_mean_square = 0;  ///< of b: what difference_map() adds under its root
 };
 

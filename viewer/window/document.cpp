@@ -21,10 +21,9 @@ Scene without_missing(const Scene& scene)
     Scene there = scene;
     std::erase_if(there.media, [](const Medium& medium) {
         const auto* grid = std::get_if<GridMedium>(&medium);
-        return grid != nullptr &&
-               (grid->density == nullptr ||
-                (!grid->emission_grid.empty() && grid->emission == nullptr) ||
-                (!grid->color_grid.empty() && grid->color == nullptr));
+        return grid != nullptr && (grid->density == nullptr ||
+                                   (!grid->emission_grid.empty() && grid->emission == nullptr) ||
+                                   (!grid->color_grid.empty() && grid->color == nullptr));
     });
     std::erase_if(there.surfaces, [](const Surface& surface) {
         const auto* mesh = std::get_if<MeshSurface>(&surface);

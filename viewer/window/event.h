@@ -44,7 +44,6 @@ struct FilesDropped {
     std::vector<std::string> files;
 };
 
-using Event =
-    std::variant<KeyEvent, TextEvent, PointerMoved, PointerButton, Wheel, FilesDropped>;
+using Event = std::variant<KeyEvent, TextEvent, PointerMoved, PointerButton, Wheel, FilesDropped>;
 
 }  // namespace fumarole::window

@@ -97,10 +97,10 @@ void FrameStore::work()
             const int all = last_ - first_ + 1;
             while (frames_.size() > kKept) {  // the one that is needed last goes
                 const auto distance = [&](int f) { return (f - head_ + all) % all; };
-                frames_.erase(std::max_element(
-                    frames_.begin(), frames_.end(), [&](const auto& a, const auto& b) {
-                        return distance(a.first) < distance(b.first);
-                    }));
+                frames_.erase(std::max_element(frames_.begin(), frames_.end(),
+                                               [&](const auto& a, const auto& b) {
+                                                   return distance(a.first) < distance(b.first);
+                                               }));
             }
         }
         GlfwWindow::wake();

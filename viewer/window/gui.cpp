@@ -1,8 +1,8 @@
 #include "window/gui.h"
 
 #include <algorithm>
-#include <imgui.h>
 #include <backends/imgui_impl_opengl3.h>
+#include <imgui.h>
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -135,10 +135,17 @@ void Gui::begin(const std::vector<Event>& events, double seconds)
 void Gui::end()
 {
     switch (ImGui::GetMouseCursor()) {
-    case ImGuiMouseCursor_TextInput: window_.set_cursor(1); break;
-    case ImGuiMouseCursor_ResizeEW: window_.set_cursor(2); break;
-    case ImGuiMouseCursor_Hand: window_.set_cursor(3); break;
-    default: window_.set_cursor(0);
+    case ImGuiMouseCursor_TextInput:
+        window_.set_cursor(1);
+        break;
+    case ImGuiMouseCursor_ResizeEW:
+        window_.set_cursor(2);
+        break;
+    case ImGuiMouseCursor_Hand:
+        window_.set_cursor(3);
+        break;
+    default:
+        window_.set_cursor(0);
     }
     ImGui::Render();
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());

@@ -12,7 +12,8 @@ struct Effort {
 };
 
 /// Holds frames to a time: while something moves the picture is drawn at the least loss that keeps
-/// the pace; at rest it sharpens, a frame at a time, up to what was asked for, and is then averaged.
+/// the pace; at rest it sharpens, a frame at a time, up to what was asked for, and is then
+/// averaged.
 class Pace {
 public:
     /// @param slow starts with coarse frames: a rasteriser in software
@@ -34,8 +35,8 @@ public:
     static int levels();
 
 private:
-    int live_;         ///< while something moves
-    int now_;          ///< of this frame
+    int live_;  ///< while something moves
+    int now_;   ///< of this frame
     bool moving_ = true;
     double still_ = 0;  ///< seconds since the last change
 };

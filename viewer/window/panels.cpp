@@ -64,8 +64,8 @@ bool medium_controls(GridMedium& medium, const GridMedium& first)
             medium.emission_per_unit, 0, first.emission_per_unit);
     changed |= triple_control({"translate", "m", "", "where the grid stands"}, medium.translate,
                               -1e9, first.translate);
-    changed |= number_control({"scale", "", "", "of the grid"}, medium.scale, 0.01, 100,
-                              first.scale);
+    changed |=
+        number_control({"scale", "", "", "of the grid"}, medium.scale, 0.01, 100, first.scale);
     return changed;
 }
 
@@ -86,17 +86,17 @@ bool profile_controls(Profile& profile, const Profile& first)
     bool changed = number_control({"feature size", "m", "", "of the first octave's cells"},
                                   noise->feature_size, 0.01, 100, was.feature_size);
     changed |= number_control({"octaves", "", "", "of noise"}, noise->octaves, 1, 16, was.octaves);
-    changed |= number_control({"threshold", "", "", "noise under it is empty"}, noise->threshold,
-                              0, 0.99, was.threshold);
+    changed |= number_control({"threshold", "", "", "noise under it is empty"}, noise->threshold, 0,
+                              0.99, was.threshold);
     return changed;
 }
 
 bool medium_controls(BoxMedium& medium, const BoxMedium& first)
 {
-    bool changed = triple_control({"sigma_s", "1/m", "", "scattering"}, medium.sigma_s, 0,
-                                  first.sigma_s);
-    changed |= triple_control({"sigma_a", "1/m", "", "absorption"}, medium.sigma_a, 0,
-                              first.sigma_a);
+    bool changed =
+        triple_control({"sigma_s", "1/m", "", "scattering"}, medium.sigma_s, 0, first.sigma_s);
+    changed |=
+        triple_control({"sigma_a", "1/m", "", "absorption"}, medium.sigma_a, 0, first.sigma_a);
     changed |= number_control({"g", "", "", "Henyey-Greenstein: > 0 scatters forward"}, medium.g,
                               -0.99f, 0.99f, first.g);
     changed |= triple_control({"emission", "", "", "W/m^2/sr per metre"}, medium.emission, 0,
@@ -159,24 +159,23 @@ bool light_controls(Light& light, const Light& was)
     }
     if (auto* spot = std::get_if<SpotLight>(&light)) {
         const auto& first = std::get<SpotLight>(was);
-        bool changed =
-            triple_control({"position", "m", "", "in the world"}, spot->position, -1e9,
-                           first.position);
+        bool changed = triple_control({"position", "m", "", "in the world"}, spot->position, -1e9,
+                                      first.position);
         changed |= direction_controls(spot->direction, first.direction, "where it shines");
-        changed |= number_control({"cone", "deg", "", "full opening angle"}, spot->cone_deg, 1,
-                                  179, first.cone_deg);
-        changed |= number_control({"blend", "", "", "share of the cone that fades"}, spot->blend,
-                                  0, 1, first.blend);
-        changed |= triple_control({"intensity", "W/sr", "", "on the axis"},
-                                  spot->radiant_intensity, 0, first.radiant_intensity);
+        changed |= number_control({"cone", "deg", "", "full opening angle"}, spot->cone_deg, 1, 179,
+                                  first.cone_deg);
+        changed |= number_control({"blend", "", "", "share of the cone that fades"}, spot->blend, 0,
+                                  1, first.blend);
+        changed |= triple_control({"intensity", "W/sr", "", "on the axis"}, spot->radiant_intensity,
+                                  0, first.radiant_intensity);
         return changed;
     }
     auto& point = std::get<PointLight>(light);
     const auto& first = std::get<PointLight>(was);
-    bool changed = triple_control({"position", "m", "", "in the world"}, point.position, -1e9,
-                                  first.position);
-    changed |= triple_control({"intensity", "W/sr", "", "to all sides"}, point.radiant_intensity,
-                              0, first.radiant_intensity);
+    bool changed =
+        triple_control({"position", "m", "", "in the world"}, point.position, -1e9, first.position);
+    changed |= triple_control({"intensity", "W/sr", "", "to all sides"}, point.radiant_intensity, 0,
+                              first.radiant_intensity);
     return changed;
 }
 
@@ -189,8 +188,7 @@ bool draw_lights(ViewState& state, Scene& scene, const Scene& first)
         say("{} {}", light_name(light), i + 1);
         ImGui::SameLine();
         const bool gone = ImGui::SmallButton("remove");
-        const bool same =
-            i < first.lights.size() && first.lights[i].index() == light.index();
+        const bool same = i < first.lights.size() && first.lights[i].index() == light.index();
         const Light own = light;
         changed |= light_controls(light, same ? first.lights[i] : own);
         ImGui::PopID();
@@ -220,9 +218,9 @@ bool draw_lights(ViewState& state, Scene& scene, const Scene& first)
         changed |= triple_control({"world", "W/m2/sr", "", "radiance of the world"},
                                   scene.world.radiance, 0, first.world.radiance);
     else
-        changed |= number_control({"world", "x", "", "the environment map is scaled by it"},
-                                  scene.world.environment_scale, 0, 100,
-                                  first.world.environment_scale);
+        changed |=
+            number_control({"world", "x", "", "the environment map is scaled by it"},
+                           scene.world.environment_scale, 0, 100, first.world.environment_scale);
     return changed;
 }
 
@@ -310,16 +308,18 @@ bool draw_compare(const PanelContext& context)
     choose("split", Comparison::split);
     ImGui::SameLine();
     choose("difference", Comparison::difference);
-    changed |= choice_control({"with", "", "", "a mode with these settings, a preset, or the reference"},
-                              state.other, others(), "eevee2017");
+    changed |=
+        choice_control({"with", "", "", "a mode with these settings, a preset, or the reference"},
+                       state.other, others(), "eevee2017");
     if (state.comparison == Comparison::difference)
         number_control({"scale", "", "", "difference at the end of the colours; 0: what suits"},
                        state.difference_scale, 0, 10, 0);
     number_control({"tolerance", "", "", "of the reference: relative error of a pixel"},
                    state.tolerance, 1e-3, 0.5, 0.02);
     if (context.reference_runs || context.reference.share > 0) {
-        ImGui::ProgressBar(static_cast<float>(context.reference.share), {-1, 0},
-                           fmt::format("reference {:.0f} %", 100 * context.reference.share).c_str());
+        ImGui::ProgressBar(
+            static_cast<float>(context.reference.share), {-1, 0},
+            fmt::format("reference {:.0f} %", 100 * context.reference.share).c_str());
         if (!context.reference.error.empty())
             text("reference: " + context.reference.error);
     }
@@ -366,15 +366,17 @@ bool draw_inside(ViewState& state)
         changed |= number_control({"position", "", "", "0..1 of the media, or of the slices"},
                                   what.position, 0, 1, 0.5);
     if (what.kind != Inspection::Kind::scattering && what.kind != Inspection::Kind::transmittance)
-        changed |= number_control({"scale", "", "", "value at the end of the colours; 0: what suits"},
-                                  what.scale, 0, 1e5, 0);
+        changed |=
+            number_control({"scale", "", "", "value at the end of the colours; 0: what suits"},
+                           what.scale, 0, 1e5, 0);
     return changed;
 }
 
 bool draw_display(ViewState& state)
 {
-    bool changed = switch_control({"auto exposure", "", "", "from the picture, when a scene is new"},
-                                  state.auto_exposure, true);
+    bool changed =
+        switch_control({"auto exposure", "", "", "from the picture, when a scene is new"},
+                       state.auto_exposure, true);
     if (number_control({"exposure", "stops", "", "radiance is multiplied by 2^stops"},
                        state.exposure_ev, -15, 15, state.exposure_ev))
         state.auto_exposure = false;
@@ -384,20 +386,20 @@ bool draw_display(ViewState& state)
         state.transform =
             transform == "srgb" ? Display::Transform::srgb : Display::Transform::filmic;
     changed |= number_control({"aa", "frames", "", "averaged at rest"}, state.aa, 1, 256, 16);
-    number_control({"frame time", "ms", "", "held while things move, by lower resolution and fewer steps"},
-                   state.target_ms, 5, 1000, 33);
+    number_control(
+        {"frame time", "ms", "", "held while things move, by lower resolution and fewer steps"},
+        state.target_ms, 5, 1000, 33);
     return changed;
 }
 
 void draw_cost(const PanelContext& context)
 {
     if (!context.history_ms.empty()) {
-        const float most =
-            *std::max_element(context.history_ms.begin(), context.history_ms.end());
+        const float most = *std::max_element(context.history_ms.begin(), context.history_ms.end());
         ImGui::PlotLines("##ms", context.history_ms.data(),
                          static_cast<int>(context.history_ms.size()), 0,
-                         fmt::format("{:.1f} ms a frame", context.frame_ms).c_str(), 0,
-                         most * 1.1f, {-1, ImGui::GetFontSize() * 4});
+                         fmt::format("{:.1f} ms a frame", context.frame_ms).c_str(), 0, most * 1.1f,
+                         {-1, ImGui::GetFontSize() * 4});
     }
     for (const auto& [name, ms] : context.side.report().pass_ms)
         say("{:<24}{:>9.2f} ms", name, ms);
@@ -418,8 +420,7 @@ void draw_cost(const PanelContext& context)
 }
 
 constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
-                                    ImGuiWindowFlags_NoCollapse |
-                                    ImGuiWindowFlags_NoSavedSettings;
+                                    ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings;
 
 }  // namespace
 
@@ -497,9 +498,8 @@ bool Panels::draw_timeline(Playback& playback, int frames_there, bool waits, glm
     if (ImGui::SliderFloat("##fps", &rate, 1, 120, "%.3g/s", ImGuiSliderFlags_AlwaysClamp))
         playback.frames_per_second = rate;
     ImGui::SameLine();
-    ImGui::TextDisabled("%s", fmt::format("{} frames there{}", frames_there,
-                                          waits ? ", reading" : "")
-                                  .c_str());
+    ImGui::TextDisabled(
+        "%s", fmt::format("{} frames there{}", frames_there, waits ? ", reading" : "").c_str());
     ImGui::End();
     return chosen;
 }
@@ -542,8 +542,7 @@ void Panels::draw_greeting(const std::string& greeting, glm::vec2 at, glm::vec2 
 {
     ImDrawList& draw = *ImGui::GetBackgroundDrawList();
     const ImVec2 extent = ImGui::CalcTextSize(greeting.c_str(), nullptr, false, size.x * 0.9f);
-    draw.AddText(nullptr, 0,
-                 {at.x + (size.x - extent.x) / 2, at.y + (size.y - extent.y) / 2},
+    draw.AddText(nullptr, 0, {at.x + (size.x - extent.x) / 2, at.y + (size.y - extent.y) / 2},
                  IM_COL32(210, 210, 210, 255), greeting.c_str(), nullptr, size.x * 0.9f);
 }
 
@@ -570,8 +569,7 @@ void Panels::draw_legend(const std::string& caption, double low, double high,
     const ImU32 ink = IM_COL32(230, 230, 230, 255);
     const std::string end = fmt::format("{:.3g} {}", high, unit);
     draw.AddText({at.x, at.y + bar}, ink, fmt::format("{:.3g}", low).c_str());
-    draw.AddText({at.x + width - ImGui::CalcTextSize(end.c_str()).x, at.y + bar}, ink,
-                 end.c_str());
+    draw.AddText({at.x + width - ImGui::CalcTextSize(end.c_str()).x, at.y + bar}, ink, end.c_str());
     draw.AddText({at.x, at.y + bar + 1.2f * em}, ink, caption.c_str());
 }
 

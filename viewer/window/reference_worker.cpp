@@ -37,8 +37,8 @@ void ReferenceWorker::start(const Scene& scene, double tolerance)
                 std::fill_n(to.done.begin() + static_cast<std::ptrdiff_t>(row), length,
                             std::uint8_t{1});
             }
-            to.share += static_cast<double>(tile.width) * tile.height /
-                        static_cast<double>(to.done.size());
+            to.share +=
+                static_cast<double>(tile.width) * tile.height / static_cast<double>(to.done.size());
             ++to.version;
         };
         try {

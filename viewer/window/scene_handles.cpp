@@ -106,8 +106,7 @@ std::vector<LightHandle> light_handles(const Scene& scene, double aspect)
     const Dome dome(scene);
     std::vector<LightHandle> handles;
     for (std::size_t i = 0; i < scene.lights.size(); ++i)
-        if (const Projected p =
-                project(scene.camera, position_of(scene.lights[i], dome), aspect);
+        if (const Projected p = project(scene.camera, position_of(scene.lights[i], dome), aspect);
             p.view_z > scene.camera.near)
             handles.push_back({i, p.at});
     return handles;
@@ -131,8 +130,7 @@ Light dragged(const Scene& scene, const Light& light, glm::dvec2 to, double aspe
     const Camera& camera = scene.camera;
     if (const auto* sun = std::get_if<SunLight>(&light)) {
         SunLight turned = *sun;
-        turned.direction_to_light =
-            on_dome(dome, camera, to, aspect, sun->direction_to_light);
+        turned.direction_to_light = on_dome(dome, camera, to, aspect, sun->direction_to_light);
         return turned;
     }
     const glm::dvec3 from = position_of(light, dome);

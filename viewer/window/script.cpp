@@ -56,8 +56,8 @@ int button(const Json& action)
     for (std::size_t i = 0; i < kNames.size(); ++i)
         if (name == kNames[i])
             return static_cast<int>(i);
-    throw Error(fmt::format("no button is called '{}' (there are: {})", name,
-                            fmt::join(kNames, ", ")));
+    throw Error(
+        fmt::format("no button is called '{}' (there are: {})", name, fmt::join(kNames, ", ")));
 }
 
 }  // namespace
@@ -79,9 +79,7 @@ Script Script::read(const std::filesystem::path& file)
     const auto frame = [&](std::vector<ScriptAction> actions) {
         script.steps_.emplace_back(std::move(actions));
     };
-    const auto events = [&](std::vector<Event> happen) {
-        frame({happen.begin(), happen.end()});
-    };
+    const auto events = [&](std::vector<Event> happen) { frame({happen.begin(), happen.end()}); };
     const auto add = [&](const Json& action) {
         if (!action.is_object() || action.empty())
             throw Error("an action is an object as {\"key\": \"S\"}");
@@ -168,8 +166,7 @@ bool Script::over(Wait& wait, const ScriptStatus& status)
 {
     if (wait.what == "frames")
         return wait.number-- <= 0;
-    return (wait.what == "loaded" && status.loaded) ||
-           (wait.what == "settled" && status.settled) ||
+    return (wait.what == "loaded" && status.loaded) || (wait.what == "settled" && status.settled) ||
            (wait.what == "reference" && status.reference) ||
            (wait.what == "message" && status.message) ||
            (wait.what == "frame" && status.frame == wait.number);

@@ -21,8 +21,7 @@ bool Side::continues(const SideRequest& request) const
     return drawn_ && drawn_->settings == request.settings && drawn_->pixels == request.pixels &&
            drawn_->inspection == request.inspection &&
            drawn_->scene.camera == request.scene->camera &&
-           drawn_->scene.time == request.scene->time &&
-           same_content(drawn_->scene, *request.scene);
+           drawn_->scene.time == request.scene->time && same_content(drawn_->scene, *request.scene);
 }
 
 void Side::resize(glm::ivec2 pixels)
@@ -38,8 +37,8 @@ void Side::resize(glm::ivec2 pixels)
 
 Frame Side::aim(const SideRequest& request, int frame) const
 {
-    Frame aimed = still_frame(request.scene->camera, request.settings, color_.view(),
-                              depth_.view(), request.average ? frame : 0, 0);
+    Frame aimed = still_frame(request.scene->camera, request.settings, color_.view(), depth_.view(),
+                              request.average ? frame : 0, 0);
     if (!request.average) {
         // What moves has a history, and then samples that change from frame to frame.
         aimed.history = 0;
@@ -110,8 +109,9 @@ Image Side::read() const
     image.pixels.reserve(rgba.size() / 4 * 3);
     for (int y = size.y - 1; y >= 0; --y)
         for (int x = 0; x < size.x; ++x) {
-            const std::size_t at = 4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) +
-                                        static_cast<std::size_t>(x));
+            const std::size_t at =
+                4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) +
+                     static_cast<std::size_t>(x));
             image.pixels.insert(image.pixels.end(), {rgba[at], rgba[at + 1], rgba[at + 2]});
         }
     return image;

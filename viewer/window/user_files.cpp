@@ -67,8 +67,8 @@ Remembered recall(const fs::path& file, std::string& complaint)
         what.recent = json.value("recent", what.recent);
         const auto size = json.value("window", std::vector<int>{what.size.x, what.size.y});
         if (size.size() == 2)
-            what.size = glm::clamp(glm::ivec2(size[0], size[1]), glm::ivec2(320, 240),
-                                   glm::ivec2(16384));
+            what.size =
+                glm::clamp(glm::ivec2(size[0], size[1]), glm::ivec2(320, 240), glm::ivec2(16384));
         ViewState state;
         read_state(json, state);
         what.state = state;
@@ -91,18 +91,17 @@ void remember(const Remembered& what, const fs::path& file)
             settings[std::string(info.name)] = value;
     if (state.settings.mode != preset.mode)
         settings["mode"] = mode_name(state.settings.mode);
-    const Json json{
-        {"recent", what.recent},
-        {"window", {what.size.x, what.size.y}},
-        {"preset", state.preset},
-        {"settings", settings},
-        {"compare_with", state.other},
-        {"display", state.transform == Display::Transform::srgb ? "srgb" : "filmic"},
-        {"aa", state.aa},
-        {"frame_time_ms", state.target_ms},
-        {"tolerance", state.tolerance},
-        {"panel", state.panel},
-        {"lights", state.lights}};
+    const Json json{{"recent", what.recent},
+                    {"window", {what.size.x, what.size.y}},
+                    {"preset", state.preset},
+                    {"settings", settings},
+                    {"compare_with", state.other},
+                    {"display", state.transform == Display::Transform::srgb ? "srgb" : "filmic"},
+                    {"aa", state.aa},
+                    {"frame_time_ms", state.target_ms},
+                    {"tolerance", state.tolerance},
+                    {"panel", state.panel},
+                    {"lights", state.lights}};
     std::error_code error;
     fs::create_directories(file.parent_path(), error);
     if (error)
