@@ -49,8 +49,8 @@ constexpr double kFinest = 1e-3, kCoarsest = 0.02;
 /// Where a time is asked for, and no error is known beforehand.
 constexpr double kUnasked = 5e-3;
 
-/// Times and errors that differ by less are the same.
-constexpr double kAsGood = 1.03;
+/// Times and errors that differ by less are the same; an error that falls by less hardly falls.
+constexpr double kAsGood = 1.03, kHardlyLess = 0.9;
 
 /// A depth below which it is tried whether shadows can be left out.
 constexpr double kShadowless = 5 * kThin;
@@ -110,12 +110,19 @@ private:
         glance_s_ =
             std::chrono::duration<double>(Clock::now() - begin).count() - 1e-3 * found.setup_ms;
         glance_ms_ = found.volume.median_ms;
+        held_ = settings;
         return found;
     }
 
-    [[nodiscard]] double guess_seconds(double ms, double refills) const
+    /// What a look at settings may take, a frame of which takes `ms`.
+    [[nodiscard]] double guess_seconds(const Settings& settings, double ms) const
     {
         const double longer = glance_ms_ > 0 && std::isfinite(ms) ? ms / glance_ms_ : 1;
+        double refills = 0;
+        for (const PlanRow& row : plan_rows())
+            if (row.mode == settings.mode &&
+                find_setting(row.setting).get(settings) != find_setting(row.setting).get(held_))
+                refills += row.refills;
         return glance_s_ * std::max(1.0, longer) + refills * setup_s_;
     }
 
@@ -237,6 +244,8 @@ private:
             return depth_ < kShadowless && !scene_.lights.empty();
         if (row.setting == "shadow-map")
             return !scene_.surfaces.empty() && !scene_.lights.empty();
+        if (row.setting == "world-cache")
+            return !is_black(scene_.world);
         if (row.setting == "shadow-cache")
             return media.marched > 0 && !scene_.lights.empty();
         return true;
@@ -248,8 +257,9 @@ private:
         for (const PlanRow& row : plan_rows())
             if (row.mode == mode && !is_fixed(row.setting) && matters(row))
                 found.push_back(row);
-        // Where the guide errs as well, rays and steps can't mend it: what light they meet may.
-        if (goal_.kind == PlanGoal::Kind::max_error && guide_error_.error > goal_.value)
+        // Where the guide errs as much, rays and steps can't mend it: what light they meet may.
+        if (goal_.kind == PlanGoal::Kind::max_error && guide_error_.error > goal_.value &&
+            guide_error_.error > kHardlyLess * plan_.points.front().tried.error)
             std::stable_partition(found.begin(), found.end(),
                                   [](const PlanRow& row) { return row.refills > 0; });
         return found;
@@ -269,12 +279,12 @@ private:
         return plan_.points.back().tried;
     }
 
-    std::optional<PlanTry> attempt(const Settings& settings, double ms, double refills)
+    std::optional<PlanTry> attempt(const Settings& settings, double ms)
     {
         for (const PlanPoint& point : plan_.points)
             if (point.tried.settings == settings)
                 return point.tried;
-        if (guess_seconds(ms, refills) > left(kSearchEnd)) {
+        if (guess_seconds(settings, ms) > left(kSearchEnd)) {
             cut_ = true;
             return std::nullopt;
         }
@@ -289,8 +299,8 @@ private:
     void search()
     {
         const PlanTry start = add(options_.start, start_);
-        const TrySettings attempts = [&](const Settings& settings, double ms, double refills) {
-            return attempt(settings, ms, refills);
+        const TrySettings attempts = [&](const Settings& settings, double ms) {
+            return attempt(settings, ms);
         };
         const PlanTry best = search_plan(goal_, rows(options_.start.mode), start, attempts);
         if (!is_fixed("mode")) {
@@ -298,7 +308,7 @@ private:
             other.mode = start.settings.mode == Mode::froxel ? Mode::raymarch : Mode::froxel;
             if (!is_fixed("history"))
                 other.history = 0;  // of a single frame nothing is kept
-            const std::optional<PlanTry> first = attempt(other, 2 * start.ms, 0);
+            const std::optional<PlanTry> first = attempt(other, 2 * start.ms);
             if (first && !(first->ms >= best.ms && first->error >= best.error))
                 search_plan(goal_, rows(other.mode), *first, attempts);
         }
@@ -380,10 +390,12 @@ private:
     {
         tell("times anew");
         const Settings& choice = plan_.chosen().tried.settings;
-        plan_.start_ms = plan_.choice == 0 ? 0 : glance(options_.start).volume.median_ms;
         plan_.ms = glance(choice).volume.median_ms;
+        plan_.start_ms = plan_.points.front().tried.ms;
         if (plan_.choice == 0)
             plan_.start_ms = plan_.ms;
+        else if (guess_seconds(options_.start, plan_.start_ms) < left(1))
+            plan_.start_ms = glance(options_.start).volume.median_ms;
         plan_.facts = scene_facts(scene_, renderer_.renderer().media_traits(), depth_, choice);
         if (options_.savings)
             for (PlanFact& fact : plan_.facts)
@@ -408,7 +420,7 @@ private:
         Settings without = choice;
         find_setting(fact.without->first).set(without, fact.without->second);
         const double longer = fact.without->first == "shadow-cache" ? choice.shadow_steps : 2;
-        if (guess_seconds(longer * plan_.ms, 0) > left(1))
+        if (guess_seconds(without, longer * plan_.ms) > left(1))
             return;
         tell("what the scene saves");
         const double ms = glance(without, 1).volume.median_ms;
@@ -439,6 +451,7 @@ private:
     Glance start_;
     double setup_s_ = 0;                   ///< of the first picture
     double glance_s_ = 0, glance_ms_ = 0;  ///< the last look's time, and its volume's
+    Settings held_;                        ///< of the last look: its volumes are there
     std::unique_ptr<SparseReference> reference_;
     std::size_t batch_size_ = kLeastBatch;
     std::vector<std::size_t> draws_;            ///< that the search goes by

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <numeric>
 #include <oneapi/tbb/parallel_for.h>
-
-#include "halton.h"
+#include <random>
 
 namespace fumarole::study {
 
@@ -74,13 +73,12 @@ std::vector<PixelDraw> draw_pixels(std::span<const double> density, int batches,
 {
     std::vector<PixelDraw> draws;
     const double pixels = static_cast<double>(density.size());
+    std::mt19937 random;  // the same pixels every time
     for (int batch = 0; batch < batches; ++batch) {
-        // Each batch between the places of those before it.
-        const double offset = radical_inverse(static_cast<std::uint64_t>(batch), 2);
         std::size_t pixel = 0;
         double up_to = density[0];
         for (int i = 0; i < batch_size; ++i) {
-            const double at = (i + offset + 0.5 / batches) / batch_size;
+            const double at = (i + static_cast<double>(random()) * 0x1p-32) / batch_size;
             while (up_to < at && pixel + 1 < density.size())
                 up_to += density[++pixel];
             draws.push_back({pixel, 1 / (pixels * density[pixel])});

@@ -33,7 +33,8 @@ double pixel_error(const float* x, const float* r, double floor);
 std::vector<double> drawing_density(std::span<const float> guide, std::size_t width,
                                     std::span<const float> look, double floor);
 
-/// Systematic draws in the order of the pixels: batch after batch, each alone a fair sample.
+/// Batch after batch, each alone a fair sample: one draw at random in each of equal parts of the
+/// chances. (At equal distances they would fall into step with the picture's rows.)
 std::vector<PixelDraw> draw_pixels(std::span<const double> density, int batches, int batch_size);
 
 /// Mean over the picture of a quantity, from its draws.

@@ -52,13 +52,13 @@ std::vector<glm::dvec3> points_on_faces(const Bounds& box)
     return points;
 }
 
-bool black(const World& world)
+}  // namespace
+
+bool is_black(const World& world)
 {
     return world.environment == nullptr ? world.radiance == glm::vec3(0)
                                         : world.environment_scale == 0;
 }
-
-}  // namespace
 
 double deepest_way(const Reference& reference, const Bounds& media,
                    const std::vector<Light>& lights)
@@ -99,7 +99,7 @@ std::vector<PlanFact> scene_facts(const Scene& scene, const medium::MediaTraits&
         facts.push_back({"no emission: no fetch"});
     if (media.isotropic)
         facts.push_back({"g is 0: a constant phase, no angle is worked out"});
-    if (black(scene.world))
+    if (is_black(scene.world))
         facts.push_back({"the world is black: no volume of its light, no fetch"});
     if (scene.surfaces.empty())
         facts.push_back({"no surfaces: no shadow map, no lookup"});

@@ -31,6 +31,9 @@ struct PlanFact {
 /// Media this thin neither dim light nor each other as far as anyone sees.
 inline constexpr double kThin = 0.02;
 
+/// Whether no light comes from it.
+bool is_black(const World& world);
+
 /// The largest optical depth, of any channel, on ways through the media towards the lights, or
 /// through their middle where there are none: of a few thousand ways from the faces of their
 /// bounds (metres, world). Beyond 35 it is not told apart.

@@ -59,11 +59,11 @@ private:
         return meets(goal_, here_) == (goal_.kind == PlanGoal::Kind::max_error);
     }
 
-    std::optional<PlanTry> attempt(const Settings& settings, double growth, double refills)
+    std::optional<PlanTry> attempt(const Settings& settings, double growth)
     {
         if (out_of_time_)
             return std::nullopt;
-        const std::optional<PlanTry> tried = attempt_(settings, here_.ms * growth, refills);
+        const std::optional<PlanTry> tried = attempt_(settings, here_.ms * growth);
         out_of_time_ = !tried;
         return tried;
     }
@@ -73,7 +73,7 @@ private:
         const std::optional<Settings> next = moved(here_.settings, row, by);
         if (!next)
             return std::nullopt;
-        return attempt(*next, by > 0 ? row.growth : 1, row.refills);
+        return attempt(*next, by > 0 ? row.growth : 1);
     }
 
     /// Along each row as far as it pays. @returns whether anything did
@@ -109,7 +109,7 @@ private:
         std::vector<PlanTry> guesses;
         for (const Step& up : dearer)
             for (const Step& down : cheaper)
-                if (up.row != down.row)
+                if (rows_[up.row].setting != rows_[down.row].setting)
                     if (const PlanTry guess = combined(up, down); better(goal_, guess, here_))
                         guesses.push_back(guess);
         std::sort(guesses.begin(), guesses.end(), [&](const PlanTry& a, const PlanTry& b) {
@@ -117,7 +117,7 @@ private:
         });
         guesses.resize(std::min(guesses.size(), kExchanges));
         for (const PlanTry& guess : guesses)
-            if (const auto tried = attempt(guess.settings, guess.ms / here_.ms, 0);
+            if (const auto tried = attempt(guess.settings, guess.ms / here_.ms);
                 tried && better(goal_, *tried, here_)) {
                 here_ = *tried;
                 return true;
@@ -154,18 +154,21 @@ const std::vector<PlanRow>& plan_rows()
     static const std::vector<PlanRow> table{
         {Mode::raymarch, "resolution", {"quarter", "half", "full"}, 4},
         {Mode::raymarch, "steps", {"4", "8", "16", "32", "64", "128", "256", "512"}, 2},
+        {Mode::raymarch, "steps", {"6", "12", "24", "48", "96", "192", "384"}, 1.5},  // between
         {Mode::raymarch, "upsample", {"2x2", "4x4"}, 1.5},
         {Mode::raymarch, "targets", {"mono", "auto"}, 1.5},
         {Mode::raymarch, "target-format", {"r11g11b10f", "rgba16f"}, 1.2},
         {Mode::raymarch, "volume-shadows", {"off", "on"}, 1.5},
-        {Mode::raymarch, "shadow-cache", {"auto", "160"}, 1.2, 4},
-        {Mode::raymarch, "shadow-map", {"1024", "2048", "4096", "8192"}, 1.2, 4},
+        {Mode::raymarch, "shadow-cache", {"auto", "160"}, 1.2, 3},
+        {Mode::raymarch, "world-cache", {"auto", "64"}, 1.2, 4},
+        {Mode::raymarch, "shadow-map", {"1024", "2048", "4096", "8192"}, 1.2, 1},
         {Mode::froxel, "tile", {"32", "16", "8", "4", "2"}, 4},
         {Mode::froxel, "slices", {"16", "32", "64", "128", "256"}, 2},
         {Mode::froxel, "lookup", {"trilinear", "tricubic"}, 2},
         {Mode::froxel, "volume-shadows", {"off", "on"}, 1.5},
-        {Mode::froxel, "shadow-cache", {"auto", "160"}, 1.2, 4},
-        {Mode::froxel, "shadow-map", {"1024", "2048", "4096", "8192"}, 1.2, 4},
+        {Mode::froxel, "shadow-cache", {"auto", "160"}, 1.2, 3},
+        {Mode::froxel, "world-cache", {"auto", "64"}, 1.2, 4},
+        {Mode::froxel, "shadow-map", {"1024", "2048", "4096", "8192"}, 1.2, 1},
     };
     return table;
 }

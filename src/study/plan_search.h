@@ -31,8 +31,8 @@ struct PlanRow {
     std::vector<std::string_view> values;
     /// What one value can cost over the one before it, in frame times. A guard for the time limit.
     double growth = 1;
-    /// Volumes that are filled anew, in set-ups of the first picture: their price is set-up, so
-    /// cheaper ones save no time in a frame and are not looked for.
+    /// What is filled anew for another value, by guess, in set-ups of the first picture. The price
+    /// is set-up then: cheaper values save no time in a frame and are not looked for.
     double refills = 0;
 };
 
@@ -60,10 +60,8 @@ bool meets(const PlanGoal& goal, const PlanTry& tried);
 /// Whether a is worth leaving b for: clearly, by more than times and errors are known.
 bool better(const PlanGoal& goal, const PlanTry& a, const PlanTry& b);
 
-/// Tries settings, of which it is known that a frame takes `ms` at most by guess and volumes are
-/// refilled for `refills` set-ups. Nothing when there is no time left for it.
-using TrySettings =
-    std::function<std::optional<PlanTry>(const Settings&, double ms, double refills)>;
+/// Tries settings, a frame of which takes `ms` by guess. Nothing when there is no time for it.
+using TrySettings = std::function<std::optional<PlanTry>(const Settings&, double ms)>;
 
 /// Goes from `start` along the rows while it gets better, one setting at a time, then one dearer
 /// with another cheaper where the single steps say that it might pay. Ends where nothing does, or
