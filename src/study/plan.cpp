@@ -406,6 +406,8 @@ private:
                 fmt::format("at full resolution and {} steps the error is {:.2g} still: it lies in "
                             "the surfaces, their shadows or the volumes of light",
                             guide_steps_, guide_error_.error));
+        if (plan_.met && goal_.kind == PlanGoal::Kind::budget && plan_.ms > goal_.value)
+            plan_.notes.push_back(fmt::format("timed anew the choice took {:.2f} ms", plan_.ms));
         if (cut_)
             plan_.notes.push_back(fmt::format("the time limit of {:.3g} s ended the search before "
                                               "it was done",
