@@ -8,6 +8,7 @@
 #include "asset/scene_file.h"
 #include "command.h"
 #include "gl/headless_context.h"
+#include "interruption.h"
 #include "planning.h"
 #include "progress.h"
 #include "scene_input.h"
@@ -161,6 +162,7 @@ void run(const Options& options)
     constexpr double kLeastShare = 0.5;
     const double seconds =
         std::max(options.time_limit - seconds_since(begin), kLeastShare * options.time_limit);
+    const Interruption interruption;
     const study::Plan plan =
         plan_settings(loaded.scene, renderer, goal, options.words, seconds, true);
     if (options.json)

@@ -56,7 +56,6 @@ study::PlanGoal parse_goal(const PlanWish& wish)
 study::Plan plan_settings(const Scene& scene, SceneRenderer& renderer, const study::PlanGoal& goal,
                           const SettingsInput& words, double seconds, bool savings)
 {
-    const Interruption interruption;
     Progress progress;
     study::PlanOptions options;
     options.preset = words.preset;

@@ -24,7 +24,8 @@ void add_plan_options(CLI::App& command, PlanWish& wish);
 study::PlanGoal parse_goal(const PlanWish& wish);
 
 /// A plan from the settings as they were typed: those stay, the others are searched. Shows its
-/// progress on a terminal. @throws Error as study::make_plan, and if it is interrupted
+/// progress on a terminal. @throws Error as study::make_plan, and when an Interruption that lives
+/// is asked for
 study::Plan plan_settings(const Scene& scene, SceneRenderer& renderer, const study::PlanGoal& goal,
                           const SettingsInput& words, double seconds, bool savings);
 

@@ -235,8 +235,11 @@ void run_still(Options options, const PictureFiles& files, Settings settings,
     const Scene& scene = loaded.scene;
     const auto context = make_context(options);
     SceneRenderer renderer(context->get_proc());
-    const std::string planned =
-        options.goal ? plan(options, settings, scene, renderer) : std::string();
+    std::string planned;
+    if (options.goal) {
+        const Interruption interruption;
+        planned = plan(options, settings, scene, renderer);
+    }
     Progress progress;
     StillOptions still_options;
     still_options.aa = options.aa;
@@ -531,7 +534,7 @@ std::optional<Inspection> inspection_of(const Options& options, const Settings& 
     }
     if (options.reference())
         throw UsageError("--show: is for OpenGL, and not for --mode reference");
-    refuse({"--target", "--alpha", "--aa", "--frames", "--explain"},
+    refuse({"--target", "--alpha", "--aa", "--frames", "--explain", "--max-error", "--budget"},
            "--show draws one frame's insides, and has no such thing");
     if (options.inspection.show != inspection_name(Inspection::Kind::scattering))
         refuse({"--exposure", "--display"},

@@ -151,6 +151,7 @@ TEST_F(PlanCommand, RefusesWhatIsNoGoal)
         {{"plan", "fog.json", "--max-error", "0.01", "--budget", "8ms"}, "--budget"},
         {{"plan", "fog.json", "--max-error", "0.01", "--steps", "many"}, "many"},
         {{"render", "fog.json", "--mode", "reference", "--max-error", "0.01"}, "--max-error"},
+        {{"render", "fog.json", "--show", "steps", "--budget", "8ms"}, "--budget"},
     };
     for (const Case& wrong : cases) {
         const Outcome refused = run(wrong.arguments);
