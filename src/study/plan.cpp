@@ -131,6 +131,7 @@ private:
         tell("first pictures");
         start_ = glance(options_.start);
         setup_s_ = 1e-3 * start_.setup_ms;
+        glance_s_ = kFrameSeconds + 3e-3 * glance_ms_;  // the first one compiled its shaders too
         plan_.timing_method = renderer_.renderer().timing_method();
         reference_ = std::make_unique<SparseReference>(scene_, guide(), kCoarsest, options_.cancel);
     }
