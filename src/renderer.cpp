@@ -397,6 +397,16 @@ std::vector<std::string> Renderer::explain(const Settings& settings) const
     return lines;
 }
 
+const medium::MediaTraits& Renderer::media_traits() const
+{
+    return parts_->media.traits();
+}
+
+Bounds Renderer::media_bounds() const
+{
+    return parts_->media.bounds();
+}
+
 void Renderer::enable_timing(bool on)
 {
     parts_->timers.enable(on);

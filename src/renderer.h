@@ -6,12 +6,17 @@
 #include <utility>
 #include <vector>
 
+#include "bounds.h"
 #include "gl/texture.h"
 #include "inspection.h"
 #include "scene.h"
 #include "settings.h"
 
 namespace fumarole {
+
+namespace medium {
+struct MediaTraits;  // medium/media_set.h
+}
 
 /// How a host keeps depth.
 struct DepthConvention {
@@ -107,6 +112,10 @@ public:
 
     /// Which variant the scene and the settings need, and why: a line each.
     [[nodiscard]] std::vector<std::string> explain(const Settings& settings) const;
+
+    /// What the media of the scene have, and where they are (metres, world); for studies.
+    [[nodiscard]] const medium::MediaTraits& media_traits() const;
+    [[nodiscard]] Bounds media_bounds() const;
 
     void enable_timing(bool on);
     /// Times since the last call, and the bytes held now.

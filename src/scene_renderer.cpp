@@ -368,6 +368,42 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
     return still;
 }
 
+Glance SceneRenderer::glance(const Scene& scene, const Settings& settings, int frames,
+                             double seconds)
+{
+    const gl::Device& gl = renderer_.device();
+    const glm::ivec2 size(scene.resolution);
+    check_size(size, gl);
+    Glance glance;
+    glance.setup_ms = set_scene(scene, settings);
+    const Canvas canvas(gl, scene);
+    const Frame frame = canvas.frame(scene.camera, settings, 0, 0);
+    const auto draw = [&] {
+        renderer_.draw_surfaces(frame, settings, false);
+        renderer_.draw_surfaces(frame, settings, true);
+        renderer_.composite(frame, settings);
+    };
+    const auto begin = std::chrono::steady_clock::now();
+    draw();  // compiles, and warms caches
+    gl->Finish();
+    renderer_.enable_timing(true);
+    renderer_.take_report();
+    std::vector<double> volume;
+    const auto in_time = [&] {
+        return std::chrono::steady_clock::now() - begin < std::chrono::duration<double>(seconds);
+    };
+    while (static_cast<int>(volume.size()) < frames && (volume.empty() || in_time())) {
+        draw();
+        volume.push_back(volume_ms(renderer_.take_report().pass_ms));
+    }
+    renderer_.enable_timing(false);
+    glance.volume = summarize("volume", volume);
+    Mean composite(size.x, size.y, 3);
+    composite.add(canvas.color.read(4));
+    glance.composite = composite.get();
+    return glance;
+}
+
 InspectionStill SceneRenderer::inspect(const Scene& scene, const Settings& settings,
                                        const Inspection& inspection, std::uint32_t seed)
 {

@@ -65,6 +65,13 @@ struct StillOptions {
     std::function<void(int, int)> progress;
 };
 
+/// What a search among settings looks at: a single frame, jitter of seed 0, pixel centres.
+struct Glance {
+    std::vector<float> composite;  ///< as in Still
+    PassTime volume;               ///< all that the volume adds to a frame
+    double setup_ms = 0;           ///< as in StillReport
+};
+
 /// Draws whole scenes, surfaces and all, for those who have no renderer of their own: the command
 /// line, the tests, the studies. A host to Renderer as any other.
 class SceneRenderer {
@@ -74,6 +81,11 @@ public:
     /// @throws Error as Renderer does, or if the picture is larger than this GL can draw.
     Still render(const Scene& scene, const Settings& settings, const StillOptions& options,
                  StillReport* report = nullptr);
+
+    /// The same picture as of render() without options, nothing else read back: a frame that is not
+    /// timed, then up to `frames` that are, no more than one of them after `seconds`.
+    /// @throws as render
+    Glance glance(const Scene& scene, const Settings& settings, int frames, double seconds);
 
     /// One frame's insides, over the scene's surfaces as lit through the media.
     /// @throws Error as render() and Renderer::inspect do

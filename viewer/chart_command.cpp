@@ -19,6 +19,7 @@
 #include "progress.h"
 #include "scene_input.h"
 #include "scene_renderer.h"
+#include "shell_words.h"
 #include "study/chart.h"
 #include "study/chart_budget.h"
 #include "study/chart_plot.h"
@@ -65,24 +66,6 @@ Effort effort_of(const Options& options)
     effort.frames = options.frames.value_or(effort.frames);
     effort.seconds = options.time_limit.value_or(effort.seconds);
     return effort;
-}
-
-std::string shell_word(const std::string& text)
-{
-    constexpr std::string_view kPlain =
-        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=:,+@%";
-    if (!text.empty() && text.find_first_not_of(kPlain) == std::string::npos)
-        return text;
-    std::string quoted = "'";
-    for (const char c : text)
-        quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return quoted + "'";
-}
-
-/// ` --name word`, or nothing for a word that says nothing.
-std::string option_text(const char* name, const std::string& word, const std::string& usual = "")
-{
-    return word == usual ? "" : fmt::format(" {} {}", name, shell_word(word));
 }
 
 std::string render_command(const Options& options, const Scene& scene)

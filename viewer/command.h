@@ -17,6 +17,7 @@ void add_info(CLI::App& app);
 void add_render(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_chart(CLI::App& app);
+void add_plan(CLI::App& app);
 void add_stability(CLI::App& app);
 void add_view(CLI::App& app);
 

@@ -17,6 +17,7 @@ int main(int argc, char** argv)
     command::add_render(app);
     command::add_compare(app);
     command::add_chart(app);
+    command::add_plan(app);
     command::add_stability(app);
     command::add_view(app);
     try {

@@ -3,7 +3,6 @@
 #include <charconv>
 #include <chrono>
 #include <fmt/format.h>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -19,10 +18,12 @@
 #include "inspection_options.h"
 #include "interruption.h"
 #include "picture_files.h"
+#include "planning.h"
 #include "progress.h"
 #include "scene_input.h"
 #include "scene_renderer.h"
 #include "settings.h"
+#include "settings_input.h"
 #include "study/reference.h"
 
 namespace fumarole::command {
@@ -36,15 +37,17 @@ struct Options {
     std::string input;
     std::vector<std::string> outputs;
     std::string size, grid, up = "auto", backend = "osmesa", exposure = "auto", display = "filmic",
-                            preset = "default", target, save_scene, mode, region;
+                            target, save_scene, mode, region;
     std::string frames = "1";
     int aa = 1;
     std::uint32_t seed = 0;
     double tolerance = 1e-3;
     bool alpha = false, explain = false, json = false;
-    std::map<std::string, std::string> settings;  ///< by name, as given
     InspectionOptions inspection;
+    SettingsInput words;
+    PlanWish wish;
 
+    std::optional<study::PlanGoal> goal;       ///< of a plan that is to find the settings
     int timed_frames = 1;                      ///< of a still
     std::optional<std::pair<int, int>> range;  ///< of a moving picture, both ends included
 
@@ -67,7 +70,8 @@ void check_mode(const Options& options, const CLI::App& command)
     }
     constexpr const char* kWhy = "is for OpenGL; --mode reference has no such thing, it "
                                  "takes --tolerance, --region and --aa";
-    for (const char* name : {"--preset", "--seed", "--backend", "--alpha", "--explain"})
+    for (const char* name :
+         {"--preset", "--seed", "--backend", "--alpha", "--explain", "--max-error", "--budget"})
         refuse(name, kWhy);
     if (!options.range)
         refuse("--frames", kWhy);
@@ -117,24 +121,10 @@ void parse_frames(Options& options)
                                  options.frames));
 }
 
-Settings parse_settings(const Options& options)
-{
-    try {
-        Settings settings = find_preset(options.preset);
-        for (const auto& [name, value] : options.settings)
-            find_setting(name).set(settings, value);
-        if (!options.mode.empty() && !options.reference())
-            settings.mode = find_mode(options.mode);
-        return settings;
-    } catch (const Error& error) {
-        throw UsageError(error.what());
-    }
-}
-
 std::string preset_line(const Options& options)
 {
-    std::string line = "preset " + options.preset;
-    for (const auto& [name, value] : options.settings)
+    std::string line = "preset " + options.words.preset;
+    for (const auto& [name, value] : options.words.changed)
         line += fmt::format(", {} {}", name, value);
     return line;
 }
@@ -222,12 +212,34 @@ std::unique_ptr<gl::HeadlessContext> make_context(const Options& options)
                                          : gl::HeadlessContext::Backend::osmesa);
 }
 
-void run_still(const Options& options, const PictureFiles& files, const Settings& settings,
+/// Has the settings planned that were not given, for a single frame, and says what was chosen.
+/// @returns the line that says it
+std::string plan(Options& options, Settings& settings, const Scene& scene, SceneRenderer& renderer)
+{
+    constexpr double kSeconds = 10;
+    const study::Plan plan =
+        plan_settings(scene, renderer, *options.goal, options.words, kSeconds, false);
+    settings = plan.chosen().tried.settings;
+    options.mode = mode_name(settings.mode);
+    for (const auto& [name, value] :
+         study::differences(settings, find_preset(options.words.preset)))
+        options.words.changed[name] = value;
+    if (!options.json)
+        fmt::print("{}\n", choice_text(plan));
+    return choice_text(plan);
+}
+
+void run_still(Options options, const PictureFiles& files, Settings settings,
                const asset::LoadedScene& loaded)
 {
     const Scene& scene = loaded.scene;
     const auto context = make_context(options);
     SceneRenderer renderer(context->get_proc());
+    std::string planned;
+    if (options.goal) {
+        const Interruption interruption;
+        planned = plan(options, settings, scene, renderer);
+    }
     Progress progress;
     StillOptions still_options;
     still_options.aa = options.aa;
@@ -249,10 +261,12 @@ void run_still(const Options& options, const PictureFiles& files, const Settings
         Json json = picture_json(options, picture, exposure_ev, loaded.notes);
         json.update({{"frames", options.timed_frames},
                      {"seed", options.seed},
-                     {"preset", options.preset},
+                     {"preset", options.words.preset},
                      {"settings", settings_json(settings)},
                      {"device", renderer.renderer().device().capabilities().renderer},
                      {"explain", explained}});
+        if (options.goal)
+            json["plan"] = planned;
         json.update(report_json(report));
         print_json(json);
         return;
@@ -312,7 +326,7 @@ void run_inspection(const Options& options, const PictureFiles& files, const Set
                     {"exposure_ev", exposure_ev ? Json(*exposure_ev) : Json()},
                     {"notes", loaded.notes},
                     {"seed", options.seed},
-                    {"preset", options.preset},
+                    {"preset", options.words.preset},
                     {"settings", settings_json(settings)},
                     {"device", renderer.renderer().device().capabilities().renderer}});
         return;
@@ -422,7 +436,7 @@ void check_moving_outputs(const Options& options)
 
 /// Frames are loaded ahead, drawn in order with their history, and written one by one. All have
 /// the exposure of the first, or brightness would hunt.
-void run_moving(const Options& options, PictureFiles files, const Settings& settings,
+void run_moving(Options options, PictureFiles files, Settings settings,
                 const std::optional<study::ReferenceRegion>& region)
 {
     const auto [first, last] = *options.range;
@@ -452,6 +466,8 @@ void run_moving(const Options& options, PictureFiles files, const Settings& sett
         Json row{{"frame", frame}, {"outputs", of_frame.outputs}};
         Still still;
         study::ReferenceStill reference;
+        if (options.goal && frame == first)
+            plan(options, settings, now.scene, *renderer);
         if (renderer) {
             progress.show("frames", static_cast<double>(frame - first) / (last - first + 1));
             StillOptions wanted;
@@ -478,7 +494,7 @@ void run_moving(const Options& options, PictureFiles files, const Settings& sett
     if (options.json) {
         print_json({{"input", options.input},
                     {"mode", options.mode},
-                    {"preset", options.preset},
+                    {"preset", options.words.preset},
                     {"aa", options.aa},
                     {"exposure_ev", files.exposure.value_or(0)},
                     {"notes", notes},
@@ -518,7 +534,7 @@ std::optional<Inspection> inspection_of(const Options& options, const Settings& 
     }
     if (options.reference())
         throw UsageError("--show: is for OpenGL, and not for --mode reference");
-    refuse({"--target", "--alpha", "--aa", "--frames", "--explain"},
+    refuse({"--target", "--alpha", "--aa", "--frames", "--explain", "--max-error", "--budget"},
            "--show draws one frame's insides, and has no such thing");
     if (options.inspection.show != inspection_name(Inspection::Kind::scattering))
         refuse({"--exposure", "--display"},
@@ -550,7 +566,11 @@ void run(Options options, const CLI::App& command)
     if (options.outputs.empty())
         options.outputs.push_back(fs::path(options.input).stem().string() + ".png");
     const PictureFiles files = files_of(options);
-    const Settings settings = parse_settings(options);
+    if (!options.reference())
+        options.words.mode = options.mode;
+    const Settings settings = parse_settings(options.words);
+    if (options.wish.asked())
+        options.goal = parse_goal(options.wish);
     if (!options.reference())
         options.mode = mode_name(settings.mode);
     const std::optional<Inspection> inspection = inspection_of(options, settings, command);
@@ -635,17 +655,8 @@ void add_render(CLI::App& app)
     command->add_option("--region", o.region,
                         "of the reference: X,Y,WIDTH,HEIGHT in pixels from the top left, which are "
                         "then the whole picture");
-    command->add_option("--preset", o.preset,
-                        "default, eevee2017, froxel or eevee2017-froxel [default]");
-    for (const SettingInfo& info : setting_table()) {
-        const std::string name(info.name);
-        command
-            ->add_option_function<std::string>(
-                "--" + name, [options, name](const std::string& v) { options->settings[name] = v; },
-                fmt::format("{} ({}{}{}) [{}]", info.help, info.values,
-                            info.unit.empty() ? "" : " ", info.unit, info.get(Settings{})))
-            ->group("Settings: " + std::string(info.group));
-    }
+    add_plan_options(*command, o.wish);
+    add_settings(*command, o.words);
     command->callback([options, command] { run(*options, *command); });
 }
 

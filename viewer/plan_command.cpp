@@ -1,0 +1,204 @@
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fmt/format.h>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "asset/scene_file.h"
+#include "command.h"
+#include "gl/headless_context.h"
+#include "interruption.h"
+#include "planning.h"
+#include "progress.h"
+#include "scene_input.h"
+#include "shell_words.h"
+
+namespace fumarole::command {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Clock = std::chrono::steady_clock;
+
+struct Options {
+    std::string input, size, grid, up = "auto", backend = "osmesa";
+    SettingsInput words;
+    PlanWish wish;
+    double time_limit = 10;  ///< seconds
+    bool json = false;
+};
+
+double seconds_since(Clock::time_point begin)
+{
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+std::string render_command(const Options& options, const study::Plan& plan)
+{
+    const std::string& name = plan.chosen().name;
+    return fmt::format("fumarole render {}", shell_word(options.input)) +
+           option_text("--size", options.size) + option_text("--grid", options.grid) +
+           option_text("--up", options.up, "auto") +
+           option_text("--backend", options.backend, "osmesa") + (name.empty() ? "" : " " + name);
+}
+
+/// Those on the front, fastest first, and the choice and the start, if they are not on it.
+std::vector<const study::PlanPoint*> told_points(const study::Plan& plan)
+{
+    std::vector<const study::PlanPoint*> told;
+    for (std::size_t i = 0; i < plan.points.size(); ++i)
+        if (plan.points[i].front || i == 0 || i == plan.choice)
+            told.push_back(&plan.points[i]);
+    std::sort(told.begin(), told.end(),
+              [](const auto* a, const auto* b) { return a->tried.ms < b->tried.ms; });
+    return told;
+}
+
+// The two standard errors differ upwards and downwards: what is printed is the one upwards.
+std::string error_text(double error, double surely)
+{
+    return fmt::format("{:.2e} + {:.0e}", error, surely - error);
+}
+
+std::string fact_text(const study::PlanFact& fact)
+{
+    constexpr double kNothing = 0.03;  // by which frames of one setting differ
+    if (!fact.saving)
+        return fact.text;
+    if (std::abs(*fact.saving) < kNothing)
+        return fact.text + ", which saves nothing that could be measured";
+    return fmt::format("{}, {:.0f} % {}", fact.text, 100 * std::abs(*fact.saving),
+                       *fact.saving > 0 ? "less" : "more");
+}
+
+void print_plan(const study::Plan& plan, const Scene& scene, const Options& options)
+{
+    fmt::print("what this scene needs:\n");
+    for (const study::PlanFact& fact : plan.facts)
+        fmt::print("  {}\n", fact_text(fact));
+    fmt::print("{} settings tried at {} x {} ({}), those that no other one beats:\n",
+               plan.points.size(), scene.resolution.x, scene.resolution.y, plan.timing_method);
+    fmt::print("{:>10}  {:<20}{:<20}settings\n", "ms", "predicted error", "on fresh pixels");
+    for (const study::PlanPoint* point : told_points(plan))
+        fmt::print("{:>10.2f}  {:<20}{:<20}{}{}\n", point->tried.ms,
+                   error_text(point->tried.error, point->tried.surely),
+                   error_text(point->verified.error, point->verified.surely),
+                   point->name.empty() ? "the default" : point->name,
+                   point == &plan.chosen() ? "   <- chosen" : "");
+    fmt::print("an error is the root of relMSE of the composite, one frame, against references of "
+               "{} pixels to {:g} each; + is one standard error\n",
+               plan.pixels, plan.tolerance);
+    for (const std::string& note : plan.notes)
+        fmt::print("note: {}\n", note);
+    fmt::print("{}\n", choice_text(plan));
+    if (plan.choice != 0)
+        fmt::print("timed anew: {:.2f} ms, where the search began {:.2f} ms\n", plan.ms,
+                   plan.start_ms);
+    fmt::print("{}\n{:.1f} s\n", render_command(options, plan), plan.seconds);
+}
+
+Json point_json(const study::PlanPoint& point)
+{
+    Json settings;
+    for (const SettingInfo& info : setting_table())
+        settings[std::string(info.name)] = info.get(point.tried.settings);
+    return {{"arguments", point.name},
+            {"mode", mode_name(point.tried.settings.mode)},
+            {"ms", point.tried.ms},
+            {"predicted", point.tried.error},
+            {"predicted_upper", point.tried.surely},
+            {"verified", point.verified.error},
+            {"verified_upper", point.verified.surely},
+            {"front", point.front},
+            {"settings", settings}};
+}
+
+void print_json(const study::Plan& plan, const Scene& scene, const Options& options)
+{
+    Json facts = Json::array(), points = Json::array();
+    for (const study::PlanFact& fact : plan.facts)
+        facts.push_back({{"text", fact.text},
+                         {"without", fact.without ? Json(fmt::format("--{} {}", fact.without->first,
+                                                                     fact.without->second))
+                                                  : Json()},
+                         {"saving", fact.saving ? Json(*fact.saving) : Json()}});
+    for (const study::PlanPoint& point : plan.points)
+        points.push_back(point_json(point));
+    const bool for_error = plan.goal.kind == study::PlanGoal::Kind::max_error;
+    Json choice = point_json(plan.chosen());
+    choice["ms"] = plan.ms;
+    choice["command"] = render_command(options, plan);
+    const Json json{{"input", options.input},
+                    {"size", {scene.resolution.x, scene.resolution.y}},
+                    {for_error ? "max_error" : "budget_ms", plan.goal.value},
+                    {"met", plan.met},
+                    {"choice", choice},
+                    {"start_ms", plan.start_ms},
+                    {"facts", facts},
+                    {"points", points},
+                    {"pixels", plan.pixels},
+                    {"tolerance", plan.tolerance},
+                    {"timing", plan.timing_method},
+                    {"notes", plan.notes},
+                    {"seconds", plan.seconds}};
+    fmt::print("{}\n", json.dump(1, ' ', false, Json::error_handler_t::replace));
+}
+
+void run(const Options& options)
+{
+    if (!options.wish.asked())
+        throw UsageError("give what to plan for: --max-error 0.01, or --budget 8ms");
+    const study::PlanGoal goal = parse_goal(options.wish);
+    parse_settings(options.words);  // before the scene is read
+    const Clock::time_point begin = Clock::now();
+    const asset::LoadedScene loaded =
+        load_input({options.input, options.size, options.grid, options.up});
+    const auto context =
+        gl::HeadlessContext::make(options.backend == "egl" ? gl::HeadlessContext::Backend::egl
+                                                           : gl::HeadlessContext::Backend::osmesa);
+    SceneRenderer renderer(context->get_proc());
+    // What the file took to read is not there any more, but a look at it must be.
+    constexpr double kLeastShare = 0.5;
+    const double seconds =
+        std::max(options.time_limit - seconds_since(begin), kLeastShare * options.time_limit);
+    const Interruption interruption;
+    const study::Plan plan =
+        plan_settings(loaded.scene, renderer, goal, options.words, seconds, true);
+    if (options.json)
+        print_json(plan, loaded.scene, options);
+    else
+        print_plan(plan, loaded.scene, options);
+}
+
+}  // namespace
+
+void add_plan(CLI::App& app)
+{
+    CLI::App* command = app.add_subcommand(
+        "plan", "What a scene needs, and the cheapest settings that reach an error or the most "
+                "accurate ones that fit into a time");
+    auto options = std::make_shared<Options>();
+    Options& o = *options;
+    command->add_option("INPUT", o.input, "a .vdb file, or a scene file (.json)")->required();
+    add_plan_options(*command, o.wish);
+    command->add_option("--size", o.size, "WIDTHxHEIGHT in pixels [480x270, or the scene's]");
+    command->add_option("--grid", o.grid, "of a .vdb: name or name[n] [the first fog volume]");
+    command->add_option("--up", o.up, "of a .vdb [auto]")->check(CLI::IsMember({"auto", "y", "z"}));
+    command
+        ->add_option("--time-limit", o.time_limit,
+                     "seconds; references and tries are cut to fit [10]")
+        ->check(CLI::Range(0.1, 1e6));
+    command->add_flag("--json", o.json, "print JSON");
+    command->add_option("--backend", o.backend, "OpenGL without a window [osmesa]")
+        ->check(CLI::IsMember({"osmesa", "egl"}));
+    command->add_option("--mode", o.words.mode, "raymarch or froxel alone [both are tried]")
+        ->check(CLI::IsMember({"raymarch", "froxel"}));
+    add_settings(*command, o.words);
+    command->footer("Settings that are given stay as they are; the others are searched.\nExit "
+                    "code: 0 planned, the goal met or not (it says so), 1 not planned, 2 wrong "
+                    "command line.");
+    command->callback([options] { run(*options); });
+}
+
+}  // namespace fumarole::command
