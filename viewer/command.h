@@ -18,6 +18,7 @@ void add_render(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_chart(CLI::App& app);
 void add_stability(CLI::App& app);
+void add_bench(CLI::App& app);
 void add_view(CLI::App& app);
 
 }  // namespace fumarole::command
