@@ -18,15 +18,6 @@ namespace {
 
 constexpr double kGolden = 0.6180339887498949;  // steps of it fill 0..1 evenly
 
-PassTime summarize(std::string name, std::vector<double> ms)
-{
-    if (ms.empty())
-        return {std::move(name)};
-    std::sort(ms.begin(), ms.end());
-    const std::size_t n = ms.size();
-    return {std::move(name), ms.front(), (ms[(n - 1) / 2] + ms[n / 2]) / 2, ms.back()};
-}
-
 /// The mean of several pictures, rows turned to come from the top.
 class Mean {
 public:
@@ -149,6 +140,15 @@ struct Canvas {
 
 }  // namespace
 
+PassTime summarize(std::string name, std::vector<double> ms)
+{
+    if (ms.empty())
+        return {std::move(name)};
+    std::sort(ms.begin(), ms.end());
+    const std::size_t n = ms.size();
+    return {std::move(name), ms.front(), (ms[(n - 1) / 2] + ms[n / 2]) / 2, ms.back()};
+}
+
 glm::dvec2 subpixel_offset(int i)
 {
     // R2 of Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences": steps by the
@@ -264,11 +264,9 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
         frame.history = 0;
     };
 
-    Mean composite(size.x, size.y, 3), scattering(size.x, size.y, 3),
-        transmittance(size.x, size.y, 3), surface(size.x, size.y, 3),
-        surface_lit(size.x, size.y, 3), foreground(size.x, size.y, 4);
     const int warm_up = gathers ? 3 : 1;
-    const int all = (report != nullptr && !moves ? warm_up + options.timed_frames : 0) + options.aa;
+    const int all = (report != nullptr && !moves ? warm_up + options.timed_frames : 0) +
+                    (options.picture ? options.aa : 0);
     int done = 0;
     const auto tell = [&] {
         if (options.progress)
@@ -317,8 +315,16 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
     }
 
     Still still;
+    if (!options.picture) {
+        if (report != nullptr)
+            report->gpu_bytes = renderer_.take_report().gpu_bytes;
+        return still;
+    }
     still.width = size.x;
     still.height = size.y;
+    Mean composite(size.x, size.y, 3), scattering(size.x, size.y, 3),
+        transmittance(size.x, size.y, 3), surface(size.x, size.y, 3),
+        surface_lit(size.x, size.y, 3), foreground(size.x, size.y, 4);
     for (int i = 0; i < options.aa; ++i) {
         tell();
         if (gathers)

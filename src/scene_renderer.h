@@ -33,6 +33,9 @@ struct PassTime {
     double min_ms = 0, median_ms = 0, max_ms = 0;
 };
 
+/// Least, middle and largest of what was measured; zeros of nothing.
+PassTime summarize(std::string name, std::vector<double> ms);
+
 struct StillReport {
     std::vector<PassTime> passes;  ///< each pass over the timed frames
     PassTime volume;               ///< all that the volume adds to a frame
@@ -55,6 +58,7 @@ struct StillOptions {
     /// Repeats of the first frame that are timed, after one that is not. Froxels, where no frames
     /// are averaged, gather over them, and the picture is the frame that follows.
     int timed_frames = 1;
+    bool picture = true;     ///< false: frames are timed alone, and the Still is empty
     std::uint32_t seed = 0;  ///< another seed, other jitter
     bool foreground = false;
     /// The number of a frame of a moving picture, which may have a history: the frames rendered

@@ -1,13 +1,9 @@
 #include <chrono>
 #include <cstdio>
 #include <fmt/format.h>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <sys/utsname.h>
-#include <thread>
-#include <unistd.h>
 
 #include "asset/auto_scene.h"
 #include "asset/scene_file.h"
@@ -16,6 +12,8 @@
 #include "errors.h"
 #include "gl/headless_context.h"
 #include "interruption.h"
+#include "machine.h"
+#include "output_folder.h"
 #include "progress.h"
 #include "scene_input.h"
 #include "scene_renderer.h"
@@ -92,34 +90,12 @@ std::string continue_command(const Options& options)
            number("--time-limit", options.time_limit) + (options.json ? " --json" : "");
 }
 
-/// Before hours of work: is there a folder that takes files?
-void make_folder(const fs::path& folder)
-{
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (!fs::is_directory(folder))
-        throw Error(fmt::format("-o: {}: no folder can be made there{}{}", folder.string(),
-                                error ? ": " : "", error ? error.message() : ""));
-    if (::access(folder.c_str(), W_OK | X_OK) != 0)
-        throw Error(fmt::format("-o: {}: no right to write there", folder.string()));
-}
-
 double seconds_since(Clock::time_point begin)
 {
     return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
 // ------------------------------------------------------------------------------------- machine
-
-std::string cpu_name()
-{
-    std::ifstream file("/proc/cpuinfo");
-    for (std::string line; std::getline(file, line);)
-        if (line.starts_with("model name"))
-            if (const std::size_t colon = line.find(": "); colon != std::string::npos)
-                return line.substr(colon + 2);
-    return "unknown";
-}
 
 /// Of the program itself: another build may be faster, and then its points are others.
 std::string build_hash()
@@ -244,34 +220,26 @@ double own_relmse(const study::ReferenceStill& still)
     return study::compare(off, still.composite).relmse;
 }
 
-std::string system_name()
-{
-    utsname system{};
-    ::uname(&system);
-    return fmt::format("{} {}, {}", system.sysname, system.release, system.machine);
-}
-
 std::vector<std::pair<std::string, std::string>>
 machine_of(const Renderer& renderer, const study::Chart& chart, const Effort& effort,
            const study::KeptReference& reference, double reference_relmse)
 {
     const gl::Capabilities& gl = renderer.device().capabilities();
-    return {
-        {"renderer", gl.renderer},
-        {"OpenGL", gl.version},
-        {"processor", fmt::format("{}, {} cores", cpu_name(), std::thread::hardware_concurrency())},
-        {"system", system_name()},
-        {"timing", fmt::format("{}; median over {} visits of {} frames each, after a frame "
-                               "that is not timed, points in shuffled order",
-                               chart.timing_method, chart.rounds, effort.frames)},
-        {"errors", fmt::format("pictures of {} seeds, pixel centres; FLIP of the first "
-                               "seed's composite through the filmic transform",
-                               effort.seeds)},
-        {"reference",
-         fmt::format("tolerance {:g} of each pixel, pixel centres; by its own estimate "
-                     "its relMSE is {:.1e}; {}",
-                     effort.tolerance, reference_relmse, reference.file.filename().string())},
-        {"fumarole", fmt::format("{}, compiled by {}", FUMAROLE_VERSION, __VERSION__)}};
+    return {{"renderer", gl.renderer},
+            {"OpenGL", gl.version},
+            {"processor", processor_name()},
+            {"system", system_name()},
+            {"timing", fmt::format("{}; median over {} visits of {} frames each, after a frame "
+                                   "that is not timed, points in shuffled order",
+                                   chart.timing_method, chart.rounds, effort.frames)},
+            {"errors", fmt::format("pictures of {} seeds, pixel centres; FLIP of the first "
+                                   "seed's composite through the filmic transform",
+                                   effort.seeds)},
+            {"reference",
+             fmt::format("tolerance {:g} of each pixel, pixel centres; by its own estimate "
+                         "its relMSE is {:.1e}; {}",
+                         effort.tolerance, reference_relmse, reference.file.filename().string())},
+            {"fumarole", fmt::format("{}, compiled by {}", FUMAROLE_VERSION, __VERSION__)}};
 }
 
 // ---------------------------------------------------------------------------------- one chart

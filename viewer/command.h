@@ -19,6 +19,7 @@ void add_compare(CLI::App& app);
 void add_chart(CLI::App& app);
 void add_plan(CLI::App& app);
 void add_stability(CLI::App& app);
+void add_bench(CLI::App& app);
 void add_view(CLI::App& app);
 
 }  // namespace fumarole::command

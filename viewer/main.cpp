@@ -19,6 +19,7 @@ int main(int argc, char** argv)
     command::add_chart(app);
     command::add_plan(app);
     command::add_stability(app);
+    command::add_bench(app);
     command::add_view(app);
     try {
         try {

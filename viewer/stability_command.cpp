@@ -9,6 +9,7 @@
 #include "command.h"
 #include "errors.h"
 #include "gl/headless_context.h"
+#include "output_folder.h"
 #include "progress.h"
 #include "study/stability.h"
 #include "study/whole_file.h"
@@ -206,11 +207,7 @@ void run(const Options& options)
     if (!options.held.empty())
         before = study::read_held(study::read_whole(options.held), options.held);
     const fs::path folder = options.output;
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (!fs::is_directory(folder))
-        throw Error(fmt::format("-o: {}: no folder can be made there{}{}", folder.string(),
-                                error ? ": " : "", error ? error.message() : ""));
+    make_folder(folder);
 
     const std::vector<StabilityResult> results = measure(runs, options);
     std::vector<fs::path> files{folder / "stability.csv"};

@@ -4,6 +4,7 @@
 
 #include "command.h"
 #include "errors.h"
+#include "planning.h"
 #include "scene_input.h"
 #include "settings_input.h"
 #include "window/app.h"
@@ -16,6 +17,7 @@ namespace {
 struct Options {
     SceneInput scene{.file = "", .size = "", .grid = "", .up = "auto"};
     SettingsInput settings;
+    PlanWish plan;
     std::string size, compare, show, display, script, screenshot;
     double frame_time = 0, exposure = 0;
     int frames = 0, aa = 0;
@@ -67,6 +69,8 @@ void run(const Options& options, const CLI::App& command)
     if (!options.script.empty())
         app.script = window::Script::read(options.script);
     app.input = options.scene;
+    if (options.plan.asked())
+        app.goal = parse_goal(options.plan);
     app.frames = options.frames;
     app.screenshot = options.screenshot;
     app.debug = options.gl_debug;
@@ -130,6 +134,7 @@ void add_view(CLI::App& app)
     command->add_option("--mode", o.settings.mode, "raymarch or froxel [the preset's]")
         ->check(CLI::IsMember({"raymarch", "froxel"}));
     add_settings(*command, o.settings);
+    add_plan_options(*command, o.plan);
     command
         ->add_option("--frames", o.frames,
                      "close after so many frames, those of a script not counted")

@@ -2,19 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <limits>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include "asset/printable.h"
 #include "errors.h"
+#include "study/gnuplot.h"
 #include "study/whole_file.h"
-
-extern char** environ;  // NOLINT: POSIX declares it nowhere
 
 namespace fumarole::study {
 
@@ -40,14 +33,6 @@ constexpr std::array kPresetMarks{
     std::pair<std::string_view, int>{"eevee2017", 10},          // triangle down
     std::pair<std::string_view, int>{"froxel", 12},             // diamond
     std::pair<std::string_view, int>{"eevee2017-froxel", 14}};  // pentagon
-
-std::string in_quotes(std::string_view text)
-{
-    std::string out = "'";
-    for (const char c : asset::printable(text, 200))
-        out += c == '\'' ? std::string("''") : std::string(1, c);
-    return out + "'";
-}
 
 bool drawable(const MeasuredPoint& p, Target target)
 {
@@ -161,39 +146,6 @@ std::string tick_list(const Span& span)
     return list;
 }
 
-std::string data_block(const std::string& name, const std::string& rows)
-{
-    return fmt::format("${} << EOD\n{}EOD\n", name, rows);
-}
-
-/// Runs gnuplot on a program; answers with what it complained of.
-std::string run_gnuplot(const fs::path& program, const fs::path& complaints)
-{
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, complaints.c_str(),
-                                     O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    std::string name = "gnuplot", file = program.string();
-    std::array<char*, 3> arguments{name.data(), file.data(), nullptr};
-    pid_t child = 0;
-    const int failed =
-        posix_spawnp(&child, "gnuplot", &actions, nullptr, arguments.data(), environ);
-    posix_spawn_file_actions_destroy(&actions);
-    if (failed == ENOENT)
-        throw Error("gnuplot is not installed, which draws the chart: apt-get install gnuplot-nox; "
-                    "the measured points are kept, so the next run only draws");
-    if (failed != 0)
-        throw Error(fmt::format("gnuplot can't be started: {}", std::strerror(failed)));
-    int status = 0;
-    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-    }
-    if (WIFEXITED(status) && WEXITSTATUS(status) == 0)
-        return "";
-    return "gnuplot failed: " + asset::printable(read_whole(complaints), 400);
-}
-
 }  // namespace
 
 std::vector<double> log_ticks(double low, double high)
@@ -297,12 +249,7 @@ void plot_chart(const Chart& chart, const std::string& title, const fs::path& sv
                 const fs::path& png)
 {
     UnfinishedFile new_svg(svg), new_png(png);
-    const UnfinishedFile program(svg.parent_path() / "chart.gnuplot"),
-        complaints(svg.parent_path() / "gnuplot.log");
-    write_whole(program.path(), plot_program(chart, title, new_svg.path(), new_png.path()));
-    const std::string complaint = run_gnuplot(program.path(), complaints.path());
-    if (!complaint.empty())
-        throw Error(complaint);
+    run_gnuplot(plot_program(chart, title, new_svg.path(), new_png.path()), svg.parent_path());
     new_svg.finish();
     new_png.finish();
 }

@@ -210,6 +210,16 @@ TEST_F(View, TheReferenceComesAndErrorsAreMeasuredAgainstIt)
     EXPECT_EQ(shot("reference.png").width, 240);
 }
 
+TEST_F(View, APlanIsMadeBesideThePictureAndTaken)
+{
+    const Outcome run = view(R"([{"wait": "settled"}, {"wait": "plan", "seconds": 120},
+        {"wait": "settled"}, {"key": "Ctrl+C"}, {"frames": 2}, {"clipboard": "command.txt"}])",
+                             {sample("smoke_plume_sun.json"), "--aa=1", "--max-error=0.5"});
+    ASSERT_EQ(run.code, 0) << run;
+    // Half wrong is cheap.
+    EXPECT_THAT(read_bytes(folder_.path() / "command.txt"), HasSubstr("--steps"));
+}
+
 TEST_F(View, ASequencePlaysAndIsScrubbed)
 {
     const Outcome run =

@@ -7,6 +7,7 @@
 
 #include "errors.h"
 #include "settings_input.h"
+#include "shell_words.h"
 #include "support/temp_folder.h"
 #include "window/camera_control.h"
 #include "window/keys.h"
@@ -250,12 +251,12 @@ TEST(ViewState, TheOtherSideIsAModeAPresetOrTheReference)
     EXPECT_THROW(other_settings(state), Error);
 }
 
-TEST(ViewState, AShellReadsWordsBack)
+TEST(ShellWords, AShellReadsWordsBack)
 {
-    EXPECT_EQ(quoted("a/b_####.vdb"), "'a/b_####.vdb'");
-    EXPECT_EQ(quoted("plain.vdb"), "plain.vdb");
-    EXPECT_EQ(quoted("it's"), "'it'\\''s'");
-    EXPECT_EQ(quoted(""), "''");
+    EXPECT_EQ(command::shell_word("a/b_####.vdb"), "'a/b_####.vdb'");
+    EXPECT_EQ(command::shell_word("plain.vdb"), "plain.vdb");
+    EXPECT_EQ(command::shell_word("it's"), "'it'\\''s'");
+    EXPECT_EQ(command::shell_word(""), "''");
 }
 
 TEST(UserFiles, WhatIsRememberedIsRecalled)

@@ -180,6 +180,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     Variants variants;
     variants.add("pass/fullscreen.vert", {});
     variants.add("pass/surface.vert", {});
+    variants.add("study/texel_rate.frag", {{"FETCHES", "64"}, {"TEXEL_PIXELS", "512"}});
     variants.add("light/shadow_map.frag", {});
     variants.add("pass/sky.frag", {});
     variants.add("pass/sky.frag", {{"ENVIRONMENT", ""}});

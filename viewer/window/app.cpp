@@ -13,6 +13,7 @@
 #include "asset/scene_file.h"
 #include "errors.h"
 #include "picture_files.h"
+#include "shell_words.h"
 #include "study/false_color.h"
 #include "study/reference_cache.h"
 #include "study/srgb.h"
@@ -70,6 +71,7 @@ App::App(AppOptions options)
     }
     message_ = options_.complaint;
     frames_left_ = options_.frames;
+    plan_due_ = options_.goal.has_value();
     report_.device = gl_.capabilities().renderer;
     if (!options_.input.file.empty()) {
         document_.open(options_.input);
@@ -121,7 +123,8 @@ double App::patience() const
         return kIdle;
     if (changed_ || pace_.moving() || playback_.playing() || (whole_ && !settled()))
         return failed_.empty() ? 0 : kWorking;
-    return document_.loading() || reference_worker_.busy() ? kWorking : kIdle;
+    const bool works = document_.loading() || reference_worker_.busy() || planner_.busy();
+    return works ? kWorking : kIdle;
 }
 
 double App::now() const
@@ -149,6 +152,7 @@ void App::frame()
     fly(seconds);
     show_frame(seconds);
     draw_panels();
+    update_plan();
     update_reference();
 
     const glm::ivec2 pixels = window_.pixels();
@@ -207,6 +211,7 @@ std::vector<Event> App::follow_script(double seconds)
     const ScriptStatus status{.loaded = !document_.loading() && (whole_ || !message_.empty()),
                               .settled = settled(),
                               .reference = reference_.whole && settled(),
+                              .plan = !plan_due_ && !planner_.busy() && !plan_text_.empty(),
                               .message = !message_.empty(),
                               .frame = shown_frame_};
     std::vector<Event> events;
@@ -555,6 +560,7 @@ void App::draw_panels()
                              .errors = errors_,
                              .timing_method = a_->renderer().renderer().timing_method(),
                              .device = report_.device.c_str(),
+                             .plan = planner_.busy() ? planner_.progress() : plan_text_,
                              .explained = whole_
                                               ? a_->renderer().renderer().explain(state_.settings)
                                               : std::vector<std::string>{}};
@@ -582,6 +588,10 @@ void App::grant(const PanelWishes& wishes)
         act(Action::fit);
     if (wishes.first_camera)
         act(Action::first_camera);
+    if (wishes.plan) {
+        options_.goal = wishes.plan;
+        plan_due_ = true;
+    }
     if (!whole_)
         return;
     const auto tell = [&](const std::string& what) {
@@ -707,6 +717,27 @@ void App::update_difference()
                             ? state_.difference_scale
                             : study::difference_scale(study::difference_map(
                                   x.pixels, r.pixels, 3, study::Difference::magnitude));
+}
+
+void App::update_plan()
+{
+    if (std::optional<Planner::Answer> answer = planner_.take()) {
+        if (answer->error.empty()) {
+            state_.settings = answer->settings;
+            plan_text_ = answer->text;
+            change_view();
+        } else {
+            say("plan: " + answer->error);
+        }
+    }
+    // Not beside the loading, nor while a hand holds the camera.
+    if (!plan_due_ || !whole_ || !settled())
+        return;
+    plan_due_ = false;
+    Scene scene = scene_;
+    scene.resolution = glm::uvec2(area_pixels());
+    planner_.start(scene, state_.settings, state_.preset, *options_.goal,
+                   gl_.capabilities().software);
 }
 
 void App::update_reference()
@@ -910,9 +941,9 @@ std::string App::input_words()
     const bool untouched =
         !frames_ && scene_.camera == first_.camera && same_content(scene_, first_);
     if (untouched) {
-        std::string words = window::quoted(file_);
+        std::string words = command::shell_word(file_);
         if (!document_.input().grid.empty())
-            words += " --grid " + window::quoted(document_.input().grid);
+            words += " --grid " + command::shell_word(document_.input().grid);
         if (document_.input().up != "auto")
             words += " --up " + document_.input().up;
         return words;
@@ -926,7 +957,7 @@ std::string App::input_words()
     const std::string text = asset::scene_to_json(scene_, folder);
     const fs::path file = folder / (study::text_hash(text) + ".json");
     asset::save_scene(scene_, file);
-    return window::quoted(file.string());
+    return command::shell_word(file.string());
 }
 
 void App::copy_command()

@@ -15,6 +15,7 @@
 #include "window/keys.h"
 #include "window/pace.h"
 #include "window/panels.h"
+#include "window/planner.h"
 #include "window/playback.h"
 #include "window/reference_worker.h"
 #include "window/scene_handles.h"
@@ -27,7 +28,8 @@ namespace fumarole::window {
 struct AppOptions {
     command::SceneInput input;  ///< file "" for an empty window
     Remembered memory;
-    std::filesystem::path memory_file;  ///< "" keeps nothing
+    std::filesystem::path memory_file;    ///< "" keeps nothing
+    std::optional<study::PlanGoal> goal;  ///< settings are looked for once the scene is there
     Script script;
     int frames = 0;          ///< drawn after the script, then the window closes; 0: it stays
     std::string screenshot;  ///< of the window, at the end
@@ -97,6 +99,7 @@ private:
     bool draw_side(Side& side, const Settings& settings);
     void draw_picture();
     void draw_overlays();
+    void update_plan();
     void update_reference();
     void update_errors();
     void update_exposure();
@@ -132,6 +135,7 @@ private:
     Panels panels_;
     Document document_;
     ReferenceWorker reference_worker_;
+    Planner planner_;
     std::unique_ptr<FrameStore> frames_;
     Playback playback_;
     Pace pace_;
@@ -157,6 +161,8 @@ private:
     std::string failed_, message_;  ///< a message that a drawing gave, until something changes
     std::string note_;              ///< a line at the bottom, for a while
     double note_seconds_ = 0;
+    std::string plan_text_;  ///< what the last plan chose
+    bool plan_due_ = false;
 
     ReferenceWorker::Picture reference_;
     gl::Texture reference_texture_;

@@ -455,6 +455,20 @@ PanelWishes Panels::draw_panel(const PanelContext& context, float width, float h
             ImGui::TreePop();
         }
     }
+    if (section("plan", false)) {
+        using Kind = study::PlanGoal::Kind;
+        text("the cheapest settings for an error (the root of relMSE), or the best for a time");
+        number_control({"error", "", "", "of one frame's composite, at most"}, max_error_, 1e-4f, 1,
+                       0.01f);
+        number_control({"budget", "ms", "", "that the volume adds to a frame, at most"}, budget_ms_,
+                       0.1f, 1000, 16);
+        if (ImGui::Button("plan for the error"))
+            wishes.plan = {Kind::max_error, max_error_};
+        ImGui::SameLine();
+        if (ImGui::Button("for the time"))
+            wishes.plan = {Kind::budget, budget_ms_};
+        text(context.plan);
+    }
     if (section("resolve", false))
         wishes.view_changed |= setting_group("resolve", state);
     if (section("display"))

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "study/metrics.h"
+#include "study/plan_search.h"
 #include "window/playback.h"
 #include "window/reference_worker.h"
 #include "window/side.h"
@@ -40,13 +42,15 @@ struct PanelContext {
     const std::vector<ErrorFigures>& errors;
     const char* timing_method = "";
     const char* device = "";
+    std::string plan;  ///< what it does, or what it chose
     std::vector<std::string> explained;
 };
 
 struct PanelWishes {
-    bool view_changed = false;     ///< a setting
-    bool content_changed = false;  ///< media, lights, world
-    std::string open = {};         ///< a file to open
+    bool view_changed = false;                           ///< a setting
+    bool content_changed = false;                        ///< media, lights, world
+    std::string open = {};                               ///< a file to open
+    std::optional<study::PlanGoal> plan = std::nullopt;  ///< settings to look for
     bool fit = false, first_camera = false;
     bool copy_command = false, save_png = false, save_exr = false, save_scene = false;
 };
@@ -72,6 +76,7 @@ public:
 
 private:
     std::string path_;  ///< being typed
+    float max_error_ = 0.01f, budget_ms_ = 16;
 };
 
 }  // namespace fumarole::window

@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::array kWaits{"loaded", "settled", "reference", "message"};
+constexpr std::array kWaits{"loaded", "settled", "reference", "plan", "message"};
 
 glm::dvec2 point(const Json& json)
 {
@@ -167,7 +167,7 @@ bool Script::over(Wait& wait, const ScriptStatus& status)
     if (wait.what == "frames")
         return wait.number-- <= 0;
     return (wait.what == "loaded" && status.loaded) || (wait.what == "settled" && status.settled) ||
-           (wait.what == "reference" && status.reference) ||
+           (wait.what == "reference" && status.reference) || (wait.what == "plan" && status.plan) ||
            (wait.what == "message" && status.message) ||
            (wait.what == "frame" && status.frame == wait.number);
 }

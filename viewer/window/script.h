@@ -37,6 +37,7 @@ struct ScriptStatus {
     bool loaded = false;     ///< nothing is on its way in
     bool settled = false;    ///< the picture is as sharp as it gets
     bool reference = false;  ///< the reference is whole
+    bool plan = false;       ///< settings were looked for and found
     bool message = false;    ///< an error message stands in the window
     int frame = 0;           ///< that the playhead is at
 };
@@ -47,8 +48,8 @@ struct ScriptStatus {
 ///    {"wheel": 2, "at": [x, y]}, {"move": [x, y]}, {"set": {"steps": 32}}, {"open": "x.vdb"},
 ///    {"drop": ["x.vdb"]}, {"resize": [w, h]}, {"minimise": true}, {"frames": 10},
 ///    {"wait": "settled"}, {"screenshot": "x.png"}, {"clipboard": "x.txt"}]
-/// `wait` takes loaded, settled, reference, message or {"frame": N}; it gives up after "seconds"
-/// (60), which is an error.
+/// `wait` takes loaded, settled, reference, plan, message or {"frame": N}; it gives up after
+/// "seconds" (60), which is an error.
 class Script {
 public:
     Script() = default;

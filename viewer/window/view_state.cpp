@@ -6,6 +6,7 @@
 
 #include "errors.h"
 #include "settings_input.h"
+#include "shell_words.h"
 
 namespace fumarole::window {
 
@@ -48,18 +49,6 @@ void change_setting(ViewState& state, const std::string& name, const std::string
     }
 }
 
-std::string quoted(const std::string& word)
-{
-    constexpr std::string_view kPlain =
-        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./,:=+%@";
-    if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos)
-        return word;
-    std::string text = "'";
-    for (const char c : word)
-        text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return text + "'";
-}
-
 std::string command_line(const ViewState& state, const std::string& input, glm::ivec2 pixels,
                          const std::string& output)
 {
@@ -91,7 +80,7 @@ std::string command_line(const ViewState& state, const std::string& input, glm::
     line += fmt::format(" --exposure {:.4g}", state.exposure_ev);
     if (state.transform == Display::Transform::srgb)
         line += " --display srgb";
-    return line + " -o " + quoted(output);
+    return line + " -o " + command::shell_word(output);
 }
 
 }  // namespace fumarole::window

@@ -57,7 +57,4 @@ void change_setting(ViewState& state, const std::string& name, const std::string
 std::string command_line(const ViewState& state, const std::string& input, glm::ivec2 pixels,
                          const std::string& output);
 
-/// A word as a shell reads it back.
-std::string quoted(const std::string& word);
-
 }  // namespace fumarole::window

@@ -1,0 +1,19 @@
+// How many trilinear texels a second this machine fetches from a volume: the limit of any pass that
+// reads volumes. Neighbouring pixels walk side by side through it, as neighbouring rays do.
+//   in   a volume of one channel
+//   out  the sum of what was fetched, so that no fetch can be left out
+//
+// Variant:
+//   FETCHES       of each pixel
+//   TEXEL_PIXELS  along each edge of the picture
+layout(binding = 0) uniform sampler3D u_volume_tx;
+layout(location = 0) out vec4 out_sum;
+
+void main()
+{
+    vec2 uv = gl_FragCoord.xy / float(TEXEL_PIXELS);
+    float sum = 0.0;
+    for (int i = 0; i < FETCHES; ++i)
+        sum += textureLod(u_volume_tx, vec3(uv, (float(i) + 0.5) / float(FETCHES)), 0.0).r;
+    out_sum = vec4(sum);
+}

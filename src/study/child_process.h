@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace fumarole::study {
+
+/// What became of another program.
+struct ChildResult {
+    bool found = true;      ///< false: no program of that name; nothing ran
+    int code = -1;          ///< exit code, or 128 + the signal that ended it
+    double seconds = 0;     ///< from its start to its end
+    std::string said = {};  ///< on both its outputs
+};
+
+/// Runs a program, found as a shell finds it, with nothing on its input, and waits for its end.
+/// @param log a file for what it says; gone afterwards
+/// @throws Error if it is there and can't be started.
+ChildResult run_child(std::vector<std::string> arguments, const std::filesystem::path& log);
+
+}  // namespace fumarole::study

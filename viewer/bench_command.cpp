@@ -1,0 +1,423 @@
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <fmt/format.h>
+#include <memory>
+#include <optional>
+
+#include "asset/vdb_file.h"
+#include "bench_programs.h"
+#include "bench_table.h"
+#include "command.h"
+#include "errors.h"
+#include "gl/headless_context.h"
+#include "interruption.h"
+#include "machine.h"
+#include "output_folder.h"
+#include "progress.h"
+#include "scene_input.h"
+#include "scene_renderer.h"
+#include "study/bench_grids.h"
+#include "study/bench_load.h"
+#include "study/bench_march.h"
+#include "study/bench_plot.h"
+#include "study/bench_scenes.h"
+#include "study/chart.h"
+#include "study/reference_cache.h"
+#include "study/texel_rate.h"
+#include "study/whole_file.h"
+
+namespace fumarole::command {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+using study::BenchFigure;
+
+constexpr int kPlumeEdge = 128;  ///< voxels of the smoke that is made here
+constexpr double kReferenceTolerance = 1e-2;
+
+struct Options {
+    std::vector<std::string> inputs, presets;
+    std::string output = "bench", group, backend = "osmesa";
+    std::optional<int> rounds, frames;
+    std::optional<double> time_limit;  ///< seconds
+    bool quick = false, list = false, errors = false, json = false;
+};
+
+/// What a bench may take, and how closely it looks.
+struct Effort {
+    int rounds, frames;
+    int runs;       ///< of each program, and of each stage of loading
+    int most_edge;  ///< of the grids; 0: as memory goes
+    double seconds;
+};
+constexpr Effort kWhole{.rounds = 3, .frames = 3, .runs = 5, .most_edge = 0, .seconds = 900};
+constexpr Effort kQuick{.rounds = 2, .frames = 2, .runs = 2, .most_edge = 128, .seconds = 120};
+
+/// Of the time that cases and grids share.
+constexpr double kCaseShare = 0.7;
+
+Effort effort_of(const Options& options)
+{
+    Effort effort = options.quick ? kQuick : kWhole;
+    effort.rounds = options.rounds.value_or(effort.rounds);
+    effort.frames = options.frames.value_or(effort.frames);
+    effort.seconds = options.time_limit.value_or(effort.seconds);
+    return effort;
+}
+
+double seconds_since(Clock::time_point begin)
+{
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+bool interrupted()
+{
+    return *Interruption::flag();
+}
+
+/// What the user named first, then what is made here.
+std::vector<study::BenchScene> make_scenes(const Options& options,
+                                           std::shared_ptr<const VoxelGrid> smoke)
+{
+    std::vector<study::BenchScene> scenes;
+    for (const std::string& input : options.inputs) {
+        Scene scene = load_input({input, "", "", "auto"}).scene;
+        if (scene.media.empty())
+            throw Error(
+                fmt::format("{}: the scene has no media; there is nothing to measure", input));
+        scenes.push_back({fs::path(input).stem().string(), std::move(scene)});
+    }
+    scenes.push_back({"smoke", study::plume_scene(std::move(smoke))});
+    scenes.push_back({"noise", study::noise_scene()});
+    scenes.push_back({"fog", study::fog_scene()});
+    scenes.push_back({"haze", study::haze_scene()});
+    return scenes;
+}
+
+/// A file and a scene that shows it.
+struct VdbUse {
+    fs::path file;
+    const Scene* scene;
+    const GridMedium* medium;
+};
+
+std::vector<VdbUse> vdbs_of(const std::vector<study::BenchScene>& scenes)
+{
+    std::vector<VdbUse> uses;
+    for (const study::BenchScene& scene : scenes)
+        for (const Medium& medium : scene.scene.media) {
+            const auto* grid = std::get_if<GridMedium>(&medium);
+            if (grid != nullptr && !grid->file.empty() &&
+                std::none_of(uses.begin(), uses.end(),
+                             [&](const VdbUse& use) { return use.file == grid->file; }))
+                uses.push_back({grid->file, &scene.scene, grid});
+        }
+    return uses;
+}
+
+void print_list(const std::vector<study::BenchScene>& scenes, const Options& options)
+{
+    for (const study::BenchCase& c :
+         study::plan_bench(scenes, options.presets, options.group, options.quick))
+        fmt::print("{}\n", c.text());
+    const auto other = [&](std::string_view group, const char* text) {
+        if (options.group.empty() || options.group == group)
+            fmt::print("{}: {}\n", group, text);
+    };
+    other("grids", "smoke in 64^3 voxels, 128^3, ... in each layout");
+    other("load", "each .vdb, stage by stage");
+    other("programs", "fumarole render and vdb_render on each .vdb, from start to end");
+}
+
+/// From scenes to the files, step by step.
+class BenchRun {
+public:
+    explicit BenchRun(const Options& options)
+        : options_{options}, folder_{options.output}, effort_{effort_of(options)},
+          context_{gl::HeadlessContext::make(options.backend == "egl"
+                                                 ? gl::HeadlessContext::Backend::egl
+                                                 : gl::HeadlessContext::Backend::osmesa)},
+          renderer_{context_->get_proc()}, texel_rate_{renderer_.renderer().device()}
+    {
+    }
+
+    void run()
+    {
+        make_input();
+        look_at_machine();
+        measure_programs();
+        measure_loading();
+        measure_cases();
+        measure_grids();
+        look_at_machine();
+        finish_rates();
+        measure_errors();
+        write();
+        progress_.clear();
+        if (options_.json)
+            print_bench_json(report_);
+        else
+            print_bench_table(report_);
+        if (!plot_failure_.empty())
+            throw Error(plot_failure_);
+        if (interrupted())
+            throw Error(fmt::format("interrupted; {} holds what was measured until then",
+                                    (folder_ / "bench.csv").string()));
+    }
+
+private:
+    [[nodiscard]] bool wanted(std::string_view group) const
+    {
+        return (options_.group.empty() || options_.group == group) && !interrupted();
+    }
+    [[nodiscard]] double seconds_left() const
+    {
+        return std::max(1.0, effort_.seconds - seconds_since(begin_));
+    }
+    double look_at_machine()
+    {
+        rates_.push_back(texel_rate_.measure());
+        return rates_.back();
+    }
+    void add(std::vector<BenchFigure> figures)
+    {
+        std::move(figures.begin(), figures.end(), std::back_inserter(report_.figures));
+    }
+
+    void make_input()
+    {
+        const fs::path file = folder_ / "smoke.vdb";
+        study::write_plume(study::make_plume(kPlumeEdge), file);
+        report_.scenes = make_scenes(
+            options_, std::make_shared<const VoxelGrid>(asset::load_grid(file, "").grid));
+        for (study::BenchScene& scene : report_.scenes)
+            for (Medium& medium : scene.scene.media)
+                if (auto* grid = std::get_if<GridMedium>(&medium); grid && grid->file.empty())
+                    grid->file = file.string();
+        for (const VdbUse& use : vdbs_of(report_.scenes))
+            add(study::memory_figures(*use.medium->density, use.file.filename().string()));
+    }
+
+    void measure_programs()
+    {
+        if (!wanted("programs"))
+            return;
+        progress_.show("whole programs");
+        for (const VdbUse& use : vdbs_of(report_.scenes))
+            if (wanted("programs"))
+                add(program_figures(use.file, *use.scene, options_.backend, folder_, effort_.runs,
+                                    report_.notes));
+    }
+
+    void measure_loading()
+    {
+        for (const VdbUse& use : vdbs_of(report_.scenes))
+            if (wanted("load")) {
+                progress_.show("loading " + use.file.filename().string());
+                add(study::load_figures(use.file, context_->get_proc(), effort_.runs));
+            }
+    }
+
+    [[nodiscard]] study::BenchOptions bench_options(double seconds)
+    {
+        study::BenchOptions bench;
+        bench.rounds = effort_.rounds;
+        bench.frames = effort_.frames;
+        bench.seconds = seconds;
+        bench.machine_rate = [this] { return look_at_machine(); };
+        bench.progress = [this](const std::string& what, double share) {
+            progress_.show(what, share);
+        };
+        bench.cancel = Interruption::flag();
+        return bench;
+    }
+
+    void measure_cases()
+    {
+        if (interrupted())
+            return;
+        std::vector<study::BenchCase> cases =
+            study::plan_bench(report_.scenes, options_.presets, options_.group, options_.quick);
+        const double share = wanted("grids") ? kCaseShare : 1;
+        measured_ = study::measure_bench(std::move(cases), renderer_,
+                                         bench_options(share * seconds_left()), report_.notes);
+        add(study::case_figures(measured_));
+    }
+
+    void measure_grids()
+    {
+        if (wanted("grids"))
+            add(study::sweep_grids(renderer_, bench_options(seconds_left()), effort_.most_edge,
+                                   report_.notes));
+    }
+
+    /// The machine's own rate, and what of it each march reaches.
+    void finish_rates()
+    {
+        report_.figures.push_back({"machine",
+                                   "",
+                                   "",
+                                   "",
+                                   0,
+                                   "trilinear texels a second",
+                                   "1/s",
+                                   study::spread_of(rates_),
+                                   {}});
+        for (const study::MeasuredCase& one : measured_) {
+            const study::BenchCase& c = one.bench_case;
+            if (c.group != "presets" || one.volume.empty() || interrupted())
+                continue;
+            progress_.show("counting fetches");
+            const double fetches = study::count_march_fetches(renderer_, c.scene, c.settings).all();
+            const auto [rate, share] = study::fetch_rates(one, "ray march", fetches);
+            if (fetches == 0 || share.count == 0)
+                continue;
+            const auto row = [&](std::string_view quantity, const char* unit,
+                                 const study::Spread& value) {
+                report_.figures.push_back({c.group, c.scene_name, c.name, "", 0,
+                                           std::string(quantity), unit, value, c.scene.resolution});
+            };
+            row("march, texels of a frame", "1", study::spread_of({fetches}));
+            row(study::kMarchRate, "1/s", rate);
+            row(study::kMarchShare, "1", share);
+        }
+    }
+
+    /// What the presets' pictures are off by, where asked for: a reference takes minutes.
+    void measure_errors()
+    {
+        if (!options_.errors || !wanted("presets"))
+            return;
+        try {
+            for (const study::BenchScene& scene : report_.scenes)
+                measure_errors(scene);
+        } catch (const study::ReferenceCancelled&) {
+            report_.notes.emplace_back("interrupted while a reference was rendered");
+        }
+    }
+
+    void measure_errors(const study::BenchScene& scene)
+    {
+        Scene sized = scene.scene;
+        sized.resolution = {480, 270};
+        study::ReferenceOptions wanted_reference;
+        wanted_reference.tolerance = kReferenceTolerance;
+        wanted_reference.cancel = Interruption::flag();
+        wanted_reference.progress = [&](double share) {
+            progress_.show("reference of " + scene.name, share);
+        };
+        const study::KeptReference reference =
+            study::keep_reference(sized, wanted_reference, folder_, FUMAROLE_VERSION);
+        for (const study::ChartPoint& point : study::chart_points(true)) {
+            if (!point.changes.empty() ||
+                study::find_figure(report_.figures, "presets", scene.name, point.preset,
+                                   study::kVolumeTime) == nullptr)
+                continue;
+            const Still still = study::render_point(renderer_, sized, point);
+            report_.figures.push_back(
+                {"presets", scene.name, point.preset, "", 0, std::string(study::kCompositeError),
+                 "1",
+                 study::spread_of(
+                     {study::compare(still.composite, reference.still.composite).relmse}),
+                 sized.resolution});
+        }
+    }
+
+    void write()
+    {
+        progress_.show("writing");
+        const gl::Capabilities& gl = renderer_.renderer().device().capabilities();
+        report_.machine = fmt::format(
+            "{}; {}; {}; {} rounds of {} frames, 480 x 270 unless said", gl.renderer,
+            processor_name(), renderer_.renderer().timing_method(), effort_.rounds, effort_.frames);
+        report_.goals = study::bench_goals(report_.figures, report_.scenes);
+        report_.files = {folder_ / "bench.csv"};
+        study::write_whole(report_.files.front(), study::bench_csv(report_.figures));
+        try {
+            if (study::plot_bench(report_.figures,
+                                  fmt::format("{}, {}", gl.renderer, processor_name()),
+                                  folder_ / "bench.png"))
+                report_.files.push_back(folder_ / "bench.png");
+        } catch (const Error& error) {
+            plot_failure_ = error.what();
+        }
+        report_.seconds = seconds_since(begin_);
+    }
+
+    const Clock::time_point begin_ = Clock::now();
+    const Options& options_;
+    fs::path folder_;
+    Effort effort_;
+    Progress progress_;
+    std::unique_ptr<gl::HeadlessContext> context_;
+    SceneRenderer renderer_;
+    study::TexelRate texel_rate_;
+    std::vector<double> rates_;
+    std::vector<study::MeasuredCase> measured_;
+    BenchReport report_;
+    std::string plot_failure_;
+};
+
+void run(const Options& options)
+{
+    if (options.list) {
+        print_list(make_scenes(options, std::make_shared<const VoxelGrid>()), options);
+        return;
+    }
+    for (const std::string& input : options.inputs)
+        if (!fs::exists(input))  // before the folder is made
+            throw Error(fmt::format("{}: no such file", input));
+    make_folder(options.output);
+    const Interruption interruption;
+    BenchRun(options).run();
+}
+
+}  // namespace
+
+void add_bench(CLI::App& app)
+{
+    CLI::App* command = app.add_subcommand(
+        "bench", "How fast: presets, steps, lights, sizes, grids, loading, in one run, against "
+                 "the machine's own texel rate: bench.csv, bench.png");
+    auto options = std::make_shared<Options>();
+    Options& o = *options;
+    command->add_option("SCENE", o.inputs,
+                        "scene files or .vdb files, besides the scenes made here");
+    command->add_option("-o,--output", o.output, "folder, made if need be [bench]");
+    command->add_flag("--quick", o.quick, "fewer cases, rounds and frames: two minutes");
+    std::vector<std::string> groups;
+    for (const std::string_view group : study::bench_groups())
+        groups.emplace_back(group);
+    command->add_option("--group", o.group, "one group of cases alone [all]")
+        ->check(CLI::IsMember(groups));
+    std::vector<std::string> presets;
+    for (const auto& [name, settings] : fumarole::presets())
+        presets.emplace_back(name);
+    command->add_option("--preset", o.presets, "these presets alone, in commas [all]")
+        ->delimiter(',')
+        ->check(CLI::IsMember(presets));
+    command->add_flag("--list", o.list, "say what the cases are, and measure nothing");
+    command
+        ->add_option("--time-limit", o.time_limit,
+                     "seconds, without --errors; what does not fit is named [900, with --quick "
+                     "120]")
+        ->check(CLI::Range(1.0, 1e6));
+    command->add_option("--rounds", o.rounds, "visits to each case, in turn [3, with --quick 2]")
+        ->check(CLI::Range(1, 1000));
+    command->add_option("--frames", o.frames, "frames timed at each visit [3, with --quick 2]")
+        ->check(CLI::Range(1, 1000));
+    command->add_flag("--errors", o.errors,
+                      "the presets' errors too, against references to 1 %, which take minutes and "
+                      "stay in the folder");
+    command->add_flag("--json", o.json, "print JSON");
+    command->add_option("--backend", o.backend, "OpenGL without a window [osmesa]")
+        ->check(CLI::IsMember({"osmesa", "egl"}));
+    command->footer("Interrupted, it writes what was measured until then.\n"
+                    "Exit code: 0 all written, 1 not, 2 wrong command line.");
+    command->callback([options] { run(*options); });
+}
+
+}  // namespace fumarole::command
