@@ -241,9 +241,20 @@ private:
             return;
         std::vector<study::BenchCase> cases =
             study::plan_bench(report_.scenes, options_.presets, options_.group, options_.quick);
-        const double share = wanted("grids") ? kCaseShare : 1;
-        measured_ = study::measure_bench(std::move(cases), renderer_,
-                                         bench_options(share * seconds_left()), report_.notes);
+        const double end =
+            seconds_since(begin_) + (wanted("grids") ? kCaseShare : 1) * seconds_left();
+        // What is compared gets all its rounds before a picture of 4K takes their time.
+        const auto growth =
+            std::stable_partition(cases.begin(), cases.end(), [](const study::BenchCase& one) {
+                return one.group == "presets" || one.group == "ablation";
+            });
+        for (const auto& [first, last] :
+             {std::pair{cases.begin(), growth}, {growth, cases.end()}}) {
+            std::vector<study::MeasuredCase> found = study::measure_bench(
+                {first, last}, renderer_, bench_options(std::max(1.0, end - seconds_since(begin_))),
+                report_.notes);
+            std::move(found.begin(), found.end(), std::back_inserter(measured_));
+        }
         add(study::case_figures(measured_));
     }
 

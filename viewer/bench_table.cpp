@@ -78,11 +78,11 @@ void print_growth(const BenchReport& report)
         study::growth_curves(report.figures, study::kVolumeTime);
     if (curves.empty())
         return;
-    fmt::print("\n{:<14}{:<10}{:<26}{:>24}{:>22}   {}\n", "growth with", "scene", "case",
+    fmt::print("\n{:<14} {:<17} {:<24}{:>20}{:>18}   {}\n", "growth with", "scene", "case",
                "from, to", "ms a frame", "time ~");
     for (const study::GrowthCurve& curve : curves) {
         const auto [low, high] = std::minmax_element(curve.points.begin(), curve.points.end());
-        fmt::print("{:<14}{:<10}{:<26}{:>24}{:>22}   x^{:.2f}, or {:.3g} + {:.3g} x ms\n",
+        fmt::print("{:<14} {:<17} {:<24}{:>20}{:>18}   x^{:.2f}, or {:.3g} + {:.3g} x ms\n",
                    curve.axis, curve.scene, curve.name,
                    fmt::format("{:.9g}, {:.9g}", low->first, high->first),
                    fmt::format("{:.4g}, {:.4g}", low->second, high->second), curve.growth.exponent,

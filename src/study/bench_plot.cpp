@@ -57,7 +57,7 @@ std::string bars(std::span<const BenchFigure> figures, const std::string& group,
         tics += fmt::format("{}{} {}", s > 0 ? ", " : "", in_quotes(scenes[s]), s);
     return program + head +
            fmt::format("unset logscale x\nset logscale y\nset xrange [-0.6:{}]\nset autoscale y\n"
-                       "set xtics ({})\nset xlabel ' '\nplot {}\n",
+                       "set xtics ({}) noenhanced\nset xlabel ' '\nplot {}\n",
                        static_cast<double>(scenes.size()) - 0.4, tics, plots);
 }
 
@@ -86,9 +86,10 @@ std::string curves(std::span<const GrowthCurve> all, const std::string& group,
     if (plots.empty())
         return "";
     return program + head +
-           fmt::format("set logscale xy\nset autoscale\nset xtics auto\nset format x '10^{{%L}}'\n"
-                       "set xlabel '{}'\nplot {}\nset format x\n",
-                       axis, plots);
+           fmt::format(
+               "set logscale xy\nset autoscale\nset xtics auto enhanced\nset format x '10^{{%L}}'\n"
+               "set xlabel '{}'\nplot {}\nset format x\n",
+               axis, plots);
 }
 
 }  // namespace
