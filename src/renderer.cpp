@@ -1,5 +1,6 @@
 #include "renderer.h"
 
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
@@ -173,6 +174,9 @@ void Renderer::composite(const Frame& frame, const Settings& settings)
     if (parts.tools.monochrome(settings)) {
         gl->BlendFunci(0, GL_ONE, GL_SRC_ALPHA);
         parts.blend(*view, pass::Layer::scattering, "both");
+    } else if (settings.resolve_passes == 1) {
+        gl->BlendFunci(0, GL_ONE, GL_SRC1_COLOR);
+        parts.blend(*view, pass::Layer::both, "both");
     } else {
         gl->BlendFunci(0, GL_ZERO, GL_SRC_COLOR);
         parts.blend(*view, pass::Layer::transmittance, "transmittance");
@@ -216,11 +220,16 @@ LayerImages Renderer::read_layers(const Frame& frame, const Settings& settings)
     framebuffer.attach_color({full.view()});
     framebuffer.bind(size);
     pass::VolumePass& pass = parts.volume_pass(settings);
+    // Where no medium is in view nothing is drawn.
+    constexpr std::array<GLfloat, 4> kNothing{0, 0, 0, 1}, kAll{1, 1, 1, 1};
+    parts.device->ClearNamedFramebufferfv(framebuffer.id(), GL_COLOR, 0, kNothing.data());
     pass.resolve(*view, pass::Layer::scattering);
     const std::vector<float> scattering = full.read(4);
     const bool monochrome = parts.tools.monochrome(settings);
-    if (!monochrome)
+    if (!monochrome) {
+        parts.device->ClearNamedFramebufferfv(framebuffer.id(), GL_COLOR, 0, kAll.data());
         pass.resolve(*view, pass::Layer::transmittance);
+    }
     const std::vector<float> transmittance = monochrome ? scattering : full.read(4);
     for (std::size_t i = 0; i < pixels; ++i)
         for (std::size_t c = 0; c < 3; ++c) {
@@ -348,8 +357,9 @@ std::vector<std::string> Renderer::explain(const Settings& settings) const
             "of two",
             media.colored_extinction ? "coloured, but its mean was asked for" : "grey");
     else
-        say("extinction: {}: a target of its own for transmittance, two upsamples",
-            media.colored_extinction ? "coloured" : "grey, but two targets were asked for");
+        say("extinction: {}: a target of its own for transmittance, {}",
+            media.colored_extinction ? "coloured" : "grey, but two targets were asked for",
+            settings.resolve_passes == 1 ? "blended at once with the scattering" : "two upsamples");
     if (!froxel && pass::march_format(parts.tools, settings) != settings.format)
         say("target format: rgba16f, since r11g11b10f has no alpha for the transmittance");
     say("phase: {}", media.isotropic ? "g is 0 everywhere: a constant, no angle is worked out"

@@ -134,6 +134,20 @@ std::vector<SettingInfo> make_table()
                "the world's light scatters in the media"),
         number("least-extinction", "march", "0..1", "1/m", &S::least_extinction, 0.0f, 1.0f,
                "a floor under the extinction; 2017 had 1e-4, everywhere"),
+        choice("skip", "march", "on|off", &S::skip, {{"on", 1}, {"off", 0}},
+               "no steps where bricks hold nothing, no pass where no medium is in view"),
+        number("early-end", "march", "0..0.5", "", &S::early_end, 0.0f, 0.5f,
+               "a ray ends once less than this is transmitted"),
+        choice("step-spacing", "march", "fixed|medium", &S::spacing,
+               {{"fixed", as_int(S::Spacing::fixed)}, {"medium", as_int(S::Spacing::medium)}},
+               "steps as they are, or two and four in one where little medium is in the way"),
+        choice("falloff", "march", "exact|sampled", &S::falloff,
+               {{"exact", as_int(S::Falloff::exact)}, {"sampled", as_int(S::Falloff::sampled)}},
+               "1/d^2 of a light that has a place: its mean over a step, or at the step's sample"),
+        choice("surface-shadows", "march", "nearest|filtered", &S::surface_shadows,
+               {{"nearest", as_int(S::SurfaceShadows::nearest)},
+                {"filtered", as_int(S::SurfaceShadows::filtered)}},
+               "lookup of the shadow map at each sample: one texel, or between four"),
         choice("volume-shadows", "light", "on|off", &S::volume_shadows, {{"on", 1}, {"off", 0}},
                "media dim the light that reaches media and surfaces"),
         number(
@@ -166,6 +180,8 @@ std::vector<SettingInfo> make_table()
                 {"corner", as_int(S::LayerDepth::corner)}},
                "which pixel's depth a half-size texel takes: nearest and farthest in turns, or one "
                "corner's"),
+        number("resolve-passes", "resolve", "1|2", "", &S::resolve_passes, 1, 2,
+               "blending transmittance and scattering at once, or one after the other as in 2017"),
         choice("targets", "resolve", "auto|two|mono", &S::targets,
                {{"auto", as_int(S::Targets::automatic)},
                 {"two", as_int(S::Targets::two)},
@@ -225,6 +241,12 @@ Settings eevee2017()
     s.shadow_steps = 16;
     s.g_clamp = 0.999f;
     s.least_extinction = 1e-4f;
+    s.skip = false;
+    s.early_end = 0;
+    s.spacing = Settings::Spacing::fixed;
+    s.falloff = Settings::Falloff::sampled;
+    s.surface_shadows = Settings::SurfaceShadows::filtered;
+    s.resolve_passes = 2;
     s.range = Settings::Range::camera;
     s.shadow_range = Settings::ShadowRange::light;
     s.shadow_cache = 0;

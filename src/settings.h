@@ -36,17 +36,31 @@ struct Settings {
     };
     enum class Lookup { trilinear, tricubic };
     enum class Integration { hillaire, wronski };
+    enum class Spacing {
+        fixed,   ///< the same along every ray
+        medium,  ///< longer where little of the medium can lie in a ray's way
+    };
+    enum class Falloff {
+        sampled,  ///< 1/d^2 of a light at a step's sample, as in 2017
+        exact,    ///< its mean over the step, which is sampled where it lies
+    };
+    enum class SurfaceShadows { filtered, nearest };
 
     Mode mode = Mode::raymarch;
 
     // the march, and the froxels but for the number of steps
-    int steps = 64;             ///< along the whole range, 1..4096
+    int steps = 32;             ///< along the whole range, 1..4096
     float distribution = 0.8f;  ///< lambda: 0 linear .. 1 exponential
     Jitter jitter = Jitter::blue;
     Range range = Range::media;
     float g_clamp = 0.999f;      ///< |g| is held to this, 0..0.9999
     bool world_light = true;     ///< the world's mean radiance scatters too
     float least_extinction = 0;  ///< 1/m, a floor under sigma_t; 2017 had 1e-4
+    bool skip = true;            ///< no steps where bricks hold nothing
+    float early_end = 1e-3f;     ///< a ray ends once less is transmitted, 0..0.5
+    Spacing spacing = Spacing::medium;
+    Falloff falloff = Falloff::exact;
+    SurfaceShadows surface_shadows = SurfaceShadows::nearest;  ///< in media
 
     // light through media
     bool volume_shadows = true;
@@ -67,6 +81,7 @@ struct Settings {
     Upsample upsample = Upsample::bilinear2x2;
     float depth_threshold = 0.05f;  ///< relative to depth; metres with box4x4
     LayerDepth layer_depth = LayerDepth::checkerboard;
+    int resolve_passes = 1;  ///< 2: one for transmittance, then one for scattering, as in 2017
     Targets targets = Targets::automatic;
     Format format = Format::rgba16f;
 

@@ -1,21 +1,19 @@
 // The value of a voxel grid at a point, trilinear, from either layout (src/medium/grid_layout.h).
-// p: eye-centred world [m]. Answers stored units times the grid's scale; scalar grids in .r.
+// q: voxels from the texture's first. Answers stored units times the grid's scale; scalar grids in .r.
 #include "shared/medium_params.h"
 
 // A dense texture carries a layer of zeros on each side, so clamping to its edge fades to 0 outside.
-vec4 sample_dense(sampler3D texels, GridParams grid, vec3 p)
+vec4 sample_dense(sampler3D texels, GridParams grid, vec3 q)
 {
-    vec3 q = (grid.index_from_world * vec4(p, 1.0)).xyz;
     return textureLod(texels, (q + 0.5) * grid.inverse_size.xyz, 0.0) * grid.inverse_size.w;
 }
 
-vec4 sample_bricks(sampler3D atlas, usampler3D pages, GridParams grid, vec3 p)
+vec4 sample_bricks(sampler3D atlas, usampler3D pages, GridParams grid, vec3 q)
 {
     const uint kConstant = 1u;
     const uint kBrick = 2u;
     const float kBrickDim = 8.0;
     const float kAtlasBrickDim = 9.0;
-    vec3 q = (grid.index_from_world * vec4(p, 1.0)).xyz;
     vec3 page = floor(q * (1.0 / kBrickDim));
     if (any(lessThan(page, vec3(0.0))) || any(greaterThanEqual(page, grid.pages.xyz)))
         return vec4(0.0);

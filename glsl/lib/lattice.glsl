@@ -11,13 +11,18 @@ vec2 lattice_segment(LatticeParams lattice, vec3 p, vec3 d, float end)
     return vec2(max(t.x, 0.0), min(t.y, end));
 }
 
-// Texture coordinates in one of the layers that are stacked along z; a point outside is moved to the faces,
-// so no other layer is ever touched.
-vec3 lattice_uvw(LatticeParams lattice, vec3 p, int layer)
+// Texture coordinates of q, in nodes, in one of the layers that are stacked along z; a point outside is moved
+// to the faces, so no other layer is ever touched.
+vec3 node_uvw(LatticeParams lattice, vec3 q, int layer)
 {
-    vec3 q = clamp((lattice.node_from_world * vec4(p, 1.0)).xyz, vec3(0.0), lattice.last.xyz);
+    q = clamp(q, vec3(0.0), lattice.last.xyz);
     q.z += float(layer) * (lattice.last.z + 1.0);
     return (q + 0.5) * lattice.inverse_size.xyz;
+}
+
+vec3 lattice_uvw(LatticeParams lattice, vec3 p, int layer)
+{
+    return node_uvw(lattice, (lattice.node_from_world * vec4(p, 1.0)).xyz, layer);
 }
 
 vec3 node_position(LatticeParams lattice, ivec3 node)

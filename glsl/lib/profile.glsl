@@ -2,11 +2,10 @@
 #include "lib/noise.glsl"
 #include "shared/medium_params.h"
 
+// A box's bounds are in metres already.
 bool inside_bounds(MediumParams medium, vec3 p)
 {
-    vec3 q = (medium.bounds_from_world * vec4(p, 1.0)).xyz;
-    return all(greaterThanEqual(q, medium.bounds_min.xyz)) &&
-           all(lessThanEqual(q, medium.bounds_max.xyz));
+    return all(greaterThanEqual(p, medium.bounds_min.xyz)) && all(lessThanEqual(p, medium.bounds_max.xyz));
 }
 
 float profile_homogeneous(MediumParams medium, vec3 p) { return inside_bounds(medium, p) ? 1.0 : 0.0; }

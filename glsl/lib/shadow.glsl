@@ -26,3 +26,16 @@ int cube_face(vec3 d)
         return d.y >= 0.0 ? 2 : 3;
     return d.z >= 0.0 ? 4 : 5;
 }
+
+// Where in that view it is, -1..1 over a right angle: the axes of a view as src/light/shadow_views.cpp sets
+// them, without a matrix that each point would look up for itself.
+vec2 on_cube_face(vec3 d, int face)
+{
+    vec3 a = abs(d);
+    float side = (face & 1) == 0 ? 1.0 : -1.0;
+    if (face < 2)
+        return vec2(-side * d.y, d.z) / a.x;
+    if (face < 4)
+        return vec2(side * d.x, d.z) / a.y;
+    return vec2(side * d.y, d.x) / a.z;
+}

@@ -9,6 +9,7 @@
 //   BLUE_NOISE       sample each step at an offset of its own per pixel, else at its middle
 //   CAMERA_RANGE     march from near to far and past the scene's depth as 2017 did, sampling the end
 //                    of each step; else only where media are, each step cut exactly at both ends
+//   STEP_TILES       steps lie where the tile's bricks hold something, stride of them in one; else all along
 //   COUNT_SAMPLES    write the number of media evaluations instead
 #include "lib/step_lattice.glsl"
 #include "scene/in_scattering.glsl"
@@ -18,8 +19,14 @@ layout(binding = LAYER_DEPTH_UNIT) uniform sampler2D u_layer_depth_tx;
 layout(binding = BLUE_NOISE_UNIT) uniform sampler2D u_blue_noise_tx;
 #endif
 
+#ifdef STEP_TILES
+flat in vec3 tile;  // pass/tiles.vert
+#endif
 layout(location = 0) out vec4 out_scattering;
 layout(location = 1) out vec4 out_transmittance;
+
+float most(float v) { return v; }
+float most(vec3 v) { return max(v.r, max(v.g, v.b)); }
 
 void main()
 {
@@ -33,7 +40,7 @@ void main()
     int steps = int(u_frame.march.x);
     float lambda = u_frame.march.y;
     vec2 range = u_frame.step_range.xy;
-    float ratio = u_frame.step_range.z;
+    float octaves = u_frame.step_range.z;
     float scene_z = texelFetch(u_layer_depth_tx, texel, 0).r;
 #ifdef BLUE_NOISE
     float noise = texelFetch(u_blue_noise_tx, texel & (BLUE_NOISE_SIZE - 1), 0).r;
@@ -48,28 +55,52 @@ void main()
 #else
     vec2 inside = media_segment(ray.origin, ray.direction, u_frame.media_range.x,
                                 min(scene_z, u_frame.media_range.y));
-    int first = inside.x < inside.y ? step_at(inside.x, steps, range, ratio, lambda) : steps;
+    float end = inside.y;
+    int stride = 1;
+    int first = steps;
+#ifdef STEP_TILES
+    // Steps stay where they are whether some of them are left out or not.
+    stride = int(tile.z);
+    end = min(end, tile.y);
+    if (max(inside.x, tile.x) < end)
+        first = step_at(max(inside.x, tile.x), steps, range, octaves, lambda) & -stride;
+    inside.x = max(inside.x, step_split(float(first) / float(steps), range, octaves, lambda));
+#else
+    if (inside.x < inside.y)
+        first = step_at(inside.x, steps, range, octaves, lambda);
 #endif
+#endif
+    // A pixel's ray is its middle's; a larger texel's stands for the pixels around as well.
+    float texel_ndc = 2.0 * sqrt(float(LAYER_SCALE * LAYER_SCALE - 1)) * u_frame.full_size.z;
+    LightLine light = light_line(ray, wo, texel_ndc * vec2(length(u_frame.ray_origin_dx.xyz),
+                                                           length(u_frame.ray_direction_dx.xyz)));
+    MediaLine line = media_line(ray);
+    float enough = u_frame.step_range.w;
 
     vec3 scattering = vec3(0.0);
     extinction_t transmittance = extinction_t(1.0);
     float z = inside.x;
-    for (int i = first; i < steps && z < inside.y; ++i) {
 #ifdef CAMERA_RANGE
-        float z_next = step_split((float(i) + 0.5 + offset) / float(steps), range, ratio, lambda);
+    for (int i = first; i < steps && z < inside.y; ++i) {
+        float z_next = step_split((float(i) + 0.5 + offset) / float(steps), range, octaves, lambda);
+        float share = 1.0;
         float z_sample = z_next;
 #else
-        float z_next = min(step_split(float(i + 1) / float(steps), range, ratio, lambda), inside.y);
-        if (i + 1 == steps)
+    for (int i = first; i < steps && z < end && most(transmittance) > enough; i += stride) {
+        float z_next = min(step_split(float(i + stride) / float(steps), range, octaves, lambda), inside.y);
+        if (i + stride >= steps)
             z_next = inside.y;  // rounding must not leave a rest
-        float z_sample = mix(z, z_next, offset);
+        // Where steps are long, since the medium is smooth, every other one is sampled as far from its end as
+        // the one before was from its begin: what grows evenly along the ray then has no noise. Detail is
+        // better met at even distances.
+        float share = stride == 1 || (i & stride) == 0 ? offset : 1.0 - offset;
+        float z_sample = mix(z, z_next, share);
 #endif
-        vec3 p = ray.origin + ray.direction * z_sample;
         float ds = (z_next - z) * length_per_z;
-        MediumSample medium = sample_media(p);
+        MediumSample medium = sample_media(point_on(line, z_sample));
         vec3 source = medium.emission;
         if (medium.sigma_s != vec3(0.0))
-            source += medium.sigma_s * in_scattering_at(p, wo, medium.g);
+            source += medium.sigma_s * in_scattering_on(light, z_sample, vec2(z, z_next), share, medium.g);
         extinction_t tau = medium.sigma_t * ds;
         scattering += transmittance * source * (ds * slab_weight(tau));
         transmittance *= exp(-tau);

@@ -2,7 +2,7 @@
 // picture. Nothing is integrated past a surface. Neighbouring columns are interpolated across the edges of
 // surfaces: what is before one surface is as good for the other, as far as both reach.
 //   in   the host's depth, integrated scattering and optical depth (pass/integrate.comp)
-//   out  one layer: scattering, with the mean transmittance in alpha, or TRANSMITTANCE
+//   out  one layer: scattering, with the mean transmittance in alpha, or TRANSMITTANCE, or BOTH at once
 //
 // Variant: TRICUBIC  a B-spline over 4^3 texels, which smooths along depth as well; else bilinear between
 //          columns and, within a slice, exact where it is uniform
@@ -16,7 +16,12 @@ layout(binding = INTEGRATED_SCATTERING_UNIT) uniform sampler3D u_scattering_tx;
 #ifndef EXTINCTION_IN_ALPHA
 layout(binding = INTEGRATED_TRANSMITTANCE_UNIT) uniform sampler3D u_transmittance_tx;
 #endif
+#ifdef BOTH
+layout(location = 0, index = 0) out vec4 out_color;
+layout(location = 0, index = 1) out vec4 out_transmittance;
+#else
 layout(location = 0) out vec4 out_color;
+#endif
 
 #ifdef TRICUBIC
 #define lookup(volume, uvw) texture_tricubic(volume, uvw)
@@ -68,5 +73,8 @@ void main()
 #else
     vec3 scattering = seen.source * length_per_z * slab_weight(tau);
     out_color = vec4(scattering, dot(vec3(exp(-tau)), vec3(1.0 / 3.0)));
+#endif
+#ifdef BOTH
+    out_transmittance = vec4(vec3(exp(-tau)), 1.0);
 #endif
 }

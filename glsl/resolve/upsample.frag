@@ -1,11 +1,12 @@
-// Brings one target of the volume layer to the scene's resolution, minding its depth, to be blended
-// over the picture: transmittance by multiplication, then scattering by addition. Once per target.
-//   in   a layer target, the layer's depth and the host's
-//   out  the target's value at this pixel
+// Brings the volume layer to the scene's resolution, minding its depth, to be blended over the picture:
+// transmittance by multiplication and scattering by addition, both targets at once or one after the other.
+//   in   a layer target or two, the layer's depth and the host's
+//   out  the targets' values at this pixel
 //
 // Variant:
 //   LAYER_SCALE        pixels along a texel's edge: 1, 2 or 4
 //   UPSAMPLE_TAPS      4: a tent over 4x4 texels; 2: bilinear over 2x2; 1: copies the texel (scale 1)
+//   BOTH               scattering, and transmittance as the second source of blending; else one target
 //   BOX_2017           4x4 texels with equal weights, depth compared in metres, one side half a texel off
 #include "lib/depth.glsl"
 #include "scene/frame.glsl"
@@ -13,7 +14,36 @@
 layout(binding = SCENE_DEPTH_UNIT) uniform sampler2D u_scene_depth_tx;
 layout(binding = LAYER_DEPTH_UNIT) uniform sampler2D u_layer_depth_tx;
 layout(binding = SCATTERING_UNIT) uniform sampler2D u_layer_tx;
+#ifdef BOTH
+layout(binding = TRANSMITTANCE_UNIT) uniform sampler2D u_transmittance_tx;
+layout(location = 0, index = 0) out vec4 out_color;
+layout(location = 0, index = 1) out vec4 out_transmittance;
+#else
 layout(location = 0) out vec4 out_color;
+#endif
+
+struct Texel {
+    vec4 color;
+#ifdef BOTH
+    vec3 transmittance;
+#endif
+};
+
+void add(inout Texel sum, ivec2 texel, float weight)
+{
+    sum.color += weight * texelFetch(u_layer_tx, texel, 0);
+#ifdef BOTH
+    sum.transmittance += weight * texelFetch(u_transmittance_tx, texel, 0).rgb;
+#endif
+}
+
+void write(Texel sum, float weight)
+{
+    out_color = sum.color / weight;
+#ifdef BOTH
+    out_transmittance = vec4(sum.transmittance / weight, 1.0);
+#endif
+}
 
 // Depths before and behind all media see the same of them.
 float media_view_z(float view_z)
@@ -24,14 +54,19 @@ float media_view_z(float view_z)
 void main()
 {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
+#ifdef BOTH
+    Texel sum = Texel(vec4(0.0), vec3(0.0));
+#else
+    Texel sum = Texel(vec4(0.0));
+#endif
 #if UPSAMPLE_TAPS == 1
-    out_color = texelFetch(u_layer_tx, pixel, 0);
+    add(sum, pixel, 1.0);
+    write(sum, 1.0);
 #else
     float threshold = u_frame.resolve.x;
     float scene_z = view_z_of(texelFetch(u_scene_depth_tx, pixel, 0).r, u_frame.view_z_from_depth,
                               u_frame.sky_depth.x);
     ivec2 last = ivec2(u_frame.layer_size.xy) - 1;
-    vec4 sum = vec4(0.0);
     float weight_sum = 0.0;
 #ifdef BOX_2017
     ivec2 first = pixel / LAYER_SCALE - 1;
@@ -40,12 +75,12 @@ void main()
             ivec2 texel = clamp(first + ivec2(x, y), ivec2(0), last);
             float layer_z = texelFetch(u_layer_depth_tx, texel, 0).r;
             float weight = abs(layer_z - scene_z) < threshold ? 1.0 : 0.0;
-            sum += weight * texelFetch(u_layer_tx, texel, 0);
+            add(sum, texel, weight);
             weight_sum += weight;
         }
     }
     if (weight_sum == 0.0) {
-        sum = texelFetch(u_layer_tx, clamp(first, ivec2(0), last), 0);
+        add(sum, clamp(first, ivec2(0), last), 1.0);
         weight_sum = 1.0;
     }
 #else
@@ -65,11 +100,11 @@ void main()
             // Held to where that power has a 32-bit value: 0 / 0 where it has none for all texels.
             float miss = min(abs(layer_z - scene_z) / (threshold * reach), 1e8);
             float weight = tent.x * tent.y / (1.0 + miss * miss * miss * miss);
-            sum += weight * texelFetch(u_layer_tx, texel, 0);
+            add(sum, texel, weight);
             weight_sum += weight;
         }
     }
 #endif
-    out_color = sum / weight_sum;
+    write(sum, weight_sum);
 #endif
 }

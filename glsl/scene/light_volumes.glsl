@@ -28,6 +28,14 @@ layout(binding = WORLD_VOLUME_UNIT) uniform sampler3D u_world_volume_tx;
 #define from_volume(stored) (u_volumes.extinction_color.EXTINCTION * (stored))
 #endif
 
+#ifdef DEPTH_VOLUME
+// The marched media's optical depth between q, in nodes, and light i.
+extinction_t stored_depth(int i, vec3 q)
+{
+    return extinction_t(from_volume(textureLod(u_depth_volume_tx, node_uvw(u_volumes.depth, q, i), 0.0).VOLUME));
+}
+#endif
+
 // The media's optical depth between p and light i.
 extinction_t depth_to_light(int i, vec3 p, LightSample light)
 {
@@ -46,17 +54,17 @@ extinction_t depth_to_light(int i, vec3 p, LightSample light)
 }
 
 #ifdef WORLD_VOLUME
-// The world's light scattered towards the eye at p, per metre and unit of sigma_s. Alpha is 0 in nodes that
+// The world's light scattered towards the eye at q, in nodes, per metre and unit of sigma_s. Alpha is 0 in nodes that
 // no light reaches, inside of surfaces: they are left out of the mean of eight.
-vec3 world_in_scattering(vec3 p, float g)
+vec3 world_in_scattering(vec3 q, float g)
 {
-    vec4 light = textureLod(u_world_volume_tx, lattice_uvw(u_volumes.world, p, 0), 0.0);
+    vec4 light = textureLod(u_world_volume_tx, node_uvw(u_volumes.world, q, 0), 0.0);
     vec3 radiance = light.rgb;
 #ifdef MIXED_G
     float weight = 1.0;
     for (int l = 1; l < 4; ++l) {
         weight *= g;
-        radiance += weight * textureLod(u_world_volume_tx, lattice_uvw(u_volumes.world, p, l), 0.0).rgb;
+        radiance += weight * textureLod(u_world_volume_tx, node_uvw(u_volumes.world, q, l), 0.0).rgb;
     }
 #endif
     // What bands 0 to 3 leave of a sharp edge may dip below 0.

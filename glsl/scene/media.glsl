@@ -10,7 +10,8 @@
 //            no_depth of a medium that only glows
 //     tint   of sigma_s: white, or dense_rgb, bricks_rgb (c: its grid)
 //   #define FOR_EACH_EMISSION(X)  X(m, value, k) ...
-// and says whether extinction has a colour (COLORED_EXTINCTION) and whether media differ in g (MIXED_G).
+// and says whether extinction has a colour (COLORED_EXTINCTION), whether media differ in g (MIXED_G), and as
+// bits which media have the bounds of a grid (GRID_MEDIA); others have those of a box.
 #ifndef FOR_EACH_MEDIUM
 #error FOR_EACH_MEDIUM is not defined: this file needs the scene's media
 #endif
@@ -56,14 +57,63 @@ int g_samples = 0;  // evaluations of all media at a point, for the table that `
 #define COUNT_SAMPLE
 #endif
 
-#define dense_scalar(k, p) sample_dense(u_grid_tx[k], u_media.grids[k], p).r
-#define dense_rgb(k, p) sample_dense(u_grid_tx[k], u_media.grids[k], p).rgb
-#define bricks_scalar(k, p) sample_bricks(u_grid_tx[k], u_page_tx[k], u_media.grids[k], p).r
-#define bricks_rgb(k, p) sample_bricks(u_grid_tx[k], u_page_tx[k], u_media.grids[k], p).rgb
-#define homogeneous(m, p) profile_homogeneous(u_media.media[m], p)
-#define exp_height(m, p) profile_exp_height(u_media.media[m], p)
-#define noise(m, p) profile_noise(m, p)
-#define white(c, p) 1.0
+#if GRID_COUNT > 0
+#define GRID_SLOTS GRID_COUNT
+#else
+#define GRID_SLOTS 1
+#endif
+
+// A point, eye-centred world [m], and where it is in each grid, in voxels.
+struct MediaPoint {
+    vec3 p;
+    vec3 q[GRID_SLOTS];
+};
+
+MediaPoint media_point(vec3 p)
+{
+    MediaPoint at;
+    at.p = p;
+    for (int k = 0; k < GRID_COUNT; ++k)
+        at.q[k] = (u_media.grids[k].index_from_world * vec4(p, 1.0)).xyz;
+    return at;
+}
+
+// A line through the media, its matrices multiplied once for all points on it: few compilers take them out
+// of a loop by themselves.
+struct MediaLine {
+    Ray ray;
+    vec3 q[GRID_SLOTS];
+    vec3 dq[GRID_SLOTS];
+};
+
+MediaLine media_line(Ray ray)
+{
+    MediaLine line;
+    line.ray = ray;
+    for (int k = 0; k < GRID_COUNT; ++k) {
+        line.q[k] = (u_media.grids[k].index_from_world * vec4(ray.origin, 1.0)).xyz;
+        line.dq[k] = (u_media.grids[k].index_from_world * vec4(ray.direction, 0.0)).xyz;
+    }
+    return line;
+}
+
+MediaPoint point_on(MediaLine line, float t)
+{
+    MediaPoint at;
+    at.p = line.ray.origin + line.ray.direction * t;
+    for (int k = 0; k < GRID_COUNT; ++k)
+        at.q[k] = line.q[k] + line.dq[k] * t;
+    return at;
+}
+
+#define dense_scalar(k, at) sample_dense(u_grid_tx[k], u_media.grids[k], at.q[k]).r
+#define dense_rgb(k, at) sample_dense(u_grid_tx[k], u_media.grids[k], at.q[k]).rgb
+#define bricks_scalar(k, at) sample_bricks(u_grid_tx[k], u_page_tx[k], u_media.grids[k], at.q[k]).r
+#define bricks_rgb(k, at) sample_bricks(u_grid_tx[k], u_page_tx[k], u_media.grids[k], at.q[k]).rgb
+#define homogeneous(m, at) profile_homogeneous(u_media.media[m], at.p)
+#define exp_height(m, at) profile_exp_height(u_media.media[m], at.p)
+#define noise(m, at) profile_noise(m, at.p)
+#define white(c, at) 1.0
 
 // max(0, (fbm - threshold) / (1 - threshold)), fbm the sum of octaves brought to 0..1.
 float profile_noise(int m, vec3 p)
@@ -93,7 +143,7 @@ struct MediumSample {
     float g;
 };
 
-MediumSample sample_media(vec3 p)
+MediumSample sample_media(MediaPoint at)
 {
     COUNT_SAMPLE
     MediumSample s = MediumSample(vec3(0.0), extinction_t(0.0), vec3(0.0), u_media.media[0].sigma_s.a);
@@ -107,8 +157,8 @@ MediumSample sample_media(vec3 p)
 #endif
 #define ADD_MEDIUM(m, value, depth, k, tint, c)                               \
     {                                                                         \
-        coefficient_t coefficient = coefficient_t(value(k, p));               \
-        vec3 added = u_media.media[m].sigma_s.rgb * coefficient * (tint(c, p)); \
+        coefficient_t coefficient = coefficient_t(value(k, at));              \
+        vec3 added = u_media.media[m].sigma_s.rgb * coefficient * (tint(c, at)); \
         s.sigma_s += added;                                                   \
         s.sigma_t += u_media.media[m].sigma_t.EXTINCTION * coefficient;       \
         ADD_G(m, added)                                                       \
@@ -118,7 +168,7 @@ MediumSample sample_media(vec3 p)
     s.g = g_weight > 0.0 ? g_sum / g_weight : 0.0;
 #endif
 #ifdef FOR_EACH_EMISSION
-#define ADD_EMISSION(m, value, k) s.emission += u_media.media[m].emission.rgb * (value(k, p));
+#define ADD_EMISSION(m, value, k) s.emission += u_media.media[m].emission.rgb * (value(k, at));
     FOR_EACH_EMISSION(ADD_EMISSION)
 #endif
 #ifdef LEAST_EXTINCTION
@@ -127,13 +177,17 @@ MediumSample sample_media(vec3 p)
     return s;
 }
 
+MediumSample sample_media(vec3 p) { return sample_media(media_point(p)); }
+
 // Where p + t d, t in [begin, end], is inside medium m. Empty: x >= y.
 vec2 medium_segment(int m, vec3 p, vec3 d, float begin, float end)
 {
     MediumParams medium = u_media.media[m];
-    vec3 o = (medium.bounds_from_world * vec4(p, 1.0)).xyz;
-    vec3 od = (medium.bounds_from_world * vec4(d, 0.0)).xyz;
-    vec2 t = ray_box(o, od, medium.bounds_min.xyz, medium.bounds_max.xyz);
+    if (((GRID_MEDIA >> m) & 1u) != 0u) {  // known as the shader is built; a box's bounds are in metres already
+        p = (medium.bounds_from_world * vec4(p, 1.0)).xyz;
+        d = (medium.bounds_from_world * vec4(d, 0.0)).xyz;
+    }
+    vec2 t = ray_box(p, d, medium.bounds_min.xyz, medium.bounds_max.xyz);
     return vec2(max(t.x, begin), min(t.y, end));
 }
 
@@ -200,7 +254,8 @@ extinction_t optical_depth(vec3 p, vec3 wi, float range, int steps)
         float ds = (t.y - t.x) / float(steps);                                     \
         for (int j = 0; j < steps; ++j) {                                          \
             COUNT_SAMPLE                                                           \
-            sum += coefficient_t(value(k, (p + wi * (t.x + (float(j) + 0.5) * ds)))); \
+            MediaPoint at = media_point(p + wi * (t.x + (float(j) + 0.5) * ds));       \
+            sum += coefficient_t(value(k, at));                                    \
         }                                                                          \
         tau += u_media.media[m].sigma_t.EXTINCTION * sum * ds;                     \
     }
@@ -213,8 +268,9 @@ extinction_t optical_depth(vec3 p, vec3 wi, float range, int steps)
 extinction_t marched_extinction(vec3 p)
 {
     extinction_t sigma_t = extinction_t(0.0);
+    MediaPoint at = media_point(p);
 #define marched_depth(m, value, k) \
-    sigma_t += u_media.media[m].sigma_t.EXTINCTION * coefficient_t(value(k, p));
+    sigma_t += u_media.media[m].sigma_t.EXTINCTION * coefficient_t(value(k, at));
 #define ADD_EXTINCTION(m, value, depth, k, tint, c) depth(m, value, k)
     FOR_EACH_MEDIUM(ADD_EXTINCTION)
     return sigma_t;

@@ -28,7 +28,8 @@ struct FrameParams {
     // z, w: the same in whole pixels.
     vec4 layer_offset;
 
-    vec4 step_range;   // view_z [m] of the first and the last step's end; z: last / first; w unused
+    vec4 step_range;   // view_z [m] of the first and the last step's end; z: log2(last / first);
+                       // w: the march ends once less than this is transmitted
     vec4 media_range;  // view_z [m] within which media can be: nearest, farthest; z: their
                        // difference if orthographic, else 0
     // x: steps; y: lambda, 0 linear .. 1 exponential; z: shadow steps; w: jitter offset

@@ -10,7 +10,8 @@ struct LightParams {
                     // view
     vec4 intensity;  // rgb: W/m^2 facing a sun, W/sr of a point or a spot
     vec4 axis;       // a spot's: xyz where it shines, unit length; w: cosine of its half cone
-    vec4 edge;       // a spot's: x: 1 / width of its fading edge, in cosine
+    vec4 edge;       // x: a spot's: 1 / width of its fading edge, in cosine; y: a point's: half a
+                     // shadow view's width over that of a right angle
 };
 
 // One layer of the shadow map. Depth is linear: along the axis of a sun, the distance of a point or
@@ -25,7 +26,8 @@ struct ShadowView {
 struct LightsParams {
     LightParams lights[MAX_LIGHTS];
     ShadowView views[MAX_SHADOW_VIEWS];
-    vec4 world_radiance;  // rgb: mean over all directions [W/m^2/sr]
+    vec4 world_radiance;  // rgb: mean over all directions [W/m^2/sr]; a: texels along an edge of
+                          // a shadow view
 };
 
 FUM_SHARED_END

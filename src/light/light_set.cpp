@@ -138,7 +138,7 @@ gl::Defines LightSet::defines() const
 void LightSet::bind(glm::dvec3 eye)
 {
     shared::LightsParams params{};
-    params.world_radiance = glm::vec4(world_radiance_, 0.0f);
+    params.world_radiance = glm::vec4(world_radiance_, static_cast<float>(shadow_map_.size().x));
     for (std::size_t i = 0; i < lights_.size(); ++i) {
         shared::LightParams& out = params.lights[i];
         out.intensity = glm::vec4(intensity_of(lights_[i]), 0.0f);
@@ -147,6 +147,7 @@ void LightSet::bind(glm::dvec3 eye)
             position = glm::normalize(sun->direction_to_light);
         } else if (const auto* point = std::get_if<PointLight>(&lights_[i])) {
             position = point->position - eye;
+            out.edge.y = 0.5f / static_cast<float>(point_view_tangent(shadow_map_.size().x));
         } else if (const auto* spot = std::get_if<SpotLight>(&lights_[i])) {
             position = spot->position - eye;
             const double edge = std::cos(glm::radians(spot->cone_deg) / 2);
@@ -164,6 +165,14 @@ void LightSet::bind(glm::dvec3 eye)
     device_->BindBufferBase(GL_UNIFORM_BUFFER, LIGHTS_BLOCK, block_.id());
     if (shadow_map_)
         device_->BindTextureUnit(SHADOW_MAP_UNIT, shadow_map_.id());
+}
+
+void LightSet::bind_shadow_depth(const gl::Sampler& sampler) const
+{
+    if (!shadow_map_)
+        return;
+    device_->BindTextureUnit(SHADOW_DEPTH_UNIT, shadow_map_.id());
+    device_->BindSampler(SHADOW_DEPTH_UNIT, sampler.id());
 }
 
 }  // namespace fumarole::light

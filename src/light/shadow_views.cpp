@@ -1,5 +1,6 @@
 #include "light/shadow_views.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
@@ -82,13 +83,17 @@ View parallel_view(const LightAxes& axes, const Bounds& covered, const Bounds& c
     return view;
 }
 
+double point_view_tangent(int map_size)
+{
+    return 1 + 4.0 / std::max(map_size, 1);
+}
+
 std::vector<View> point_views(glm::dvec3 position, double range, int map_size)
 {
     constexpr std::array<glm::dvec3, 6> kFaces{glm::dvec3(1, 0, 0), glm::dvec3(-1, 0, 0),
                                                glm::dvec3(0, 1, 0), glm::dvec3(0, -1, 0),
                                                glm::dvec3(0, 0, 1), glm::dvec3(0, 0, -1)};
-    // A rim of two texels over the right angle, so filtering at a face's edge stays within it.
-    const double tangent = 1 + 4.0 / map_size;
+    const double tangent = point_view_tangent(map_size);
     std::vector<View> views;
     for (const glm::dvec3& face : kFaces)
         views.push_back(perspective_view(position, face, tangent, range, map_size));

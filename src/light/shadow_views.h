@@ -42,6 +42,10 @@ bool is_detail(const surface::SurfaceSet::Instance& instance, const Bounds& medi
 View parallel_view(const LightAxes& axes, const Bounds& covered, const Bounds& casters,
                    int map_size);
 
+/// Half a view's width of a light that shines all around, over its distance: more than the 1 of a
+/// right angle by a rim of two texels, so that filtering at a face's edge stays within it.
+double point_view_tangent(int map_size);
+
 /// Six views round a point. range: metres to the farthest caster.
 std::vector<View> point_views(glm::dvec3 position, double range, int map_size);
 

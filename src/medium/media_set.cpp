@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
+#include <limits>
 
 #include "errors.h"
 
@@ -200,6 +201,7 @@ void MediaSet::clear()
     grids_.clear();
     placed_.clear();
     media_.clear();
+    occupied_.clear();
     traits_ = {};
 }
 
@@ -219,6 +221,7 @@ void MediaSet::set(const Scene& scene, Layout layout, Storage storage)
         throw Error(fmt::format("the scene has {} media, and {} is the most at once; merge some",
                                 media_.size(), MAX_MEDIA));
 
+    find_occupied();
     traits_.media = static_cast<int>(media_.size());
     float g = 0;
     for (Entry& entry : media_) {
@@ -240,6 +243,52 @@ void MediaSet::set(const Scene& scene, Layout layout, Storage storage)
     traits_.colored_extinction |= traits_.colored_density;
     traits_.bricked_grids = static_cast<int>(std::count_if(
         grids_.begin(), grids_.end(), [](const Grid& g_) { return static_cast<bool>(g_.pages); }));
+}
+
+double MediaSet::Entry::detail() const
+{
+    if (is_noise)
+        return noise.feature_size / std::pow(noise.lacunarity, noise.octaves - 1);
+    return params.profile.x > 0 ? 1.0 / params.profile.x : std::numeric_limits<double>::infinity();
+}
+
+float MediaSet::Entry::thickest() const
+{
+    const double heights = is_noise ? 0 : (height - bounds.min.z) * params.profile.x;
+    return static_cast<float>(std::exp(std::min(heights, 40.0)));
+}
+
+void MediaSet::find_occupied()
+{
+    constexpr std::size_t kMostBoxes =
+        4096;  // of a grid: projecting so many takes half a millisecond
+    constexpr float kGlows = std::numeric_limits<float>::infinity();
+    const auto add = [&](int placed, float per_unit) {
+        const PlacedGrid& grid = placed_[static_cast<std::size_t>(placed)];
+        const GridLayout& layout = grids_[static_cast<std::size_t>(grid.texture)].plan;
+        Occupied part{glm::inverse(grid.index_from_world), occupied_boxes(layout, kMostBoxes)};
+        for (OccupiedBox& box : part.boxes)
+            box.most *= per_unit;
+        part.detail =
+            std::min({glm::length(part.world_from_box[0]), glm::length(part.world_from_box[1]),
+                      glm::length(part.world_from_box[2])});
+        occupied_.push_back(std::move(part));
+    };
+    for (const Entry& entry : media_) {
+        const glm::vec3 sigma_t(entry.params.sigma_t), emission(entry.params.emission);
+        const float most = is_zero(emission) || entry.emission >= 0
+                               ? std::max({sigma_t.r, sigma_t.g, sigma_t.b})
+                               : kGlows;
+        // Steps are cut at the faces of a medium that is alone; those of others are detail.
+        if (entry.density < 0)
+            occupied_.push_back({glm::inverse(entry.bounds_from_world),
+                                 {{entry.bounds, most * entry.thickest()}},
+                                 media_.size() == 1 ? entry.detail() : 0.0});
+        else
+            add(entry.density, most);
+        if (entry.emission >= 0)
+            add(entry.emission, kGlows);
+    }
 }
 
 const char* MediaSet::value_name(int placed) const
@@ -361,8 +410,12 @@ std::vector<KeptBoxes> MediaSet::kept_boxes() const
 gl::Defines MediaSet::defines() const
 {
     std::string media, emission;
+    unsigned grid_media = 0;
+    bool all_marched = true;
     for (std::size_t m = 0; m < media_.size(); ++m) {
         const Entry& entry = media_[m];
+        grid_media |= entry.density >= 0 ? 1u << m : 0u;
+        all_marched &= entry.is_marched() || !entry.scatters();
         const int k = entry.density >= 0 ? entry.density : static_cast<int>(m);
         media += fmt::format("X({}, {}, {}, {}, {}, {}) ", m, entry.value, entry.depth, k,
                              entry.tint >= 0 ? value_name(entry.tint) : "white",
@@ -383,6 +436,9 @@ gl::Defines MediaSet::defines() const
         defines.emplace_back("COLORED_EXTINCTION", "");
     if (traits_.colored_density)
         defines.emplace_back("COLORED_DENSITY", "");
+    defines.emplace_back("GRID_MEDIA", fmt::format("{:#x}u", grid_media));
+    if (all_marched)
+        defines.emplace_back("ALL_MARCHED", "");
     if (traits_.mixed_g)
         defines.emplace_back("MIXED_G", "");
     if (traits_.isotropic)

@@ -11,6 +11,7 @@
 #include "gl/program.h"
 #include "gl/texture.h"
 #include "medium/grid_layout.h"
+#include "medium/occupancy.h"
 #include "scene.h"
 #include "shared/medium_params.h"
 
@@ -54,6 +55,13 @@ struct KeptBoxes {
     std::vector<KeptBox> boxes;
 };
 
+/// What of the world a part of a medium may fill, and how fine it is there.
+struct Occupied {
+    glm::dmat4 world_from_box{1.0};
+    std::vector<OccupiedBox> boxes;  ///< most: extinction [1/m]; infinite of what glows
+    double detail = 0;               ///< metres within which it changes; infinite: nowhere
+};
+
 class MediaSet {
 public:
     explicit MediaSet(const gl::Device& device) : device_{device}, block_{device, "media"} {}
@@ -70,6 +78,9 @@ public:
     [[nodiscard]] bool empty() const { return media_.empty(); }
     /// What is not 0 of all media, world space.
     [[nodiscard]] Bounds bounds() const;
+
+    /// The media's boxes, or, of grids, those of their bricks that are not empty.
+    [[nodiscard]] const std::vector<Occupied>& occupied() const { return occupied_; }
 
     [[nodiscard]] VoxelFrame voxel_frame() const;
     /// The colour that all marched media's extinction has, its mean 1; nothing if they differ.
@@ -119,6 +130,9 @@ private:
         NoiseProfile noise;
         double height = 0;  ///< z0 of an exponential height profile [m]
 
+        /// Of a box: metres within which its profile changes, and its largest coefficient.
+        [[nodiscard]] double detail() const;
+        [[nodiscard]] float thickest() const;
         [[nodiscard]] bool is_marched() const { return std::string_view(depth) == "marched_depth"; }
         [[nodiscard]] bool scatters() const { return glm::vec3(params.sigma_s) != glm::vec3(0.0f); }
     };
@@ -130,12 +144,14 @@ private:
     void add(const BoxMedium& medium);
     [[nodiscard]] const char* value_name(int placed) const;
     [[nodiscard]] KeptBoxes boxes_of(const Entry& entry) const;
+    void find_occupied();
 
     const gl::Device& device_;
     std::vector<Grid> grids_;
     std::vector<Grid> old_grids_;  ///< of the scene before, while set() runs
     std::vector<PlacedGrid> placed_;
     std::vector<Entry> media_;
+    std::vector<Occupied> occupied_;
     MediaTraits traits_;
     double time_ = 0;
     gl::UniformBuffer<shared::MediaParams> block_;

@@ -172,7 +172,7 @@ shared::FrameParams make_frame_params(const Frame& frame, const Eye& eye, const 
 
     const glm::dvec2 media_range = media_range_of(eye, media);
     const glm::dvec2 steps = step_range(eye, media, settings);
-    params.step_range = glm::vec4(steps, steps.y / steps.x, 0.0f);
+    params.step_range = glm::vec4(steps, std::log2(steps.y / steps.x), settings.early_end);
     // Relative depth means nothing where rays are parallel: there an edge is judged by the media's.
     params.media_range = glm::vec4(
         media_range, eye.perspective ? 0.0 : std::max(media_range.y - media_range.x, 1e-30), 0.0);

@@ -364,6 +364,8 @@ void Froxels::resolve(const PassFrame& frame, Layer layer)
         defines.emplace_back("TRICUBIC", "");
     if (layer == Layer::transmittance)
         defines.emplace_back("TRANSMITTANCE", "");
+    if (layer == Layer::both)
+        defines.emplace_back("BOTH", "");
     gl->BindTextureUnit(INTEGRATED_SCATTERING_UNIT, view.scattering.id());
     gl->BindTextureUnit(INTEGRATED_TRANSMITTANCE_UNIT, view.transmittance.id());
     tools_.draw_fullscreen("resolve/froxels.frag", defines);

@@ -1,5 +1,6 @@
 #include "pass/ray_march.h"
 
+#include <array>
 #include <fmt/format.h>
 
 #include "pass/blue_noise.h"
@@ -29,7 +30,8 @@ Settings::Format march_format(const Toolbox& tools, const Settings& s)
     return tools.monochrome(s) && small ? Settings::Format::rgba16f : s.format;
 }
 
-RayMarch::RayMarch(const Toolbox& tools) : VolumePass{tools}
+RayMarch::RayMarch(const Toolbox& tools)
+    : VolumePass{tools}, tiles_{tools}, shadow_sampler_{tools.device, "shadow depth"}
 {
     blue_noise_ = gl::Texture::make_2d(tools_.device, "blue noise", glm::ivec2(kBlueNoiseSize),
                                        GL_R32F, gl::Filter::nearest);
@@ -50,6 +52,8 @@ gl::Defines RayMarch::march_defines(const Settings& s) const
     add(s.jitter == Settings::Jitter::blue, "BLUE_NOISE");
     add(s.range == Settings::Range::camera, "CAMERA_RANGE");
     add(tools_.monochrome(s), "MONOCHROME");
+    add(s.falloff == Settings::Falloff::exact, "EXACT_FALLOFF");
+    add(s.surface_shadows == Settings::SurfaceShadows::nearest, "NEAREST_SHADOWS");
     defines.emplace_back("LAYER_SCALE", fmt::format("{}", s.resolution));
     return defines;
 }
@@ -84,14 +88,19 @@ void RayMarch::resize(const PassFrame& frame)
 void RayMarch::draw_layer_depth(const PassFrame& frame)
 {
     resize(frame);
+    {
+        const auto time = tools_.timers.scope("step tiles");
+        tiles_.set(frame);
+    }
     const auto time = tools_.timers.scope("layer depth");
     gl::Defines defines{{"LAYER_SCALE", fmt::format("{}", frame.settings.resolution)}};
     if (frame.settings.layer_depth == Settings::LayerDepth::checkerboard)
         defines.emplace_back("CHECKERBOARD", "");
     depth_framebuffer_.bind(size_);
-    tools_.draw_fullscreen("pass/layer_depth.frag", defines);
+    tiles_.draw_depth("pass/layer_depth.frag", defines);
     tools_.device->BindTextureUnit(LAYER_DEPTH_UNIT, depth_.id());
     tools_.device->BindTextureUnit(BLUE_NOISE_UNIT, blue_noise_.id());
+    tools_.lights.bind_shadow_depth(shadow_sampler_);
 }
 
 void RayMarch::draw(const PassFrame& frame)
@@ -100,16 +109,27 @@ void RayMarch::draw(const PassFrame& frame)
     draw_layer_depth(frame);
     const auto time = tools_.timers.scope("ray march");
     framebuffer_.bind(size_);
-    tools_.draw_fullscreen(kMarch, march_defines(frame.settings));
+    const gl::Device& gl = tools_.device;
+    constexpr std::array<GLfloat, 4> kNothing{0, 0, 0, 1}, kAll{1, 1, 1, 1};
+    gl->ClearNamedFramebufferfv(framebuffer_.id(), GL_COLOR, 0, kNothing.data());
+    if (transmittance_)
+        gl->ClearNamedFramebufferfv(framebuffer_.id(), GL_COLOR, 1, kAll.data());
+    tiles_.draw_march(kMarch, march_defines(frame.settings));
 }
 
 void RayMarch::resolve(const PassFrame& frame, Layer layer)
 {
     resize(frame);
-    const gl::Texture& target = layer == Layer::scattering ? scattering_ : transmittance_;
-    tools_.device->BindTextureUnit(LAYER_DEPTH_UNIT, depth_.id());
-    tools_.device->BindTextureUnit(SCATTERING_UNIT, target.id());
-    tools_.draw_fullscreen("resolve/upsample.frag", upsample_defines(frame.settings));
+    const gl::Device& gl = tools_.device;
+    gl::Defines defines = upsample_defines(frame.settings);
+    gl->BindTextureUnit(LAYER_DEPTH_UNIT, depth_.id());
+    gl->BindTextureUnit(SCATTERING_UNIT,
+                        (layer == Layer::transmittance ? transmittance_ : scattering_).id());
+    if (layer == Layer::both) {
+        gl->BindTextureUnit(TRANSMITTANCE_UNIT, transmittance_.id());
+        defines.emplace_back("BOTH", "");
+    }
+    tiles_.draw_picture("resolve/upsample.frag", defines);
 }
 
 gl::Texture RayMarch::sample_counts(const PassFrame& frame)
@@ -121,9 +141,11 @@ gl::Texture RayMarch::sample_counts(const PassFrame& frame)
     gl::Framebuffer framebuffer(gl, "sample counts");
     framebuffer.attach_color({counts.view()});
     framebuffer.bind(size_);
+    constexpr std::array<GLfloat, 4> kNone{};
+    gl->ClearNamedFramebufferfv(framebuffer.id(), GL_COLOR, 0, kNone.data());
     gl::Defines defines = march_defines(frame.settings);
     defines.emplace_back("COUNT_SAMPLES", "");
-    tools_.draw_fullscreen(kMarch, defines);
+    tiles_.draw_march(kMarch, defines);
     return counts;
 }
 

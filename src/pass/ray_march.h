@@ -1,6 +1,7 @@
 #pragma once
 
 #include "gl/texture.h"
+#include "pass/step_tiles.h"
 #include "pass/volume_pass.h"
 
 namespace fumarole::pass {
@@ -29,6 +30,8 @@ private:
     glm::ivec2 size_{0};  ///< texels of the layer
     Settings::Format format_ = Settings::Format::rgba16f;
     bool monochrome_ = false;
+    StepTiles tiles_;
+    gl::Sampler shadow_sampler_;
     gl::Texture blue_noise_;
     gl::Texture depth_;  ///< r32f: view_z of the scene [m] as each texel took it
     gl::Texture scattering_, transmittance_;

@@ -54,6 +54,7 @@ enum class Layer {
     scattering,     ///< radiance towards the eye [W/m^2/sr]; monochrome: alpha is the mean
                     ///< transmittance
     transmittance,  ///< per channel, 0..1; not if monochrome
+    both,           ///< those two at once, transmittance as the second source of blending
 };
 
 /// From a frame to its two layers. The ray march and the froxels are siblings behind this face:

@@ -108,10 +108,10 @@ void kernel(int i)
     vec2 range = in_data[2 * i + 1].xy;
     int steps = int(in_data[2 * i].y);
     float lambda = in_data[2 * i].z;
-    float ratio = range.y / range.x;
-    float z = step_split(in_data[2 * i].x / in_data[2 * i].y, range, ratio, lambda);
-    out_data[i] = vec4(z, step_at(z, steps, range, ratio, lambda), step_at(range.x * 0.5, steps, range, ratio, lambda),
-                       step_at(range.y * 2.0, steps, range, ratio, lambda));
+    float octaves = log2(range.y / range.x);
+    float z = step_split(in_data[2 * i].x / in_data[2 * i].y, range, octaves, lambda);
+    out_data[i] = vec4(z, step_at(z, steps, range, octaves, lambda), step_at(range.x * 0.5, steps, range, octaves, lambda),
+                       step_at(range.y * 2.0, steps, range, octaves, lambda));
 }
 )",
                         2);

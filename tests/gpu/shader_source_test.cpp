@@ -179,6 +179,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         GTEST_SKIP() << "glslangValidator is not in PATH (Debian: glslang-tools)";
     Variants variants;
     variants.add("pass/fullscreen.vert", {});
+    variants.add("pass/tiles.vert", {{"TILE_PIXELS", "8"}});
     variants.add("pass/surface.vert", {});
     variants.add("study/texel_rate.frag", {{"FETCHES", "64"}, {"TEXEL_PIXELS", "512"}});
     variants.add("light/shadow_map.frag", {});
@@ -191,8 +192,10 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         variants.add("pass/inspect_rays.frag", at_scale);
         for (const char* taps : {"1", "2", "4"})
             for (unsigned set = 0; set < 2; ++set)
-                variants.add("resolve/upsample.frag", at_scale + Defines{{"UPSAMPLE_TAPS", taps}} +
-                                                          flags(set, {"BOX_2017"}));
+                for (const Defines& targets : {Defines{}, Defines{{"BOTH", ""}}})
+                    variants.add("resolve/upsample.frag", at_scale + targets +
+                                                              Defines{{"UPSAMPLE_TAPS", taps}} +
+                                                              flags(set, {"BOX_2017"}));
     }
     for (const char* file : {"box.vert", "box.frag", "color.frag", "depth.frag", "dim.frag",
                              "extent.frag", "froxels.frag"})
@@ -218,8 +221,8 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     for (unsigned set = 0; set < 4; ++set)
         variants.add("pass/integrate.comp", flags(set, {"EXTINCTION_IN_ALPHA", "WRONSKI"}));
     for (unsigned set = 0; set < 8; ++set)
-        variants.add("resolve/froxels.frag",
-                     flags(set, {"EXTINCTION_IN_ALPHA", "TRICUBIC", "TRANSMITTANCE"}));
+        variants.add("resolve/froxels.frag", flags(set, {"EXTINCTION_IN_ALPHA", "TRICUBIC",
+                                                         set >= 4 ? "TRANSMITTANCE" : "BOTH"}));
 
     // The froxels that sample: as the march below, with what is theirs alone.
     const auto froxels = [&](const Defines& media, const Defines& lights, unsigned set) {
@@ -241,6 +244,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                          flags(set, {"BLUE_NOISE", "VOLUME_SHADOWS", "WORLD_LIGHT", "CAMERA_RANGE",
                                      "SHADOW_TO_LIGHT", "LEAST_EXTINCTION", "MONOCHROME",
                                      "COUNT_SAMPLES", "DEPTH_VOLUME", "WORLD_VOLUME"}) +
+                         flags(set ^ set >> 3, {"EXACT_FALLOFF", "NEAREST_SHADOWS", "STEP_TILES"}) +
                          Defines{{"LAYER_SCALE", "2"}});
     };
     constexpr unsigned kDefault = 0b1100000111, kSets = 1u << 10;

@@ -1,0 +1,17 @@
+// 1/d^2 of a light over a piece of a line: it has a pole that steps of a march miss, or hit by chance.
+// Kulla and Fajardo 2012, "Importance Sampling Techniques for Path Tracing in Participating Media", 4.1.
+//   s  begin and end of the piece, from the place nearest to the light [m]
+//   d  the light's distance from the line [m], > 0
+// Answers
+//   x: the mean of 1 / (d^2 + s^2) [1/m^2], from the angle that the light sees the piece under
+//   y: the place before which `share` of that angle lies [m]
+vec2 falloff_over(vec2 s, float d, float share)
+{
+    float ds = max(s.y - s.x, 1e-20);
+    float tangent = ds * d / (d * d + s.x * s.y);
+    float angle = atan(tangent) + (tangent < 0.0 ? kPi : 0.0);
+    float c = cos(share * angle);
+    float n = sin(share * angle);
+    float place = d * (s.x * c + d * n) / max(d * c - s.x * n, 1e-30);
+    return vec2(angle / (d * ds), clamp(place, s.x, s.y));
+}

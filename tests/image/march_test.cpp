@@ -1,0 +1,166 @@
+// What the march leaves out to be fast: empty bricks, what lies behind next to nothing, and a
+// second pass over the picture.
+
+#include <algorithm>
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "image_test.h"
+
+namespace fumarole::test {
+namespace {
+
+class MarchSpeed : public ImageTest {
+protected:
+    /// Coloured smoke in some of 6^3 bricks of 0.8 m, with gaps between, before a wall and the sky.
+    static Scene patches()
+    {
+        GridMedium smoke;
+        const glm::dmat4 placed =
+            glm::scale(glm::translate(glm::dmat4(1), {-2.4, 4, -2.4}), glm::dvec3(0.1));
+        smoke.density = make_grid({6, 6, 6}, placed, [](glm::ivec3 i) {
+            const glm::ivec3 brick = i / 8;
+            const bool there = (brick.x * 5 + brick.y * 3 + brick.z * 7) % 4 == 0;
+            return there ? 0.5 + 0.4 * std::sin(i.x + 0.7 * i.y + 0.3 * i.z) : 0.0;
+        });
+        smoke.sigma_s_per_density = {1, 2, 3};
+        smoke.sigma_a_per_density = glm::vec3(0.2f);
+        smoke.g = 0.3f;
+        Scene scene = empty_scene();
+        scene.resolution = {96, 64};
+        scene.camera.position = {0, -3, 0.4};
+        scene.camera.look_at = {0, 5, 0};
+        scene.camera.vfov_deg = 50;
+        scene.media = {smoke};
+        scene.world.radiance = {0.2f, 0.3f, 0.4f};
+        scene.lights = {SunLight{{0.3, -0.4, 0.8}, {5, 4, 3}}};
+        return scene;
+    }
+};
+
+TEST_F(MarchSpeed, EmptyBricksLeftOutLeaveThePictureAsItIs)
+{
+    for (const int resolution : {1, 2, 4}) {
+        const Scene scene = patches();
+        Settings settings = plain_settings(resolution);
+        settings.jitter = Settings::Jitter::blue;
+        const auto draw = [&](bool skip, double& samples) {
+            settings.skip = skip;
+            StillReport report;
+            Still still = scene_renderer().render(scene, settings, {}, &report);
+            samples = report.samples;
+            return still;
+        };
+        double samples = 0, all_samples = 0;
+        const Still with = draw(true, samples), without = draw(false, all_samples);
+        // A tile of a quarter-size layer is 32 pixels wide: here each sees some smoke.
+        EXPECT_LT(samples, resolution == 4 ? all_samples + 1 : all_samples);
+        // Both take the same samples of what is not 0; a place on a brick's border may round to
+        // either side of it, where the field is 0 to rounding.
+        EXPECT_LT(max_difference(picture_of(with, with.composite),
+                                 picture_of(without, without.composite)),
+                  1e-6)
+            << "1 / " << resolution;
+        EXPECT_LT(max_difference(picture_of(with, with.transmittance),
+                                 picture_of(without, without.transmittance)),
+                  1e-6);
+    }
+}
+
+TEST_F(MarchSpeed, NothingIsDrawnWhereNoBrickIsInView)
+{
+    Scene scene = patches();
+    scene.camera.look_at = {5, 5, 0};  // the smoke is in the left part of the picture alone
+    for (const int resolution : {1, 2, 4}) {
+        const Still still = render(scene, plain_settings(resolution));
+        int untouched = 0;
+        for (std::size_t y = 0; y < 64; ++y)
+            for (std::size_t x = 88; x < 96; ++x)
+                for (std::size_t c = 0; c < 3; ++c) {
+                    const std::size_t i = (y * 96 + x) * 3 + c;
+                    untouched += still.composite[i] == still.surface_lit[i] ? 1 : 0;
+                }
+        EXPECT_EQ(untouched, 64 * 8 * 3) << "1 / " << resolution;
+    }
+}
+
+TEST_F(MarchSpeed, EarlyEndErrsByNoMoreThanWhatItStillLetThrough)
+{
+    BoxMedium fog;
+    fog.min = {-9, 2, -9};
+    fog.max = {9, 12, 9};
+    fog.sigma_s = {0.9f, 0.9f, 0.9f};
+    fog.sigma_a = {0.1f, 0.1f, 0.1f};
+    Scene scene = empty_scene();
+    scene.resolution = {32, 32};
+    scene.camera.position = {0, 0, 0};
+    scene.camera.look_at = {0, 1, 0};
+    scene.media = {fog};
+    scene.world.radiance = glm::vec3(2);
+    Settings settings = plain_settings();
+    settings.world_cache = 0;  // the same from all around: no source is brighter than the world
+    const Still whole = render(scene, settings);
+    double before = 0;
+    for (const float end : {1e-3f, 1e-2f, 1e-1f}) {
+        settings.early_end = end;
+        const Still cut = render(scene, settings);
+        const double transmittance = max_difference(picture_of(cut, cut.transmittance),
+                                                    picture_of(whole, whole.transmittance));
+        const double scattering =
+            max_difference(picture_of(cut, cut.scattering), picture_of(whole, whole.scattering));
+        EXPECT_LE(transmittance, end);
+        EXPECT_LE(scattering, end * 0.9 * 2.0 * 1.001);  // albedo, radiance; rounding of sums
+        EXPECT_GT(scattering, before) << "a ray must have ended early to be judged";
+        before = scattering;
+    }
+}
+
+TEST_F(MarchSpeed, OnePassBlendsWhatTwoDo)
+{
+    const Scene scene = patches();
+    for (const Settings::Mode mode : {Settings::Mode::raymarch, Settings::Mode::froxel})
+        for (const auto upsample : {Settings::Upsample::bilinear2x2, Settings::Upsample::tent4x4}) {
+            Settings settings = plain_settings(2);
+            settings.mode = mode;
+            settings.upsample = upsample;
+            settings.resolve_passes = 1;
+            const Still one = render(scene, settings);
+            settings.resolve_passes = 2;
+            const Still two = render(scene, settings);
+            // The same product and sum, once in a register and once through a 32-bit picture.
+            EXPECT_LT(
+                max_difference(picture_of(one, one.composite), picture_of(two, two.composite)),
+                5e-7);
+        }
+}
+
+// 1/d^2 of a light 5 cm beside a ray of 20 m, in 8 steps: the pole lies within one of them.
+TEST_F(MarchSpeed, FalloffOverAStepIsItsIntegral)
+{
+    BoxMedium fog;
+    fog.min = {-20, 0, -20};
+    fog.max = {20, 20, 20};
+    fog.sigma_s = glm::vec3(1e-4f);
+    Scene scene = empty_scene();
+    scene.resolution = {3, 3};
+    scene.camera.position = {0, 0, 0};
+    scene.camera.look_at = {0, 1, 0};
+    scene.camera.vfov_deg = 20;
+    scene.media = {fog};
+    const glm::dvec3 light(0.05, 7.3, 0);
+    scene.lights = {PointLight{light, glm::vec3(10)}};
+    Settings settings = plain_settings();
+    settings.steps = 8;
+    settings.falloff = Settings::Falloff::exact;
+    const auto middle = [](const Still& still) { return still.scattering[(1 * 3 + 1) * 3]; };
+    const double exact = 1e-4 * 10 / (4 * M_PI) *
+                         (std::atan((20 - light.y) / light.x) + std::atan(light.y / light.x)) /
+                         light.x;
+    EXPECT_NEAR(middle(render(scene, settings)), exact, 2e-3 * exact)
+        << "extinction of 1e-4 a metre, to the light and to the eye";
+    settings.falloff = Settings::Falloff::sampled;
+    EXPECT_GT(std::abs(middle(render(scene, settings)) - exact), 0.1 * exact);
+}
+
+}  // namespace
+}  // namespace fumarole::test
