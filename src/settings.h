@@ -49,7 +49,7 @@ struct Settings {
     Mode mode = Mode::raymarch;
 
     // the march, and the froxels but for the number of steps
-    int steps = 32;             ///< along the whole range, 1..4096
+    int steps = 48;             ///< along the whole range, 1..4096
     float distribution = 0.8f;  ///< lambda: 0 linear .. 1 exponential
     Jitter jitter = Jitter::blue;
     Range range = Range::media;
@@ -57,10 +57,10 @@ struct Settings {
     bool world_light = true;     ///< the world's mean radiance scatters too
     float least_extinction = 0;  ///< 1/m, a floor under sigma_t; 2017 had 1e-4
     bool skip = true;            ///< no steps where bricks hold nothing
-    float early_end = 1e-3f;     ///< a ray ends once less is transmitted, 0..0.5
+    float early_end = 0;         ///< a ray ends once less is transmitted, 0..0.5
     Spacing spacing = Spacing::medium;
-    Falloff falloff = Falloff::exact;
-    SurfaceShadows surface_shadows = SurfaceShadows::nearest;  ///< in media
+    Falloff falloff = Falloff::sampled;
+    SurfaceShadows surface_shadows = SurfaceShadows::filtered;  ///< in media
 
     // light through media
     bool volume_shadows = true;

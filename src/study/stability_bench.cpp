@@ -322,8 +322,6 @@ Settings StabilityBench::march_alone(int steps) const
     alone.steps = alone.slices = steps;
     alone.jitter = Settings::Jitter::none;
     alone.spacing = Settings::Spacing::fixed;  // so many, and no fewer
-    alone.early_end = 0;
-    alone.falloff = Settings::Falloff::sampled;
     alone.format = Settings::Format::rgba32f;
     alone.storage = medium::Storage::r32f;
     return alone;

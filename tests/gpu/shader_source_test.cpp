@@ -179,6 +179,9 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         GTEST_SKIP() << "glslangValidator is not in PATH (Debian: glslang-tools)";
     Variants variants;
     variants.add("pass/fullscreen.vert", {});
+    variants.add("pass/accumulate.frag", {});
+    for (const Defines& compared : {Defines{}, Defines{{"SPLIT", ""}}, Defines{{"DIFFERENCE", ""}}})
+        variants.add("pass/display.frag", compared);
     variants.add("pass/tiles.vert", {{"TILE_PIXELS", "8"}});
     variants.add("pass/surface.vert", {});
     variants.add("study/texel_rate.frag", {{"FETCHES", "64"}, {"TEXEL_PIXELS", "512"}});

@@ -14,9 +14,6 @@ Settings ImageTest::plain_settings(int resolution)
     settings.resolution = resolution;
     settings.steps = 64;
     settings.spacing = Settings::Spacing::fixed;
-    settings.early_end = 0;
-    settings.falloff = Settings::Falloff::sampled;
-    settings.surface_shadows = Settings::SurfaceShadows::filtered;
     settings.jitter = Settings::Jitter::none;
     settings.format = Settings::Format::rgba32f;
     settings.storage = medium::Storage::r32f;
