@@ -59,7 +59,7 @@ struct Settings {
     bool skip = true;            ///< no steps where bricks hold nothing
     float early_end = 0;         ///< a ray ends once less is transmitted, 0..0.5
     Spacing spacing = Spacing::medium;
-    Falloff falloff = Falloff::sampled;
+    Falloff falloff = Falloff::exact;
     SurfaceShadows surface_shadows = SurfaceShadows::filtered;  ///< in media
 
     // light through media

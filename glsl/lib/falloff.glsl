@@ -2,10 +2,14 @@
 // Kulla and Fajardo 2012, "Importance Sampling Techniques for Path Tracing in Participating Media", 4.1.
 //   s  begin and end of the piece, from the place nearest to the light [m]
 //   d  the light's distance from the line [m], > 0
-// Answers
-//   x: the mean of 1 / (d^2 + s^2) [1/m^2], from the angle that the light sees the piece under
-//   y: the place before which `share` of that angle lies [m]
-vec2 falloff_over(vec2 s, float d, float share)
+struct Falloff {
+    float mean;   // of 1 / (d^2 + s^2) [1/m^2], from the angle that the light sees the piece under
+    float place;  // before which `share` of that angle lies [m]
+    float begin;  // where that angle begins, 0 at the place nearest to the light [rad]
+    float angle;  // that the piece is seen under [rad]
+};
+
+Falloff falloff_over(vec2 s, float d, float share)
 {
     float ds = max(s.y - s.x, 1e-20);
     float tangent = ds * d / (d * d + s.x * s.y);
@@ -13,5 +17,5 @@ vec2 falloff_over(vec2 s, float d, float share)
     float c = cos(share * angle);
     float n = sin(share * angle);
     float place = d * (s.x * c + d * n) / max(d * c - s.x * n, 1e-30);
-    return vec2(angle / (d * ds), clamp(place, s.x, s.y));
+    return Falloff(angle / (d * ds), clamp(place, s.x, s.y), atan(s.x / d), angle);
 }

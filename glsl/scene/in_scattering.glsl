@@ -84,9 +84,10 @@ LightLine light_line(Ray ray, vec3 wo, vec2 spread)
         float t = dot(to_light, ray.direction) / dot(ray.direction, ray.direction);
         // 1 / d is what a line past a light sees of it. Its mean over a square of width 1 with the light behind
         // its middle is 4 asinh(1), that of 1 / 0.284: the line sees it from no nearer.
-        float least = max(0.284 * (spread.x + spread.y * t), kLeastRange);
+        float least = 0.284 * (spread.x + spread.y * t);
         vec3 from_line = to_light - ray.direction * t;
-        line.placed[i - SUN_COUNT] = vec2(t, sqrt(dot(from_line, from_line) + least * least));
+        line.placed[i - SUN_COUNT] = vec2(t, max(sqrt(dot(from_line, from_line) + least * least),
+                                                 kLeastRange));
     }
 #endif
     return line;
@@ -108,22 +109,40 @@ vec3 volume_shadow(int i, LightLine line, float t, LightSample light)
 #define volume_shadow(i, line, t, light) 1.0
 #endif
 
+#ifdef EXACT_FALLOFF
+// The mean over a step of the phase of a light that has a place, weighted as its light is: evenly in the angle.
+// Past a light that is near it swings from one end of the phase to the other within a step. Gauss and
+// Legendre's three points.
+float phase_over(Falloff falloff, float g)
+{
+#ifdef ISOTROPIC
+    return phase_isotropic();
+#else
+    float middle = falloff.begin + 0.5 * falloff.angle;
+    float reach = 0.3872983346 * falloff.angle;
+    return (4.0 * phase_at(-sin(middle), g) + 2.5 * (phase_at(-sin(middle - reach), g) +
+                                                    phase_at(-sin(middle + reach), g))) / 9.0;
+#endif
+}
+#endif
+
 // A light that has a place, at t or, EXACT_FALLOFF, over the step whose ends are `step` and that is sampled at
-// `share` of it; t becomes where the light is looked up.
-LightSample placed_light(int i, LightLine line, vec2 step, float share, inout float t)
+// `share` of it; t becomes where the light is looked up. Its irradiance, times the phase.
+LightSample placed_light(int i, LightLine line, vec2 step, float share, float g, inout float t)
 {
 #ifdef EXACT_FALLOFF
     vec2 nearest = line.placed[i - SUN_COUNT];
     float metres = length(line.ray.direction);
     vec2 s = (step - nearest.x) * metres;
-    vec2 over = falloff_over(s, nearest.y, share);
-    t = nearest.x + over.y / metres;
+    Falloff over = falloff_over(s, nearest.y, share);
+    t = nearest.x + over.place / metres;
     LightSample light = light_sample(i, line.ray.origin + line.ray.direction * t);
-    light.irradiance *= over.x * light.range * light.range;
-    return light;
+    light.irradiance *= over.mean * light.range * light.range * phase_over(over, g);
 #else
-    return light_sample(i, line.ray.origin + line.ray.direction * t);
+    LightSample light = light_sample(i, line.ray.origin + line.ray.direction * t);
+    light.irradiance *= phase_of(light, line.wo, g);
 #endif
+    return light;
 }
 
 // Radiance scattered towards the eye, per metre of line and unit of sigma_s, at t of a step whose ends are
@@ -150,8 +169,8 @@ vec3 in_scattering_on(LightLine line, float t, vec2 step, float share, float g)
     }
     for (int i = SUN_COUNT; i < LIGHT_COUNT; ++i) {
         float t_light = t;
-        LightSample light = placed_light(i, line, step, share, t_light);
-        vec3 arriving = light.irradiance * phase_of(light, line.wo, g);
+        LightSample light = placed_light(i, line, step, share, g, t_light);
+        vec3 arriving = light.irradiance;
 #ifdef SURFACE_SHADOWS
         arriving *= placed_visibility(i, line.ray.origin + line.ray.direction * t_light, light);
 #endif

@@ -244,8 +244,11 @@ private:
 std::span<const AblatedStep> ablated_steps()
 {
     static constexpr std::array kSteps{
-        AblatedStep{"range", "camera"},
         AblatedStep{"shadow-cache", "0"},
+        AblatedStep{"skip", "off"},
+        AblatedStep{"step-spacing", "fixed"},
+        AblatedStep{"falloff", "sampled"},
+        AblatedStep{"resolve-passes", "2"},
         AblatedStep{"targets", "two"},
         AblatedStep{"upsample", "4x4"},
     };

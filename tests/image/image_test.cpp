@@ -14,6 +14,7 @@ Settings ImageTest::plain_settings(int resolution)
     settings.resolution = resolution;
     settings.steps = 64;
     settings.spacing = Settings::Spacing::fixed;
+    settings.falloff = Settings::Falloff::sampled;
     settings.jitter = Settings::Jitter::none;
     settings.format = Settings::Format::rgba32f;
     settings.storage = medium::Storage::r32f;

@@ -188,6 +188,16 @@ TEST_F(Lighting, PointLightInUniformFogConvergesToTheIntegral)
         }
         EXPECT_LT(before, 2e-3) << "rms over mean at 512 steps, " << mode_name(settings.mode);
     }
+    // The mean of 1/d^2 and of the phase over each step: what midpoints take 256 steps for. What is
+    // left is the extinction, looked up at one place of a step.
+    Settings over_steps = plain_settings();
+    over_steps.falloff = Settings::Falloff::exact;
+    for (const auto& [steps, allowed] : {std::pair{64, 1e-2}, {256, 2e-3}, {512, 5e-4}}) {
+        set_steps(over_steps, steps);
+        const Still still = render(scene, over_steps);
+        EXPECT_LT(rms_difference(picture_of(still, still.scattering), truth) / mean, allowed)
+            << steps << " steps, exact falloff";
+    }
     // The nearest ray passes at a tenth of the longest step's length from the light at 64 steps; at
     // 512 the peak of 1/d^2 spans several steps and midpoints see it.
 
