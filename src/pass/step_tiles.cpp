@@ -141,10 +141,11 @@ void StepTiles::project(const PassFrame& frame)
 }
 
 // Splits that one step of a tile takes: of its steps, the last is the longest.
-int StepTiles::stride(const PassFrame& frame, const glm::vec4& tile)
+int StepTiles::stride(const PassFrame& frame, const glm::vec4& tile) const
 {
     const Settings& s = frame.settings;
-    if (s.spacing == Settings::Spacing::fixed || tile.w == 0)
+    // A spot's beam has an edge where the medium has none.
+    if (s.spacing == Settings::Spacing::fixed || tile.w == 0 || tools_.lights.spots() > 0)
         return 1;
     const glm::dvec2 range = step_range(frame.eye, frame.media, s);
     const double end = std::min<double>(tile.y, range.y);

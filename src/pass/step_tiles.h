@@ -36,7 +36,7 @@ private:
         gl::Texture texture;
     };
     void project(const PassFrame& frame);
-    static int stride(const PassFrame& frame, const glm::vec4& tile);
+    [[nodiscard]] int stride(const PassFrame& frame, const glm::vec4& tile) const;
     void upload(const char* label, Tiles& tiles) const;
     void draw(const Tiles& tiles, int pixels, const char* fragment_file, gl::Defines defines) const;
 
