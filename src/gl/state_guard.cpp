@@ -5,34 +5,20 @@ namespace fumarole::gl {
 namespace {
 
 /// Everything that would spoil a full-screen pass if the host had left it on.
-constexpr std::array kSwitches{GL_DEPTH_TEST,
-                               GL_STENCIL_TEST,
-                               GL_CULL_FACE,
-                               GL_COLOR_LOGIC_OP,
-                               GL_RASTERIZER_DISCARD,
-                               GL_POLYGON_OFFSET_FILL,
-                               GL_POLYGON_OFFSET_LINE,
-                               GL_POLYGON_OFFSET_POINT,
-                               GL_POLYGON_SMOOTH,
-                               GL_LINE_SMOOTH,
-                               GL_DEPTH_CLAMP,
-                               GL_DITHER,
-                               GL_FRAMEBUFFER_SRGB,
-                               GL_SAMPLE_MASK,
-                               GL_SAMPLE_COVERAGE,
-                               GL_SAMPLE_ALPHA_TO_COVERAGE,
-                               GL_SAMPLE_ALPHA_TO_ONE,
-                               GL_PROGRAM_POINT_SIZE,
-                               GL_PRIMITIVE_RESTART,
-                               GL_PRIMITIVE_RESTART_FIXED_INDEX,
-                               GL_CLIP_DISTANCE0,
-                               GL_CLIP_DISTANCE1,
-                               GL_CLIP_DISTANCE2,
-                               GL_CLIP_DISTANCE3,
-                               GL_CLIP_DISTANCE4,
-                               GL_CLIP_DISTANCE5,
-                               GL_CLIP_DISTANCE6,
-                               GL_CLIP_DISTANCE7};
+constexpr std::array kSwitches{GL_DEPTH_TEST,          GL_STENCIL_TEST,
+                               GL_CULL_FACE,           GL_COLOR_LOGIC_OP,
+                               GL_RASTERIZER_DISCARD,  GL_POLYGON_OFFSET_FILL,
+                               GL_POLYGON_OFFSET_LINE, GL_POLYGON_OFFSET_POINT,
+                               GL_POLYGON_SMOOTH,      GL_LINE_SMOOTH,
+                               GL_DEPTH_CLAMP,         GL_DITHER,
+                               GL_FRAMEBUFFER_SRGB,    GL_SAMPLE_MASK,
+                               GL_SAMPLE_COVERAGE,     GL_SAMPLE_ALPHA_TO_COVERAGE,
+                               GL_SAMPLE_ALPHA_TO_ONE, GL_PROGRAM_POINT_SIZE,
+                               GL_PRIMITIVE_RESTART,   GL_PRIMITIVE_RESTART_FIXED_INDEX,
+                               GL_CLIP_DISTANCE0,      GL_CLIP_DISTANCE1,
+                               GL_CLIP_DISTANCE2,      GL_CLIP_DISTANCE3,
+                               GL_CLIP_DISTANCE4,      GL_CLIP_DISTANCE5,
+                               GL_CLIP_DISTANCE6,      GL_CLIP_DISTANCE7};
 
 }  // namespace
 

@@ -244,12 +244,9 @@ private:
 std::span<const AblatedStep> ablated_steps()
 {
     static constexpr std::array kSteps{
-        AblatedStep{"shadow-cache", "0"},
-        AblatedStep{"skip", "off"},
-        AblatedStep{"step-spacing", "fixed"},
-        AblatedStep{"falloff", "sampled"},
-        AblatedStep{"resolve-passes", "2"},
-        AblatedStep{"targets", "two"},
+        AblatedStep{"shadow-cache", "0"},     AblatedStep{"skip", "off"},
+        AblatedStep{"step-spacing", "fixed"}, AblatedStep{"falloff", "sampled"},
+        AblatedStep{"resolve-passes", "2"},   AblatedStep{"targets", "two"},
         AblatedStep{"upsample", "4x4"},
     };
     return kSteps;
