@@ -395,7 +395,8 @@ TEST(Render, SamplesGrowWithTheSteps)
         return Json::parse(must(folder, command).out).at("samples").get<double>();
     };
     const double base = samples({});
-    EXPECT_NEAR(samples({"--steps=128"}) / base, 2, 0.2);
+    const double half = samples({"--steps=64", "--step-spacing=fixed"});
+    EXPECT_NEAR(samples({"--steps=128", "--step-spacing=fixed"}) / half, 2, 0.2);
     const double marched = samples({"--shadow-cache=0"});
     EXPECT_GT(marched, 3 * base) << "a volume of shadows spares their steps";
     EXPECT_LT(samples({"--volume-shadows=off"}), 0.3 * marched);
