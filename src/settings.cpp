@@ -144,10 +144,6 @@ std::vector<SettingInfo> make_table()
         choice("falloff", "march", "exact|sampled", &S::falloff,
                {{"exact", as_int(S::Falloff::exact)}, {"sampled", as_int(S::Falloff::sampled)}},
                "1/d^2 of a light that has a place: its mean over a step, or at the step's sample"),
-        choice("surface-shadows", "march", "nearest|filtered", &S::surface_shadows,
-               {{"nearest", as_int(S::SurfaceShadows::nearest)},
-                {"filtered", as_int(S::SurfaceShadows::filtered)}},
-               "lookup of the shadow map at each sample: one texel, or between four"),
         choice("volume-shadows", "light", "on|off", &S::volume_shadows, {{"on", 1}, {"off", 0}},
                "media dim the light that reaches media and surfaces"),
         number(
@@ -245,7 +241,6 @@ Settings eevee2017()
     s.early_end = 0;
     s.spacing = Settings::Spacing::fixed;
     s.falloff = Settings::Falloff::sampled;
-    s.surface_shadows = Settings::SurfaceShadows::filtered;
     s.resolve_passes = 2;
     s.range = Settings::Range::camera;
     s.shadow_range = Settings::ShadowRange::light;

@@ -44,7 +44,6 @@ struct Settings {
         sampled,  ///< 1/d^2 of a light at a step's sample, as in 2017
         exact,    ///< its mean over the step, which is sampled where it lies
     };
-    enum class SurfaceShadows { filtered, nearest };
 
     Mode mode = Mode::raymarch;
 
@@ -60,7 +59,6 @@ struct Settings {
     float early_end = 0;         ///< a ray ends once less is transmitted, 0..0.5
     Spacing spacing = Spacing::medium;
     Falloff falloff = Falloff::exact;
-    SurfaceShadows surface_shadows = SurfaceShadows::filtered;  ///< in media
 
     // light through media
     bool volume_shadows = true;

@@ -63,7 +63,7 @@ LightLine light_line(Ray ray, vec3 wo, vec2 spread)
         line.sun[i] *= phase_at(dot(-u_lights.lights[i].position.xyz, wo), u_media.media[0].sigma_s.a);
 #endif
 #ifdef SURFACE_SHADOWS
-        ShadowView view = u_lights.views[first_view(i)];
+        ShadowView view = u_lights.views[int(u_lights.lights[i].position.w)];
         line.shadow[i] = vec3((view.clip_from_world * vec4(ray.origin, 1.0)).xy * 0.5 + 0.5,
                               dot(ray.origin - view.origin.xyz, view.axis.xyz) * view.origin.w);
         line.dshadow[i] = vec3((view.clip_from_world * vec4(ray.direction, 0.0)).xy * 0.5,
@@ -163,7 +163,7 @@ vec3 in_scattering_on(LightLine line, float t, vec2 step, float share, float g)
 #endif
 #ifdef SURFACE_SHADOWS
         vec3 shadow = line.shadow[i] + line.dshadow[i] * t;
-        arriving *= visibility_in(first_view(i), shadow.xy, shadow.z);
+        arriving *= visibility_in(int(u_lights.lights[i].position.w), shadow.xy, shadow.z);
 #endif
         in_scattering += arriving * volume_shadow(i, line, t, light);
     }

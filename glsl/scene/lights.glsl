@@ -1,7 +1,6 @@
 // The lights of this scene at a point: how much arrives, from where, and what surfaces let through.
 //   SUN_COUNT, POINT_COUNT, SPOT_COUNT  how many of each there are, in this order in lights[]
 //   SURFACE_SHADOWS                     defined where the scene has surfaces that can hide a light
-//   NEAREST_SHADOWS                     in a medium they are looked up at the nearest texel, else between four
 #ifndef SUN_COUNT
 #error SUN_COUNT, POINT_COUNT and SPOT_COUNT are not defined: this file needs the scene's lights
 #endif
@@ -14,9 +13,6 @@
 layout(std140, binding = LIGHTS_BLOCK) uniform Lights { LightsParams u_lights; };
 #ifdef SURFACE_SHADOWS
 layout(binding = SHADOW_MAP_UNIT) uniform sampler2DArrayShadow u_shadow_map_tx;
-#ifdef NEAREST_SHADOWS
-layout(binding = SHADOW_DEPTH_UNIT) uniform sampler2DArray u_shadow_depth_tx;
-#endif
 #endif
 
 // At a light itself 1/d^2 has no value; a hundredth of a millimetre stands for it, far below a step. [m]
@@ -69,31 +65,17 @@ float surface_visibility(int i, vec3 p, vec3 n)
 // The same in a medium, of what lies at uv, 0..1, and depth in a view.
 float visibility_in(int view, vec2 uv, float depth)
 {
-    depth = clamp(depth, 0.0, 1.0);
-#if !defined(SURFACE_SHADOWS)
-    return 1.0;
-#elif defined(NEAREST_SHADOWS)
-    float texels = u_lights.world_radiance.w;
-    ivec2 texel = ivec2(clamp(uv * texels, vec2(0.0), vec2(texels - 1.0)));
-    return depth <= texelFetch(u_shadow_depth_tx, ivec3(texel, view), 0).r ? 1.0 : 0.0;
+#ifdef SURFACE_SHADOWS
+    return texture(u_shadow_map_tx, vec4(uv, float(view), clamp(depth, 0.0, 1.0)));
 #else
-    return texture(u_shadow_map_tx, vec4(uv, float(view), depth));
+    return 1.0;
 #endif
-}
-
-// The first view of light i: the order of src/light/light_set.cpp.
-int first_view(int i)
-{
-    if (i < SUN_COUNT)
-        return 2 * i;
-    i -= SUN_COUNT;
-    return 2 * SUN_COUNT + (i < POINT_COUNT ? 6 * i : 5 * POINT_COUNT + i);
 }
 
 // Of a light that has a place, light.range metres along light.wi from p.
 float placed_visibility(int i, vec3 p, LightSample light)
 {
-    int view = first_view(i);
+    int view = int(u_lights.lights[i].position.w);
     float depth = light.range * u_lights.views[view].origin.w;
     if (i < SUN_COUNT + POINT_COUNT) {
         int face = cube_face(-light.wi);

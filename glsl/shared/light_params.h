@@ -26,8 +26,7 @@ struct ShadowView {
 struct LightsParams {
     LightParams lights[MAX_LIGHTS];
     ShadowView views[MAX_SHADOW_VIEWS];
-    vec4 world_radiance;  // rgb: mean over all directions [W/m^2/sr]; a: texels along an edge of
-                          // a shadow view
+    vec4 world_radiance;  // rgb: mean over all directions [W/m^2/sr]
 };
 
 FUM_SHARED_END

@@ -138,7 +138,7 @@ gl::Defines LightSet::defines() const
 void LightSet::bind(glm::dvec3 eye)
 {
     shared::LightsParams params{};
-    params.world_radiance = glm::vec4(world_radiance_, static_cast<float>(shadow_map_.size().x));
+    params.world_radiance = glm::vec4(world_radiance_, 0.0f);
     for (std::size_t i = 0; i < lights_.size(); ++i) {
         shared::LightParams& out = params.lights[i];
         out.intensity = glm::vec4(intensity_of(lights_[i]), 0.0f);
@@ -165,14 +165,6 @@ void LightSet::bind(glm::dvec3 eye)
     device_->BindBufferBase(GL_UNIFORM_BUFFER, LIGHTS_BLOCK, block_.id());
     if (shadow_map_)
         device_->BindTextureUnit(SHADOW_MAP_UNIT, shadow_map_.id());
-}
-
-void LightSet::bind_shadow_depth(const gl::Sampler& sampler) const
-{
-    if (!shadow_map_)
-        return;
-    device_->BindTextureUnit(SHADOW_DEPTH_UNIT, shadow_map_.id());
-    device_->BindSampler(SHADOW_DEPTH_UNIT, sampler.id());
 }
 
 }  // namespace fumarole::light

@@ -39,8 +39,6 @@ public:
 
     /// Binds block and shadow map for an eye at `eye` (metres, world).
     void bind(glm::dvec3 eye);
-    /// Binds the shadow map to be read without its filter and comparison.
-    void bind_shadow_depth(const gl::Sampler& sampler) const;
     void bind_irradiance() const { device_->BindTextureUnit(IRRADIANCE_UNIT, irradiance_.id()); }
     void bind_environment() const { device_->BindTextureUnit(IRRADIANCE_UNIT, environment_.id()); }
 

@@ -30,8 +30,7 @@ Settings::Format march_format(const Toolbox& tools, const Settings& s)
     return tools.monochrome(s) && small ? Settings::Format::rgba16f : s.format;
 }
 
-RayMarch::RayMarch(const Toolbox& tools)
-    : VolumePass{tools}, tiles_{tools}, shadow_sampler_{tools.device, "shadow depth"}
+RayMarch::RayMarch(const Toolbox& tools) : VolumePass{tools}, tiles_{tools}
 {
     blue_noise_ = gl::Texture::make_2d(tools_.device, "blue noise", glm::ivec2(kBlueNoiseSize),
                                        GL_R32F, gl::Filter::nearest);
@@ -53,7 +52,6 @@ gl::Defines RayMarch::march_defines(const Settings& s) const
     add(s.range == Settings::Range::camera, "CAMERA_RANGE");
     add(tools_.monochrome(s), "MONOCHROME");
     add(s.falloff == Settings::Falloff::exact, "EXACT_FALLOFF");
-    add(s.surface_shadows == Settings::SurfaceShadows::nearest, "NEAREST_SHADOWS");
     defines.emplace_back("LAYER_SCALE", fmt::format("{}", s.resolution));
     return defines;
 }
@@ -100,7 +98,6 @@ void RayMarch::draw_layer_depth(const PassFrame& frame)
     tiles_.draw_depth("pass/layer_depth.frag", defines);
     tools_.device->BindTextureUnit(LAYER_DEPTH_UNIT, depth_.id());
     tools_.device->BindTextureUnit(BLUE_NOISE_UNIT, blue_noise_.id());
-    tools_.lights.bind_shadow_depth(shadow_sampler_);
 }
 
 void RayMarch::draw(const PassFrame& frame)

@@ -31,7 +31,6 @@ private:
     Settings::Format format_ = Settings::Format::rgba16f;
     bool monochrome_ = false;
     StepTiles tiles_;
-    gl::Sampler shadow_sampler_;
     gl::Texture blue_noise_;
     gl::Texture depth_;  ///< r32f: view_z of the scene [m] as each texel took it
     gl::Texture scattering_, transmittance_;

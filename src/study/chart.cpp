@@ -52,7 +52,6 @@ std::vector<Sweep> make_sweeps()
         alone("skip", {"on", "off"}, {"off"}),
         alone("early-end", {"0", "0.001", "0.01", "0.1"}, {"0"}),
         alone("falloff", {"exact", "sampled"}, {}),
-        alone("surface-shadows", {"nearest", "filtered"}, {}),
         alone("resolve-passes", {"1", "2"}, {"2"}),
         marched("shadow-steps", {"2", "4", "8", "16", "32", "64"}, {"4", "64"}),
         alone("shadow-cache", {"0", "32", "64", "auto", "192"}, {"0", "32"}),
