@@ -89,6 +89,22 @@ void main()
     // In texels; the layer's samples lie at integers.
     vec2 position = gl_FragCoord.xy / float(LAYER_SCALE) - 0.5 - u_frame.layer_offset.xy;
     ivec2 first = ivec2(floor(position)) - (UPSAMPLE_TAPS / 2 - 1);
+#if UPSAMPLE_TAPS == 2
+    vec2 part = position - vec2(first);
+    vec2 at = (vec2(first) + 1.0) * u_frame.layer_size.zw;
+    vec4 z = textureGather(u_layer_depth_tx, at);  // upper left, upper right, lower right, lower left
+    z = clamp(z, vec4(u_frame.media_range.x), vec4(u_frame.media_range.y));
+    vec4 miss = min(abs(z - scene_z) / (threshold * reach), vec4(1e8));
+    miss *= miss;
+    vec4 w = vec4(1.0 - part.x, part.x, part.x, 1.0 - part.x) * vec4(part.y, part.y, 1.0 - part.y, 1.0 - part.y) / (1.0 + miss * miss);
+    weight_sum = w.x + w.y + w.z + w.w;
+    ivec2 high = min(first + 1, last);
+    ivec2 low = max(first, ivec2(0));
+    add(sum, ivec2(low.x, high.y), w.x);
+    add(sum, high, w.y);
+    add(sum, ivec2(high.x, low.y), w.z);
+    add(sum, low, w.w);
+#else
     for (int y = 0; y < UPSAMPLE_TAPS; ++y) {
         for (int x = 0; x < UPSAMPLE_TAPS; ++x) {
             ivec2 texel = first + ivec2(x, y);
@@ -104,6 +120,7 @@ void main()
             weight_sum += weight;
         }
     }
+#endif
 #endif
     write(sum, weight_sum);
 #endif
