@@ -502,7 +502,6 @@ std::vector<std::string> MediaSet::describe() const
 {
     std::vector<std::string> lines;
     for (const Grid& grid : grids_) {
-        constexpr std::array kStorage{"", "R32F", "R16F", "R8"};
         const GridLayout& plan = grid.plan;
         const auto bytes = plan.gpu_bytes();
         lines.push_back(fmt::format(
@@ -510,7 +509,7 @@ std::vector<std::string> MediaSet::describe() const
             grid.source->name,
             plan.layout == Layout::dense ? "one dense texture" : "bricks in an atlas",
             plan.texture_size.x, plan.texture_size.y, plan.texture_size.z,
-            plan.channels == 4 ? "4 x " : "", kStorage.at(static_cast<std::size_t>(plan.storage)),
+            plan.channels == 4 ? "4 x " : "", storage_name(plan.storage),
             static_cast<double>(bytes) * 1e-6,
             static_cast<double>(bytes) /
                 static_cast<double>(std::max<std::uint64_t>(grid.source->active_voxels, 1))));
