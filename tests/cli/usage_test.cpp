@@ -81,6 +81,7 @@ TEST(Usage, IsRefusedWithTwoAndTheNameOfWhatIsWrong)
         {{"render", "x.vdb", "--mode=reference", "--backend", "egl"}, "--backend"},
         {{"render", "x.vdb", "--mode=reference", "--alpha"}, "--alpha"},
         {{"render", "x.vdb", "--mode=reference", "--explain"}, "--explain"},
+        {{"view", "x.vdb", "--screenshot", "x.jpg"}, "--screenshot: 'x.jpg'"},
     };
     const TempFolder folder;
     std::vector<Arguments> arguments;
