@@ -82,6 +82,7 @@ TEST(Usage, IsRefusedWithTwoAndTheNameOfWhatIsWrong)
         {{"render", "x.vdb", "--mode=reference", "--alpha"}, "--alpha"},
         {{"render", "x.vdb", "--mode=reference", "--explain"}, "--explain"},
         {{"view", "x.vdb", "--screenshot", "x.jpg"}, "--screenshot: 'x.jpg'"},
+        {{"render", "x.vdb", "no\nsuch word"}, "no\\x0asuch word"},
     };
     const TempFolder folder;
     std::vector<Arguments> arguments;
