@@ -1,6 +1,5 @@
 #include "voxel_grid.h"
 
-#include <algorithm>
 #include <cassert>
 #include <cmath>
 
@@ -115,17 +114,6 @@ glm::vec3 VoxelLookup::value(int entry, glm::ivec3 voxel_in_brick) const
 glm::vec3 VoxelLookup::value(glm::ivec3 index) const
 {
     return value(entry(brick_of(index)), voxel_of(index));
-}
-
-int VoxelLookup::brick_at(glm::ivec3 brick) const
-{
-    return std::max(entry(brick), -1);
-}
-
-const VoxelTile* VoxelLookup::tile_at(glm::ivec3 brick) const
-{
-    const int found = entry(brick);
-    return found < -1 ? &grid_.tiles[std::size_t(-2 - found)] : nullptr;
 }
 
 glm::dvec3 VoxelLookup::sample(glm::dvec3 p_index) const

@@ -58,12 +58,6 @@ public:
     /// Value of one voxel; scalar grids answer in .x, with 0 in .yz.
     [[nodiscard]] glm::vec3 value(glm::ivec3 index) const;
 
-    /// Index of a brick in `VoxelGrid::bricks`, or -1.
-    [[nodiscard]] int brick_at(glm::ivec3 brick) const;
-
-    /// The tile that holds a brick, or nullptr.
-    [[nodiscard]] const VoxelTile* tile_at(glm::ivec3 brick) const;
-
     /// Trilinear, in double precision, at a point of index space. 0 far outside, and for NaN.
     [[nodiscard]] glm::dvec3 sample(glm::dvec3 p_index) const;
 

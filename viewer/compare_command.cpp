@@ -232,10 +232,8 @@ std::vector<std::string> common_targets(const Input& test, const Input& referenc
 
 void run(const Options& options)
 {
-    if (!options.output.empty() && fs::path(options.output).extension() != ".png")
-        throw UsageError(
-            fmt::format("-o: '{}' does not end in .png, the one form of the difference picture",
-                        options.output));
+    if (!options.output.empty())
+        check_png("-o", options.output);
     // A NaN passes CLI11's ranges, and nothing is above it.
     for (const std::optional<double>& number : {options.max_relmse, options.scale})
         if (number && !std::isfinite(*number))
@@ -300,8 +298,8 @@ void run_either(Options& options, const CLI::App& command)
     modes.output = options.output;
     modes.exposure = options.exposure;
     modes.json = options.json;
-    if (!modes.output.empty() && fs::path(modes.output).extension() != ".png")
-        throw UsageError(fmt::format("-o: '{}' does not end in .png", modes.output));
+    if (!modes.output.empty())
+        check_png("-o", modes.output);
     compare_modes(modes);
 }
 

@@ -29,9 +29,8 @@ GpuPlan plan(const std::filesystem::path& file, const asset::GridInfo& grid)
         const asset::LoadedGrid loaded = asset::load_grid(file, grid.name);
         const medium::GridLayout layout = medium::plan_layout(
             loaded.grid, medium::Layout::automatic, medium::Storage::automatic, medium::Limits{});
-        constexpr std::array kStorage{"", "R32F", "R16F", "R8"};
         return {layout.gpu_bytes(), layout.layout == medium::Layout::dense ? "dense" : "bricks",
-                kStorage.at(static_cast<std::size_t>(layout.storage)), ""};
+                std::string(medium::storage_name(layout.storage)), ""};
     } catch (const Error& error) {
         return {0, "", "", error.what()};
     }

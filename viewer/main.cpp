@@ -3,8 +3,25 @@
 #include <fmt/format.h>
 #include <iostream>
 
+#include "asset/printable.h"
 #include "command.h"
 #include "errors.h"
+
+namespace {
+
+/// In one line, whatever the names of files and grids in it hold.
+std::string one_line(const char* message)
+{
+    return fumarole::asset::printable(message, std::string::npos);
+}
+
+std::string usage_message(const CLI::App* app, const CLI::Error& error)
+{
+    return CLI::FailureMessage::simple(
+        app, CLI::Error(error.get_name(), one_line(error.what()), error.get_exit_code()));
+}
+
+}  // namespace
 
 int main(int argc, char** argv)
 {
@@ -13,6 +30,7 @@ int main(int argc, char** argv)
     app.name("fumarole");
     app.set_version_flag("--version", FUMAROLE_VERSION);
     app.require_subcommand(1);
+    app.failure_message(usage_message);
     command::add_info(app);
     command::add_render(app);
     command::add_compare(app);
@@ -34,13 +52,13 @@ int main(int argc, char** argv)
             throw fumarole::Error("standard output: can't be written; is the disk full?");
         return 0;
     } catch (const command::UsageError& error) {
-        fmt::print(stderr, "fumarole: {}\n", error.what());
+        fmt::print(stderr, "fumarole: {}\n", one_line(error.what()));
         return 2;
     } catch (const std::bad_alloc&) {
         fmt::print(stderr, "fumarole: out of memory; try a smaller --size or grid\n");
         return 1;
     } catch (const std::exception& error) {
-        fmt::print(stderr, "fumarole: {}\n", error.what());
+        fmt::print(stderr, "fumarole: {}\n", one_line(error.what()));
         return 1;
     }
 }

@@ -107,6 +107,13 @@ Picture picture_of(const study::ReferenceStill& still)
     return picture;
 }
 
+void check_png(std::string_view option, const std::string& file)
+{
+    if (!is_png(file))
+        throw UsageError(fmt::format("{}: '{}' does not end in .png, the one form of this picture",
+                                     option, file));
+}
+
 void check_outputs(const std::vector<std::string>& outputs)
 {
     for (const std::string& output : outputs)

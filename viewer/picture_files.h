@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "scene_renderer.h"
@@ -36,6 +37,9 @@ struct PictureFiles {
 
 /// Of a file for a screen, by its name.
 bool is_png(const std::string& output);
+
+/// @throws UsageError if the name given to `option` is not one of a file for a screen
+void check_png(std::string_view option, const std::string& file);
 
 /// @throws UsageError if an output's name ends in neither; Error if its folder can't be written to.
 /// To be called before the work.

@@ -4,6 +4,7 @@
 
 #include "command.h"
 #include "errors.h"
+#include "picture_files.h"
 #include "planning.h"
 #include "scene_input.h"
 #include "settings_input.h"
@@ -62,6 +63,8 @@ void apply(const Options& options, const CLI::App& command, window::Remembered& 
 
 void run(const Options& options, const CLI::App& command)
 {
+    if (!options.screenshot.empty())
+        check_png("--screenshot", options.screenshot);
     window::AppOptions app;
     app.memory_file = window::memory_file();
     app.memory = window::recall(app.memory_file, app.complaint);

@@ -1,17 +1,19 @@
 // Linear light to a screen's encoded values: what src/write/display_transform.cpp does, which names
 // its sources.
+#include "shared/filmic.h"
 
 float hable(float x)
 {
-    return (x * (0.15 * x + 0.05) + 0.004) / (x * (0.15 * x + 0.5) + 0.06) - 0.02 / 0.3;
+    return (x * (HABLE_A * x + HABLE_C * HABLE_B) + HABLE_D * HABLE_E) /
+               (x * (HABLE_A * x + HABLE_B) + HABLE_D * HABLE_F) -
+           HABLE_E / HABLE_F;
 }
 
 float filmic_curve(float radiance)
 {
-    const float white = 8.0;
-    const float scale = 3.4583109;
     float black = hable(0.0);
-    float mapped = (hable(scale * min(radiance, white)) - black) / (hable(scale * white) - black);
+    float white = hable(FILMIC_SCALE * FILMIC_WHITE) - black;
+    float mapped = (hable(FILMIC_SCALE * min(radiance, FILMIC_WHITE)) - black) / white;
     return clamp(mapped, 0.0, 1.0);
 }
 
@@ -19,7 +21,7 @@ vec3 filmic(vec3 radiance)
 {
     float peak = max(radiance.r, max(radiance.g, radiance.b));
     float mapped_peak = filmic_curve(peak);
-    float to_white = 1.0 - 1.0 / (0.15 * max(0.0, peak - mapped_peak) + 1.0);
+    float to_white = 1.0 - 1.0 / (FILMIC_DESATURATION * max(0.0, peak - mapped_peak) + 1.0);
     vec3 mapped = vec3(filmic_curve(radiance.r), filmic_curve(radiance.g), filmic_curve(radiance.b));
     return mix(mapped, vec3(mapped_peak), to_white);
 }

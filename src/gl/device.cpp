@@ -50,8 +50,7 @@ Device::Device(GetProc get_proc)
                      .software = is_software(text(GL_RENDERER)),
                      .max_texture_2d = limit(GL_MAX_TEXTURE_SIZE),
                      .max_texture_3d = limit(GL_MAX_3D_TEXTURE_SIZE),
-                     .max_texture_units = limit(GL_MAX_TEXTURE_IMAGE_UNITS),
-                     .max_array_layers = limit(GL_MAX_ARRAY_TEXTURE_LAYERS)};
+                     .max_texture_units = limit(GL_MAX_TEXTURE_IMAGE_UNITS)};
     if (capabilities_.renderer.find("llvmpipe") != std::string::npos)
         capabilities_.max_loop_turns = 65535;
 }

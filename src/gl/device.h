@@ -19,7 +19,6 @@ struct Capabilities {
     int max_texture_2d = 0;
     int max_texture_3d = 0;
     int max_texture_units = 0;  ///< samplers that one fragment shader may use
-    int max_array_layers = 0;
     /// Turns that all loops of one invocation take together before they are cut off without a word
     /// (Mesa's llvmpipe); 0: as many as they like.
     int max_loop_turns = 0;

@@ -614,6 +614,11 @@ void fill_atlas(const CellReader& cells, const Encoder& encoder, GridLayout& lay
 
 }  // namespace
 
+std::string_view storage_name(Storage storage)
+{
+    return storage == Storage::r32f ? "R32F" : storage == Storage::r16f ? "R16F" : "R8";
+}
+
 std::uint64_t GridLayout::gpu_bytes() const
 {
     const std::size_t texel_bytes = bytes_per_value(storage) * static_cast<std::size_t>(channels);

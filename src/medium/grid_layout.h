@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <string_view>
 #include <vector>
 
 #include "voxel_grid.h"
@@ -13,6 +14,9 @@ namespace fumarole::medium {
 
 enum class Storage { automatic, r32f, r16f, r8 };
 enum class Layout { automatic, dense, bricks };
+
+/// As OpenGL spells its texels, `R16F`; never of automatic.
+std::string_view storage_name(Storage storage);
 
 /// What the GL allows; asked of the context by the caller.
 struct Limits {

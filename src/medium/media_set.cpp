@@ -139,8 +139,7 @@ void MediaSet::add(const GridMedium& medium, Layout layout, Storage storage)
     entry.depth = dims ? "marched_depth" : "no_depth";
 
     const auto field_bounds = [&](int placed) {
-        const PlacedGrid& grid = placed_[static_cast<std::size_t>(placed)];
-        const GridLayout& plan = grids_[static_cast<std::size_t>(grid.texture)].plan;
+        const GridLayout& plan = layout_of(placed);
         Bounds field;
         field.add(glm::dvec3(plan.field_min - plan.origin));
         field.add(glm::dvec3(plan.field_max - plan.origin));
@@ -258,32 +257,48 @@ float MediaSet::Entry::thickest() const
     return static_cast<float>(std::exp(std::min(heights, 40.0)));
 }
 
+const GridLayout& MediaSet::layout_of(int placed) const
+{
+    const PlacedGrid& grid = placed_[static_cast<std::size_t>(placed)];
+    return grids_[static_cast<std::size_t>(grid.texture)].plan;
+}
+
+Occupied MediaSet::occupied_by(const Entry& box, float per_unit) const
+{
+    // Steps are cut at the faces of a medium that is alone; those of others are detail.
+    return {glm::inverse(box.bounds_from_world),
+            {{box.bounds, per_unit * box.thickest()}},
+            media_.size() == 1 ? box.detail() : 0.0};
+}
+
+Occupied MediaSet::occupied_by(int placed, std::vector<OccupiedBox> boxes, float per_unit) const
+{
+    for (OccupiedBox& box : boxes)
+        box.most *= per_unit;
+    const glm::dmat4 world_from_index =
+        glm::inverse(placed_[static_cast<std::size_t>(placed)].index_from_world);
+    const double voxel =
+        std::min({glm::length(world_from_index[0]), glm::length(world_from_index[1]),
+                  glm::length(world_from_index[2])});
+    return {world_from_index, std::move(boxes), voxel};
+}
+
 void MediaSet::find_occupied()
 {
     constexpr std::size_t kMostBoxes =
         4096;  // of a grid: projecting so many takes half a millisecond
     constexpr float kGlows = std::numeric_limits<float>::infinity();
     const auto add = [&](int placed, float per_unit) {
-        const PlacedGrid& grid = placed_[static_cast<std::size_t>(placed)];
-        const GridLayout& layout = grids_[static_cast<std::size_t>(grid.texture)].plan;
-        Occupied part{glm::inverse(grid.index_from_world), occupied_boxes(layout, kMostBoxes)};
-        for (OccupiedBox& box : part.boxes)
-            box.most *= per_unit;
-        part.detail =
-            std::min({glm::length(part.world_from_box[0]), glm::length(part.world_from_box[1]),
-                      glm::length(part.world_from_box[2])});
-        occupied_.push_back(std::move(part));
+        occupied_.push_back(
+            occupied_by(placed, occupied_boxes(layout_of(placed), kMostBoxes), per_unit));
     };
     for (const Entry& entry : media_) {
         const glm::vec3 sigma_t(entry.params.sigma_t), emission(entry.params.emission);
         const float most = is_zero(emission) || entry.emission >= 0
                                ? std::max({sigma_t.r, sigma_t.g, sigma_t.b})
                                : kGlows;
-        // Steps are cut at the faces of a medium that is alone; those of others are detail.
         if (entry.density < 0)
-            occupied_.push_back({glm::inverse(entry.bounds_from_world),
-                                 {{entry.bounds, most * entry.thickest()}},
-                                 media_.size() == 1 ? entry.detail() : 0.0});
+            occupied_.push_back(occupied_by(entry, most));
         else
             add(entry.density, most);
         if (entry.emission >= 0)
@@ -293,8 +308,7 @@ void MediaSet::find_occupied()
 
 const char* MediaSet::value_name(int placed) const
 {
-    const PlacedGrid& grid = placed_[static_cast<std::size_t>(placed)];
-    const GridLayout& plan = grids_[static_cast<std::size_t>(grid.texture)].plan;
+    const GridLayout& plan = layout_of(placed);
     if (plan.layout == Layout::bricks)
         return plan.channels == 4 ? "bricks_rgb" : "bricks_scalar";
     return plan.channels == 4 ? "dense_rgb" : "dense_scalar";
@@ -364,46 +378,16 @@ bool MediaSet::moves() const
     });
 }
 
-KeptBoxes MediaSet::boxes_of(const Entry& entry) const
+std::vector<Occupied> MediaSet::kept_boxes() const
 {
-    KeptBoxes kept{glm::inverse(entry.bounds_from_world), {}};
-    const auto add = [&](glm::dvec3 min, glm::dvec3 max, double coefficient) {
-        kept.boxes.push_back({glm::vec3(min), glm::vec3(max),
-                              static_cast<float>(coefficient) * entry.params.sigma_t.a});
-    };
-    if (entry.density < 0) {
-        const bool falls = std::string_view(entry.value) == "exp_height";
-        const double rate = static_cast<double>(entry.params.profile.x);
-        add(entry.bounds.min, entry.bounds.max,
-            falls ? std::exp((entry.height - entry.bounds.min.z) * rate) : 1.0);
-        return kept;
+    std::vector<Occupied> all;
+    for (const Entry& entry : media_) {
+        const float per_unit = entry.params.sigma_t.a;
+        all.push_back(entry.density < 0
+                          ? occupied_by(entry, per_unit)
+                          : occupied_by(entry.density, medium::kept_boxes(layout_of(entry.density)),
+                                        per_unit));
     }
-    const auto texture = placed_[static_cast<std::size_t>(entry.density)].texture;
-    const GridLayout& plan = grids_[static_cast<std::size_t>(texture)].plan;
-    if (plan.layout == Layout::dense) {
-        add(plan.field_min - plan.origin, plan.field_max - plan.origin,
-            plan.maxima.empty() ? 0.0 : *std::max_element(plan.maxima.begin(), plan.maxima.end()));
-        return kept;
-    }
-    const glm::ivec3 count = plan.maxima_count;
-    for (std::size_t i = 0; i < plan.maxima.size(); ++i) {
-        if (plan.maxima[i] == 0)
-            continue;
-        const int page = static_cast<int>(i);
-        const glm::ivec3 first =
-            plan.maxima_origin - plan.origin +
-            VoxelGrid::kBrickDim *
-                glm::ivec3(page % count.x, page / count.x % count.y, page / (count.x * count.y));
-        add(first, first + VoxelGrid::kBrickDim, plan.maxima[i]);
-    }
-    return kept;
-}
-
-std::vector<KeptBoxes> MediaSet::kept_boxes() const
-{
-    std::vector<KeptBoxes> all;
-    for (const Entry& entry : media_)
-        all.push_back(boxes_of(entry));
     return all;
 }
 
@@ -502,7 +486,6 @@ std::vector<std::string> MediaSet::describe() const
 {
     std::vector<std::string> lines;
     for (const Grid& grid : grids_) {
-        constexpr std::array kStorage{"", "R32F", "R16F", "R8"};
         const GridLayout& plan = grid.plan;
         const auto bytes = plan.gpu_bytes();
         lines.push_back(fmt::format(
@@ -510,7 +493,7 @@ std::vector<std::string> MediaSet::describe() const
             grid.source->name,
             plan.layout == Layout::dense ? "one dense texture" : "bricks in an atlas",
             plan.texture_size.x, plan.texture_size.y, plan.texture_size.z,
-            plan.channels == 4 ? "4 x " : "", kStorage.at(static_cast<std::size_t>(plan.storage)),
+            plan.channels == 4 ? "4 x " : "", storage_name(plan.storage),
             static_cast<double>(bytes) * 1e-6,
             static_cast<double>(bytes) /
                 static_cast<double>(std::max<std::uint64_t>(grid.source->active_voxels, 1))));

@@ -42,23 +42,10 @@ struct VoxelFrame {
     Bounds scattering;  ///< voxels: what the media fill that scatter
 };
 
-/// A box of what is kept of a medium: a brick that holds something, or all of a dense grid or of a
-/// box.
-struct KeptBox {
-    glm::vec3 min{0}, max{0};
-    float sigma_t = 0;  ///< 1/m: bound of the extinction in it, the mean of its channels
-};
-
-/// Those of one medium.
-struct KeptBoxes {
-    glm::dmat4 world_from_boxes{1.0};
-    std::vector<KeptBox> boxes;
-};
-
 /// What of the world a part of a medium may fill, and how fine it is there.
 struct Occupied {
     glm::dmat4 world_from_box{1.0};
-    std::vector<OccupiedBox> boxes;  ///< most: extinction [1/m]; infinite of what glows
+    std::vector<OccupiedBox> boxes;  ///< most: extinction [1/m]
     double detail = 0;               ///< metres within which it changes; infinite: nowhere
 };
 
@@ -79,7 +66,8 @@ public:
     /// What is not 0 of all media, world space.
     [[nodiscard]] Bounds bounds() const;
 
-    /// The media's boxes, or, of grids, those of their bricks that are not empty.
+    /// The media's boxes, or, of grids, those of their bricks that are not empty, few enough to be
+    /// projected each frame; most: of the channel that is dimmed most, infinite of what glows.
     [[nodiscard]] const std::vector<Occupied>& occupied() const { return occupied_; }
 
     [[nodiscard]] VoxelFrame voxel_frame() const;
@@ -88,8 +76,9 @@ public:
     /// Whether a medium changes with the scene's time.
     [[nodiscard]] bool moves() const;
 
-    /// The boxes of each medium that dims or glows, its densities' where it has a flame too.
-    [[nodiscard]] std::vector<KeptBoxes> kept_boxes() const;
+    /// What is kept of each medium that dims or glows, of its density where it has a flame too;
+    /// most: the mean of the channels.
+    [[nodiscard]] std::vector<Occupied> kept_boxes() const;
 
     /// The lines that glsl/scene/media.glsl needs.
     [[nodiscard]] gl::Defines defines() const;
@@ -143,7 +132,10 @@ private:
     void add(const GridMedium& medium, Layout layout, Storage storage);
     void add(const BoxMedium& medium);
     [[nodiscard]] const char* value_name(int placed) const;
-    [[nodiscard]] KeptBoxes boxes_of(const Entry& entry) const;
+    [[nodiscard]] const GridLayout& layout_of(int placed) const;
+    [[nodiscard]] Occupied occupied_by(const Entry& box, float per_unit) const;
+    [[nodiscard]] Occupied occupied_by(int placed, std::vector<OccupiedBox> boxes,
+                                       float per_unit) const;
     void find_occupied();
 
     const gl::Device& device_;

@@ -6,46 +6,70 @@ namespace fumarole::medium {
 
 namespace {
 
-/// The pages that are not empty, joined by blocks of `pages` along each edge.
-std::vector<OccupiedBox> join(const GridLayout& layout, int pages)
+/// The pages that are not empty.
+std::vector<OccupiedBox> kept_pages(const GridLayout& layout)
 {
-    const glm::ivec3 count = layout.maxima_count;
-    const glm::ivec3 blocks = (count + pages - 1) / pages;
-    const auto at = [](glm::ivec3 p, glm::ivec3 size) {
-        return (static_cast<std::size_t>(p.z) * static_cast<std::size_t>(size.y) +
-                static_cast<std::size_t>(p.y)) *
-                   static_cast<std::size_t>(size.x) +
-               static_cast<std::size_t>(p.x);
-    };
-    std::vector<OccupiedBox> joined(at(blocks - 1, blocks) + 1);
-    const glm::dvec3 low(layout.field_min - layout.origin), high(layout.field_max - layout.origin);
-    for (int z = 0; z < count.z; ++z)
-        for (int y = 0; y < count.y; ++y)
-            for (int x = 0; x < count.x; ++x) {
-                const glm::ivec3 page(x, y, z);
-                const float most = layout.maxima[at(page, count)];
-                if (!(most > 0))
+    std::vector<OccupiedBox> kept;
+    auto most = layout.maxima.begin();
+    for (int z = 0; z < layout.maxima_count.z; ++z)
+        for (int y = 0; y < layout.maxima_count.y; ++y)
+            for (int x = 0; x < layout.maxima_count.x; ++x, ++most) {
+                if (!(*most > 0))
                     continue;
                 const glm::dvec3 first(layout.maxima_origin - layout.origin +
-                                       page * VoxelGrid::kBrickDim);
-                OccupiedBox& box = joined[at(page / pages, blocks)];
-                box.bounds.add(glm::clamp(first, low, high));
-                box.bounds.add(
-                    glm::clamp(first + static_cast<double>(VoxelGrid::kBrickDim), low, high));
-                box.most = std::max(box.most, most);
+                                       glm::ivec3(x, y, z) * VoxelGrid::kBrickDim);
+                kept.push_back({{first, first + double{VoxelGrid::kBrickDim}}, *most});
             }
+    return kept;
+}
+
+/// Where the field is not 0.
+Bounds field_of(const GridLayout& layout)
+{
+    return {glm::dvec3(layout.field_min - layout.origin),
+            glm::dvec3(layout.field_max - layout.origin)};
+}
+
+/// Pages joined by blocks of `side` along each edge, without what reaches out of the field.
+std::vector<OccupiedBox> join(const std::vector<OccupiedBox>& pages, const GridLayout& layout,
+                              int side)
+{
+    const glm::ivec3 blocks = (layout.maxima_count + side - 1) / side;
+    std::vector<OccupiedBox> joined(static_cast<std::size_t>(blocks.x) *
+                                    static_cast<std::size_t>(blocks.y) *
+                                    static_cast<std::size_t>(blocks.z));
+    const Bounds field = field_of(layout);
+    for (const OccupiedBox& page : pages) {
+        const glm::ivec3 first = glm::ivec3(page.bounds.min) + layout.origin - layout.maxima_origin;
+        const glm::ivec3 block = first / (side * VoxelGrid::kBrickDim);
+        const int i = (block.z * blocks.y + block.y) * blocks.x + block.x;
+        OccupiedBox& box = joined[static_cast<std::size_t>(i)];
+        box.bounds.add(glm::clamp(page.bounds.min, field.min, field.max));
+        box.bounds.add(glm::clamp(page.bounds.max, field.min, field.max));
+        box.most = std::max(box.most, page.most);
+    }
     std::erase_if(joined, [](const OccupiedBox& box) { return !(box.most > 0); });
     return joined;
 }
 
 }  // namespace
 
+std::vector<OccupiedBox> kept_boxes(const GridLayout& layout)
+{
+    std::vector<OccupiedBox> pages = kept_pages(layout);
+    if (layout.layout == Layout::bricks || pages.empty())
+        return pages;
+    OccupiedBox all{field_of(layout), 0};
+    for (const OccupiedBox& page : pages)
+        all.most = std::max(all.most, page.most);
+    return {all};
+}
+
 std::vector<OccupiedBox> occupied_boxes(const GridLayout& layout, std::size_t limit)
 {
-    if (layout.maxima.empty())
-        return {};
-    for (int pages = 1;; pages *= 2) {
-        std::vector<OccupiedBox> boxes = join(layout, pages);
+    const std::vector<OccupiedBox> pages = kept_pages(layout);
+    for (int side = 1;; side *= 2) {
+        std::vector<OccupiedBox> boxes = join(pages, layout, side);
         if (boxes.size() <= limit)
             return boxes;
     }

@@ -13,8 +13,13 @@ struct OccupiedBox {
     float most = 0;  ///< of the field inside, in the grid's units
 };
 
-/// Boxes in the layout's index space (its texel (0,0,0) is the origin) outside which the field is
-/// 0: its pages that are not empty, joined by 2^3, 4^3, ... until there are no more than `limit`.
+// Boxes of a layout's index space: its texel (0,0,0) is the origin.
+
+/// What a layout keeps: its bricks that are not empty, whole, or all of a dense one's field.
+std::vector<OccupiedBox> kept_boxes(const GridLayout& layout);
+
+/// Boxes outside which the field is 0: the layout's pages that are not empty, without what reaches
+/// out of the field, joined by 2^3, 4^3, ... until there are no more than `limit`.
 std::vector<OccupiedBox> occupied_boxes(const GridLayout& layout, std::size_t limit);
 
 }  // namespace fumarole::medium

@@ -53,11 +53,11 @@ enum class Ends {
 };
 constexpr double kLeastEnd = 1e-6;
 
-double largest_of(const medium::KeptBoxes& kept)
+double largest_of(const medium::Occupied& kept)
 {
     double largest = 0;
-    for (const medium::KeptBox& box : kept.boxes)
-        largest = std::max(largest, static_cast<double>(box.sigma_t));
+    for (const medium::OccupiedBox& box : kept.boxes)
+        largest = std::max(largest, static_cast<double>(box.most));
     return largest;
 }
 
@@ -274,7 +274,7 @@ void show_density(const Toolbox& tools, Inspector& inspector, const PassFrame& f
     if (legend.high <= 0) {
         // Of all media and not of this plane, or the colours would change as it moves.
         double bound = 0;
-        for (const medium::KeptBoxes& one : tools.media.kept_boxes())
+        for (const medium::Occupied& one : tools.media.kept_boxes())
             bound += largest_of(one);
         legend.high = scale_end(std::max(bound, kLeastEnd));
     }
@@ -298,10 +298,10 @@ void show_density(const Toolbox& tools, Inspector& inspector, const PassFrame& f
 
 void show_bricks(const Toolbox& tools, Inspector& inspector, InspectionLegend& legend)
 {
-    const std::vector<medium::KeptBoxes> all = tools.media.kept_boxes();
+    const std::vector<medium::Occupied> all = tools.media.kept_boxes();
     double bound = 0;
     std::size_t count = 0;
-    for (const medium::KeptBoxes& one : all) {
+    for (const medium::Occupied& one : all) {
         bound = std::max(bound, largest_of(one));
         count += one.boxes.size();
     }
@@ -313,11 +313,12 @@ void show_bricks(const Toolbox& tools, Inspector& inspector, InspectionLegend& l
         legend.high = scale_end(std::max(bound, kLeastEnd));
     inspector.set_scale(legend);
     inspector.dim();
-    for (const medium::KeptBoxes& one : all) {
+    for (const medium::Occupied& one : all) {
         std::vector<BoxInstance> boxes;
-        for (const medium::KeptBox& box : one.boxes)
-            boxes.push_back({glm::vec4(box.min, box.sigma_t), glm::vec4(box.max, 0)});
-        inspector.draw_boxes(std::move(boxes), one.world_from_boxes);
+        for (const medium::OccupiedBox& box : one.boxes)
+            boxes.push_back({glm::vec4(glm::vec3(box.bounds.min), box.most),
+                             glm::vec4(glm::vec3(box.bounds.max), 0)});
+        inspector.draw_boxes(std::move(boxes), one.world_from_box);
     }
 }
 

@@ -294,6 +294,48 @@ GridMedium lump(double sigma_s, double sigma_a)
     return smoke;
 }
 
+Scene full_scene(double unit, glm::dvec3 origin, bool surfaces)
+{
+    const auto at = [&](double x, double y, double z) {
+        return origin + glm::dvec3(x, y, z) * unit;
+    };
+    const auto per_metre = [&](float r, float g, float b) {
+        return glm::vec3(r, g, b) / static_cast<float>(unit);
+    };
+    Scene scene = bare_scene(32);
+    scene.camera.position = at(0, 0, 1);
+    scene.camera.look_at = at(0, -5, 0.5);
+    scene.camera.vfov_deg = 50;
+    scene.camera.near *= unit;
+    scene.camera.far *= unit;
+    scene.world.radiance = {0.1f, 0.2f, 0.3f};
+    const auto intensity = static_cast<float>(unit * unit);
+    scene.lights = {SunLight{{0.7, 0.3, 0.6}, glm::vec3(3)},
+                    PointLight{at(1.2, -4, 1.5), glm::vec3(4, 3, 2) * intensity},
+                    SpotLight{at(-1, -4, 3), {0.1, -0.1, -1}, 50, 0.4, glm::vec3(6) * intensity}};
+    GridMedium smoke;
+    smoke.density =
+        make_grid({2, 2, 2}, voxels(0.19 * unit, at(-1.57, -7.03, 0.13)), [](glm::ivec3 i) {
+            const glm::dvec3 q = (glm::dvec3(i) - 7.5) / 8.0;
+            return std::max(0.0, 1 - glm::dot(q, q));
+        });
+    smoke.sigma_s_per_density = per_metre(0.5f, 0.7f, 1.0f);
+    smoke.sigma_a_per_density = per_metre(0.2f, 0.2f, 0.2f);
+    smoke.g = 0.4f;
+    BoxMedium fog;
+    fog.min = at(-19.97, -20.06, 0);
+    fog.max = at(20.03, 2.04, 7.98);
+    fog.sigma_s = per_metre(0.05f, 0.05f, 0.05f);
+    fog.emission = per_metre(0.01f, 0, 0);
+    fog.profile = ExpHeightProfile{.scale_height = 1.5 * unit, .z0 = origin.z};
+    fog.g = 0.6f;
+    scene.media = {smoke, fog};
+    if (surfaces)
+        scene.surfaces = {SphereSurface{at(0.5, -5.5, 0.6), 0.5 * unit, glm::vec3(0.5f)},
+                          BoxSurface{at(-20, -20, -1), at(20, 20, 0), glm::vec3(0.3f)}};
+    return scene;
+}
+
 Settings StabilityBench::with(std::string_view name, std::string_view value) const
 {
     Settings changed = settings;

@@ -100,6 +100,10 @@ glm::dmat4 voxels(double size, glm::dvec3 at);
 /// A lump of smoke without symmetry, 3 m across, 5 m ahead of bare_scene's eye.
 GridMedium lump(double sigma_s, double sigma_a);
 
+/// Smoke, height fog and three kinds of light, in `unit`s of that many metres, at `origin`: the
+/// same picture for all of them.
+Scene full_scene(double unit, glm::dvec3 origin, bool surfaces);
+
 /// Where a subject is put to the test.
 class StabilityBench {
 public:

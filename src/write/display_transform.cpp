@@ -20,40 +20,33 @@
 #include <fmt/format.h>
 
 #include "errors.h"
+#include "shared/filmic.h"
 
 namespace fumarole::write {
 namespace {
 
-// Exposed radiance that is a screen's white: 5.5 stops over middle grey, where fire still has form.
-constexpr float kFilmicWhite = 8.0f;
-
-// Scales radiance into Hable's curve so that 0.18 is shown as 0.18: middle grey stays middle grey.
-constexpr float kFilmicScale = 3.4583109f;
-
-// Hable 2010, shoulder strength to toe denominator, his values.
 float hable(float x)
 {
-    constexpr float kA = 0.15f, kB = 0.50f, kC = 0.10f, kD = 0.20f, kE = 0.02f, kF = 0.30f;
-    return (x * (kA * x + kC * kB) + kD * kE) / (x * (kA * x + kB) + kD * kF) - kE / kF;
+    return (x * (HABLE_A * x + HABLE_C * HABLE_B) + HABLE_D * HABLE_E) /
+               (x * (HABLE_A * x + HABLE_B) + HABLE_D * HABLE_F) -
+           HABLE_E / HABLE_F;
 }
 
-// 0 at 0, 1 at kFilmicWhite and above.
+// 0 at 0, 1 at FILMIC_WHITE and above.
 float filmic_curve(float radiance)
 {
     static const float black = hable(0);  // 0 but for rounding, which a screen's blacks would show
-    static const float white = hable(kFilmicScale * kFilmicWhite) - black;
-    const float mapped = (hable(kFilmicScale * std::min(radiance, kFilmicWhite)) - black) / white;
+    static const float white = hable(FILMIC_SCALE * FILMIC_WHITE) - black;
+    const float mapped = (hable(FILMIC_SCALE * std::min(radiance, FILMIC_WHITE)) - black) / white;
     return std::clamp(mapped, 0.0f, 1.0f);
 }
 
 glm::vec3 filmic(glm::vec3 radiance)
 {
-    // Khronos 2024's own value: higher fades sooner.
-    constexpr float kDesaturation = 0.15f;
     const float peak = std::max({radiance.r, radiance.g, radiance.b});
     const float mapped_peak = filmic_curve(peak);
     const float lost = std::max(0.0f, peak - mapped_peak);
-    const float to_white = 1 - 1 / (kDesaturation * lost + 1);
+    const float to_white = 1 - 1 / (FILMIC_DESATURATION * lost + 1);
     const glm::vec3 mapped(filmic_curve(radiance.r), filmic_curve(radiance.g),
                            filmic_curve(radiance.b));
     return mapped + to_white * (glm::vec3(mapped_peak) - mapped);

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "cli/fog_scene.h"
 #include "cli/run_program.h"
 
 namespace fumarole::test {
@@ -18,21 +19,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A box of uniform fog, lit by a sun, in front of a wall: quick to draw and quick to refer to.
-constexpr const char* kScene = R"({
-  "resolution": [48, 27],
-  "camera": {"position": [0, -8, 1], "look_at": [0, 0, 1], "up": [0, 0, 1], "vfov_deg": 30,
-             "near": 0.1, "far": 100, "projection": "perspective"},
-  "world_radiance": [0, 0, 0],
-  "lights": [
-    {"type": "sun", "direction_to_light": [-1, -1, 1], "irradiance_W_per_m2": [3, 3, 3]}
-  ],
-  "media": [
+/// Uniform fog.
+const std::string kScene = fog_scene("[48, 27]", R"(
     {"type": "box", "min": [-1, -1, 0], "max": [1, 1, 2], "profile": "homogeneous",
-     "sigma_s": [0.5, 0.5, 0.5], "sigma_a": [0.1, 0.2, 0.3], "g": 0.2}
-  ],
-  "surfaces": [{"type": "box", "min": [-9, 2, -9], "max": [9, 3, 9], "albedo": [0.5, 0.5, 0.5]}]
-})";
+     "sigma_s": [0.5, 0.5, 0.5], "sigma_a": [0.1, 0.2, 0.3], "g": 0.2})");
 
 class ChartCommand : public testing::Test {
 protected:
@@ -224,10 +214,7 @@ TEST_F(ChartCommand, SaysWhatIsWrong)
     EXPECT_NE(missing.err.find("none.vdb"), std::string::npos) << missing.err;
     EXPECT_FALSE(fs::exists(path("x"))) << "no folder for nothing";
 
-    std::string bare = kScene;
-    const std::size_t begin = bare.find("\"media\": ["), end = bare.find("\"surfaces\"");
-    bare.replace(begin, end - begin, "\"media\": [], ");
-    const Result empty = run({write("bare.json", bare), "-o", path("x")});
+    const Result empty = run({write("bare.json", fog_scene("[48, 27]", "")), "-o", path("x")});
     EXPECT_EQ(empty.exit_code, 1);
     EXPECT_NE(empty.err.find("no media"), std::string::npos) << empty.err;
 

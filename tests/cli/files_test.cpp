@@ -62,6 +62,18 @@ TEST(Input, ThatIsNoVdbIsNamed)
     EXPECT_FALSE(fs::exists(folder.path() / "x.png"));
 }
 
+TEST(Input, WhoseNameWouldEndTheLineIsNamedInOne)
+{
+    const TempFolder folder;
+    folder.write("a\nb.vdb", "this is no volume\n");
+    folder.write("a\nb.json", "[");
+    for (const Arguments& command : std::vector<Arguments>{{"info", "a\nb.vdb"},
+                                                           {"info", "none\nb.vdb"},
+                                                           {"render", "a\nb.json", kSmall},
+                                                           {"compare", "a\nb.exr", "c.exr"}})
+        expect_refused(run_program(folder.path(), command), joined(command), {"\\x0ab."});
+}
+
 TEST(Input, DamagedAnywhereNeverCrashes)
 {
     const TempFolder folder;

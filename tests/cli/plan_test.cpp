@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "cli/fog_scene.h"
 #include "cli/run_program.h"
 
 namespace fumarole::test {
@@ -13,22 +14,12 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Two boxes of fog and a ball before a wall, lit by a sun: quick to draw and quick to refer to.
-constexpr const char* kScene = R"({
-  "resolution": [96, 54],
-  "camera": {"position": [0, -8, 1], "look_at": [0, 0, 1], "up": [0, 0, 1], "vfov_deg": 30,
-             "near": 0.1, "far": 100, "projection": "perspective"},
-  "world_radiance": [0, 0, 0],
-  "lights": [
-    {"type": "sun", "direction_to_light": [-1, -1, 1], "irradiance_W_per_m2": [3, 3, 3]}
-  ],
-  "media": [
+/// Fog that thins out upwards, and a ball in it.
+const std::string kScene = fog_scene("[96, 54]", R"(
     {"type": "box", "min": [-2, -1, 0], "max": [1, 1, 2], "profile": "exp_height",
-     "scale_height": 0.7, "z0": 0, "sigma_s": [1, 1, 1], "sigma_a": [0.1, 0.1, 0.1], "g": 0.2}
-  ],
-  "surfaces": [{"type": "box", "min": [-9, 2, -9], "max": [9, 3, 9], "albedo": [0.5, 0.5, 0.5]},
-               {"type": "sphere", "center": [0.4, 0, 1], "radius": 0.5, "albedo": [0.4, 0.3, 0.3]}]
-})";
+     "scale_height": 0.7, "z0": 0, "sigma_s": [1, 1, 1], "sigma_a": [0.1, 0.1, 0.1], "g": 0.2})",
+                                     R"(,
+    {"type": "sphere", "center": [0.4, 0, 1], "radius": 0.5, "albedo": [0.4, 0.3, 0.3]})");
 
 class PlanCommand : public testing::Test {
 protected:

@@ -81,6 +81,8 @@ TEST(Usage, IsRefusedWithTwoAndTheNameOfWhatIsWrong)
         {{"render", "x.vdb", "--mode=reference", "--backend", "egl"}, "--backend"},
         {{"render", "x.vdb", "--mode=reference", "--alpha"}, "--alpha"},
         {{"render", "x.vdb", "--mode=reference", "--explain"}, "--explain"},
+        {{"view", "x.vdb", "--screenshot", "x.jpg"}, "--screenshot: 'x.jpg'"},
+        {{"render", "x.vdb", "no\nsuch word"}, "no\\x0asuch word"},
     };
     const TempFolder folder;
     std::vector<Arguments> arguments;

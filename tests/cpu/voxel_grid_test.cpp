@@ -90,20 +90,6 @@ TEST_P(Lookup, KeepsTheChannelsOfAVoxelTogether)
     EXPECT_EQ(lookup.value({3, 9, 1}), glm::vec3(5, 6, 7)) << "in a tile";
 }
 
-TEST_P(Lookup, TellsBricksFromTiles)
-{
-    const VoxelGrid grid = make();
-    const VoxelLookup lookup(grid);
-    EXPECT_EQ(lookup.brick_at({-1, 0, 0}), 0);
-    EXPECT_EQ(lookup.brick_at({0, 0, 0}), 1);
-    EXPECT_EQ(lookup.brick_at({1, 0, 0}), -1) << "nothing is there";
-    EXPECT_EQ(lookup.brick_at({0, 1, 0}), -1) << "a tile is no brick";
-    EXPECT_EQ(lookup.tile_at({-1, 1, 0}), &grid.tiles[0]);
-    EXPECT_EQ(lookup.tile_at({0, 1, 0}), &grid.tiles[0]);
-    EXPECT_EQ(lookup.tile_at({0, 0, 0}), nullptr) << "a brick is no tile";
-    EXPECT_EQ(lookup.tile_at({0, 2, 0}), nullptr) << "nothing is there";
-}
-
 TEST_P(Lookup, SamplesAVoxelsCentreAsItsValue)
 {
     const VoxelGrid grid = make();
@@ -167,7 +153,6 @@ TEST(VoxelLookup, FindsABrickFarAway)
     const VoxelLookup lookup(grid);
     const glm::ivec3 far = glm::ivec3(1 << 29);
     EXPECT_EQ(lookup.value(far).x, value_at(far));
-    EXPECT_EQ(lookup.brick_at(glm::ivec3(1 << 26)), 2);
     EXPECT_EQ(lookup.value(far / 2), glm::vec3(0)) << "half way there is nothing";
     EXPECT_NEAR(lookup.sample(glm::dvec3(far) + 0.5).x,
                 (double(value_at(far)) + double(value_at(far + 1))) / 2, 1e-6);
@@ -180,8 +165,6 @@ TEST(VoxelLookup, OfAnEmptyGridIsZeroEverywhere)
     EXPECT_TRUE(grid.empty());
     EXPECT_EQ(lookup.value({0, 0, 0}), glm::vec3(0));
     EXPECT_EQ(lookup.sample({0, 0, 0}), glm::dvec3(0));
-    EXPECT_EQ(lookup.brick_at({0, 0, 0}), -1);
-    EXPECT_EQ(lookup.tile_at({0, 0, 0}), nullptr);
 }
 
 TEST(VoxelLookup, OfOneHugeTileNeedsNoTable)

@@ -10,6 +10,7 @@
 #include "shell_words.h"
 #include "support/temp_folder.h"
 #include "window/camera_control.h"
+#include "window/frame_store.h"
 #include "window/keys.h"
 #include "window/pace.h"
 #include "window/playback.h"
@@ -21,6 +22,7 @@ namespace fumarole::window {
 namespace {
 
 using test::TempFolder;
+using testing::ElementsAre;
 using testing::HasSubstr;
 
 double distance(const Camera& camera)
@@ -313,6 +315,88 @@ TEST(Keys, EachKeyDoesOneThingAndCanBeCalled)
         EXPECT_THAT(key_help(), HasSubstr(std::string(binding.help)));
     }
     EXPECT_EQ(key_called("no such"), -1);
+}
+
+/// Reads what a shelf asks for until it asks no more. @returns the frames read, in order
+std::vector<int> fill(FrameShelf& shelf, std::uint64_t bytes_each)
+{
+    std::vector<int> read;
+    for (std::optional<int> frame; (frame = shelf.next()) && read.size() < 100;) {
+        read.push_back(*frame);
+        shelf.put(*frame, Scene(), bytes_each);
+    }
+    return read;
+}
+
+TEST(FrameShelf, ReadsAheadRoundTheEndAndKeepsWhatWasShown)
+{
+    FrameShelf shelf(1, 40, 1000);
+    shelf.move_to(36);
+    EXPECT_THAT(fill(shelf, 1), ElementsAre(36, 37, 38, 39, 40, 1, 2, 3, 4));
+    for (int frame = 1; frame <= 30; ++frame) {
+        shelf.move_to(frame);
+        fill(shelf, 1);
+    }
+    EXPECT_EQ(shelf.size(), FrameShelf::kKept);
+    EXPECT_NE(shelf.find(1), nullptr) << "11 frames from now, in a loop";
+    EXPECT_EQ(shelf.find(14), nullptr) << "24 frames from now";
+}
+
+TEST(FrameShelf, HoldsNoMoreBytesThanItMayAndReadsNothingTwice)
+{
+    FrameShelf shelf(1, 40, 1000);
+    EXPECT_THAT(fill(shelf, 300), ElementsAre(1, 2, 3));
+    shelf.move_to(2);
+    EXPECT_THAT(fill(shelf, 300), ElementsAre(4));
+    EXPECT_EQ(shelf.find(1), nullptr);
+    // A frame may turn out larger than those before it: it goes, and is not asked for again.
+    shelf.move_to(3);
+    EXPECT_THAT(fill(shelf, 900), ElementsAre(5));
+    EXPECT_EQ(shelf.size(), 2u);
+    // What can't be read takes no room.
+    FrameShelf broken(1, 40, 1000);
+    broken.put_error(2, "damaged");
+    EXPECT_THAT(fill(broken, 300), ElementsAre(1, 3, 4));
+    broken.forget_errors();
+    EXPECT_THAT(fill(broken, 300), ElementsAre(2));
+}
+
+TEST(FrameShelf, TheFrameThatIsShownAndTheNextFitAlways)
+{
+    FrameShelf shelf(1, 40, 1000);
+    for (int frame = 1; frame <= 3; ++frame) {
+        shelf.move_to(frame);
+        fill(shelf, 5000);
+        EXPECT_EQ(shelf.size(), 2u);
+        EXPECT_NE(shelf.find(frame), nullptr);
+        EXPECT_NE(shelf.find(frame + 1), nullptr);
+    }
+    shelf.move_to(20);
+    EXPECT_THAT(fill(shelf, 5000), ElementsAre(20, 21));
+    FrameShelf two(7, 8, 1000);
+    EXPECT_THAT(fill(two, 5000), ElementsAre(7, 8));
+}
+
+TEST(FrameShelf, AFramesBytesAreThoseOfItsOwnGrids)
+{
+    const auto grid = [](std::size_t bricks) {
+        auto made = std::make_shared<VoxelGrid>();
+        made->bricks.resize(bricks);
+        made->values.resize(bricks * VoxelGrid::kBrickVoxels);
+        return made;
+    };
+    GridMedium moving, still;
+    moving.file = "smoke_####.vdb";
+    still.file = "cloud.vdb";
+    Scene scene;
+    scene.media = {moving, still, moving, BoxMedium()};
+    moving.density = grid(2);
+    moving.emission = grid(1);
+    still.density = grid(50);
+    Scene frame;
+    frame.media = {moving, still, moving, BoxMedium()};
+    EXPECT_EQ(frame_bytes(scene, scene), 0u) << "nothing is read";
+    EXPECT_EQ(frame_bytes(scene, frame), 3u * (512 * 4 + 12)) << "shared grids count once";
 }
 
 TEST(Script, ActionsComeInOrderAFrameApart)

@@ -152,36 +152,13 @@ double henyey_greenstein(double cos_theta, double g)
     return (1 - g * g) / (4 * std::numbers::pi * std::pow(1 + g * g - 2 * g * cos_theta, 1.5));
 }
 
-std::shared_ptr<VoxelGrid> make_grid(glm::ivec3 bricks, const glm::dmat4& world_from_index,
-                                     const std::function<double(glm::ivec3)>& value,
-                                     glm::ivec3 first)
+std::shared_ptr<VoxelGrid> lump(const glm::dmat4& world_from_index)
 {
-    auto grid = std::make_shared<VoxelGrid>();
-    grid->name = "density";
-    grid->world_from_index = world_from_index;
-    glm::ivec3 low{1 << 30}, high{-(1 << 30)};
-    for (int bz = 0; bz < bricks.z; ++bz)
-        for (int by = 0; by < bricks.y; ++by)
-            for (int bx = 0; bx < bricks.x; ++bx) {
-                const glm::ivec3 brick = first + glm::ivec3(bx, by, bz);
-                grid->bricks.push_back(brick);
-                for (int i = 0; i < VoxelGrid::kBrickVoxels; ++i) {
-                    const glm::ivec3 at = brick * 8 + glm::ivec3(i & 7, (i >> 3) & 7, i >> 6);
-                    const auto v = static_cast<float>(value(at));
-                    grid->values.push_back(v);
-                    if (v == 0)
-                        continue;
-                    low = glm::min(low, at);
-                    high = glm::max(high, at);
-                    grid->max_value = std::max(grid->max_value, v);
-                    ++grid->active_voxels;
-                }
-            }
-    if (grid->active_voxels > 0) {
-        grid->index_min = low;
-        grid->index_max = high;
-    }
-    return grid;
+    return make_grid({2, 2, 2}, world_from_index, [](glm::ivec3 v) {
+        const glm::dvec3 p = (glm::dvec3(v) - glm::dvec3(7.5, 7.0, 8.0)) / glm::dvec3(7, 6, 7);
+        const double r2 = glm::dot(p, p);
+        return r2 < 1 ? (1 - r2) * (1 + 0.5 * p.x) : 0.0;
+    });
 }
 
 double grid_column(const VoxelLookup& grid, const glm::dmat4& index_from_world, glm::dvec3 p,

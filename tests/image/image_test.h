@@ -5,6 +5,7 @@
 #include <memory>
 #include <string_view>
 
+#include "study/stability_bench.h"
 #include "support/gl_test.h"
 #include "support/image_compare.h"
 #include "write/image_writer.h"
@@ -77,10 +78,10 @@ double integrate(double begin, double end, int panels, const std::function<doubl
 /// [1/sr]; cos_theta = dot(-wi, wo).
 double henyey_greenstein(double cos_theta, double g);
 
-/// A scalar grid of `bricks` bricks along each axis from brick `first` on, filled by index.
-std::shared_ptr<VoxelGrid> make_grid(glm::ivec3 bricks, const glm::dmat4& world_from_index,
-                                     const std::function<double(glm::ivec3)>& value,
-                                     glm::ivec3 first = glm::ivec3(0));
+using study::make_grid;
+
+/// A soft lump, denser on one side, in 2 x 2 x 2 bricks.
+std::shared_ptr<VoxelGrid> lump(const glm::dmat4& world_from_index);
 
 /// Integral of a grid's trilinear field along a segment of a ray [m * density].
 double grid_column(const VoxelLookup& grid, const glm::dmat4& index_from_world, glm::dvec3 p,

@@ -283,65 +283,13 @@ TEST_F(Invariance, MonoOfAColouredMediumIsItsMean)
 
 // -- units and origin ----------------------------------------------------------------------------
 
-/// Everything that a scene can hold, and in `unit`s of that many metres, at `origin`.
-Scene full_scene(double unit, glm::dvec3 origin)
-{
-    const auto at = [&](double x, double y, double z) {
-        return origin + glm::dvec3(x, y, z) * unit;
-    };
-    const auto per_metre = [&](float r, float g, float b) {
-        return glm::vec3(r, g, b) / static_cast<float>(unit);
-    };
-    Scene scene = empty_scene(32);
-    scene.camera.position = at(0, 0, 1);
-    scene.camera.look_at = at(0, -5, 0.5);
-    scene.camera.vfov_deg = 50;
-    scene.camera.near *= unit;
-    scene.camera.far *= unit;
-    scene.world.radiance = {0.1f, 0.2f, 0.3f};
-    const auto intensity = static_cast<float>(unit * unit);
-    scene.lights = {SunLight{{0.7, 0.3, 0.6}, glm::vec3(3)},
-                    PointLight{at(1.2, -4, 1.5), glm::vec3(4, 3, 2) * intensity},
-                    SpotLight{at(-1, -4, 3), {0.1, -0.1, -1}, 50, 0.4, glm::vec3(6) * intensity}};
-
-    GridMedium smoke;
-    const double v = 0.19 * unit;
-    const glm::dvec3 p = at(-1.57, -7.03, 0.13);
-    smoke.density =
-        make_grid({2, 2, 2}, glm::dmat4(v, 0, 0, 0, 0, v, 0, 0, 0, 0, v, 0, p.x, p.y, p.z, 1),
-                  [](glm::ivec3 i) {
-                      const glm::dvec3 q = (glm::dvec3(i) - 7.5) / 8.0;
-                      return std::max(0.0, 1 - glm::dot(q, q));
-                  });
-    smoke.sigma_s_per_density = per_metre(0.5f, 0.7f, 1.0f);
-    smoke.sigma_a_per_density = per_metre(0.2f, 0.2f, 0.2f);
-    smoke.g = 0.4f;
-    BoxMedium fog;
-    fog.min = at(-19.97, -20.06, 0);
-    fog.max = at(20.03, 2.04, 7.98);
-    fog.sigma_s = per_metre(0.05f, 0.05f, 0.05f);
-    fog.emission = per_metre(0.01f, 0, 0);
-    fog.profile = ExpHeightProfile{.scale_height = 1.5 * unit, .z0 = origin.z};
-    fog.g = 0.6f;
-    scene.media = {smoke, fog};
-    scene.surfaces = {SphereSurface{at(0.5, -5.5, 0.6), 0.5 * unit, glm::vec3(0.5f)},
-                      BoxSurface{at(-20, -20, -1), at(20, 20, 0), glm::vec3(0.3f)}};
-    return scene;
-}
-
 TEST_F(Invariance, MillimetresAndAMillionMetresFromTheOrigin)
 {
     const auto expect_same = [](bool surfaces, const Settings& settings, double max_abs,
                                 double mean_abs, const char* why) {
-        const auto scene_of = [&](double unit, glm::dvec3 origin) {
-            Scene scene = full_scene(unit, origin);
-            if (!surfaces)
-                scene.surfaces.clear();
-            return scene;
-        };
-        const Still here = render(scene_of(1, glm::dvec3(0)), settings);
+        const Still here = render(study::full_scene(1, glm::dvec3(0), surfaces), settings);
         const auto compare = [&](double unit, glm::dvec3 origin, const char* name) {
-            const Still there = render(scene_of(unit, origin), settings);
+            const Still there = render(study::full_scene(unit, origin, surfaces), settings);
             const Image a = picture_of(there, there.composite);
             const Image b = picture_of(here, here.composite);
             figure(fmt::format("{}{}, max", name, surfaces ? " with surfaces" : ""),

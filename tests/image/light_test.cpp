@@ -34,29 +34,9 @@ protected:
     }
 };
 
-/// Sun into the slab y -6..-4, on the eye's side of it (wi.y > 0) or from behind.
-glm::dvec3 sun_in_slab(const PixelRay& ray, const BoxMedium& medium, glm::dvec3 wi,
-                       glm::dvec3 irradiance)
-{
-    const double length = box_segment(ray, kSlabMin, kSlabMax).length();
-    const double phase = henyey_greenstein(glm::dot(-wi, -ray.direction), double(medium.g));
-    // Per metre of the eye's ray, metres of the sun's: inwards from the face that the sun is on.
-    const double k = std::abs(ray.direction.y / wi.y);
-    glm::dvec3 radiance;
-    for (int c = 0; c < 3; ++c) {
-        const double sigma_s = medium.sigma_s[c], sigma_t = sigma_s + double(medium.sigma_a[c]);
-        // exp(-sigma_t s) to the eye, exp(-sigma_t k s) or exp(-sigma_t k (length - s)) to the sun.
-        const double rate = sigma_t * (wi.y > 0 ? 1 + k : 1 - k);
-        const double at_entry = wi.y > 0 ? 1 : std::exp(-sigma_t * k * length);
-        const double integral = std::abs(rate) < 1e-9 ? length : -std::expm1(-rate * length) / rate;
-        radiance[c] = irradiance[c] * sigma_s * phase * at_entry * integral;
-    }
-    return radiance;
-}
-
 TEST_F(Lighting, SunInAUniformSlabThatShadesItself)
 {
-    const glm::dvec3 irradiance(5, 4, 3);
+    const glm::vec3 irradiance(5, 4, 3);
     for (const auto projection :
          {Camera::Projection::perspective, Camera::Projection::orthographic})
         for (const glm::dvec3 to_sun : {glm::dvec3(0.3, 0.8, 0.5), glm::dvec3(0.2, -0.9, 0.3)})
@@ -66,13 +46,13 @@ TEST_F(Lighting, SunInAUniformSlabThatShadesItself)
                     const int resolution = settings.resolution;
                     Scene scene = wide_scene();
                     scene.camera.projection = projection;
-                    const glm::dvec3 wi = glm::normalize(to_sun);
-                    scene.lights = {SunLight{wi, irradiance}};
+                    const SunLight sun{glm::normalize(to_sun), irradiance};
+                    scene.lights = {sun};
                     const BoxMedium medium = slab({0.2f, 0.5f, 1.0f}, {0.1f, 0.1f, 0.0f}, g);
                     scene.media = {medium};
                     const Still still = render(scene, settings);
                     const PictureField field = [&](glm::dvec2 at) {
-                        return sun_in_slab(ray_at(scene, at), medium, wi, irradiance);
+                        return study::sun_in_slab(scene, study::pixel_ray(scene, at), medium, sun);
                     };
                     const Image truth = resolved(scene, resolution, field);
                     const Image actual = picture_of(still, still.scattering);
@@ -83,8 +63,8 @@ TEST_F(Lighting, SunInAUniformSlabThatShadesItself)
                         *std::max_element(truth.pixels.begin(), truth.pixels.end());
                     EXPECT_TRUE(images_near(actual, truth, 2.2e-4 * largest, 1.6e-4 * largest,
                                             "midpoint rule on the sun's shadow over 64 steps"))
-                        << "g " << g << ", sun y " << wi.y << ", resolution " << resolution << ", "
-                        << mode_name(settings.mode);
+                        << "g " << g << ", sun y " << to_sun.y << ", resolution " << resolution
+                        << ", " << mode_name(settings.mode);
                     figure("relative error", max_difference(actual, truth) / largest);
                 }
 }
@@ -213,23 +193,14 @@ TEST_F(Lighting, PointLightInUniformFogConvergesToTheIntegral)
     }
 }
 
-/// A soft lump, denser on one side, in 2 x 2 x 2 bricks of 0.25 m voxels about (0, -5, 0).
-std::shared_ptr<VoxelGrid> lump()
-{
-    const glm::dmat4 world_from_index(0.25, 0, 0, 0, 0, 0.25, 0, 0, 0, 0, 0.25, 0, -1.9, -6.9, -1.9,
-                                      1);
-    return make_grid({2, 2, 2}, world_from_index, [](glm::ivec3 v) {
-        const glm::dvec3 p = (glm::dvec3(v) - glm::dvec3(7.5, 7.0, 8.0)) / glm::dvec3(7, 6, 7);
-        const double r2 = glm::dot(p, p);
-        return r2 < 1 ? (1 - r2) * (1 + 0.5 * p.x) : 0.0;
-    });
-}
+/// Of lump(), 16 voxels across about (0, -5, 0).
+const glm::dmat4 kWorldFromLump = study::voxels(0.25, {-1.9, -6.9, -1.9});
 
 TEST_F(Lighting, SelfShadowOfAGridConvergesWithShadowSteps)
 {
     Scene scene = wide_scene(8);
     GridMedium smoke;
-    smoke.density = lump();
+    smoke.density = lump(kWorldFromLump);
     smoke.sigma_s_per_density = glm::vec3(1.5f);
     smoke.sigma_a_per_density = glm::vec3(0.5f);
     smoke.g = 0.3f;
@@ -292,7 +263,7 @@ TEST_F(Lighting, WhiteFurnace)
     noisy.sigma_s = glm::vec3(2);
     noisy.profile = NoiseProfile{.feature_size = 1.0, .octaves = 3, .seed = 3};
     GridMedium smoke;
-    smoke.density = lump();
+    smoke.density = lump(kWorldFromLump);
     smoke.sigma_s_per_density = {0.5f, 2.0f, 8.0f};
     smoke.g = 0.7f;
     for (const Medium& medium : {Medium(uniform), Medium(noisy), Medium(smoke)}) {

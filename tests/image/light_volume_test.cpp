@@ -42,18 +42,14 @@ void PrintTo(const ShadowCase& shadow, std::ostream* out)
     *out << shadow.name;
 }
 
-/// A soft lump of 16 voxels across about (0, -5, 0), denser on one side.
-GridMedium lump(const glm::dmat4& turn)
+/// 16 voxels across about (0, -5, 0), turned about that point.
+GridMedium turned_lump(const glm::dmat4& turn)
 {
     GridMedium smoke;
     const glm::dmat4 world_from_index = glm::translate(glm::dmat4(1.0), glm::dvec3(0, -5, 0)) *
                                         turn * glm::scale(glm::dmat4(1.0), glm::dvec3(0.25)) *
                                         glm::translate(glm::dmat4(1.0), glm::dvec3(-7.5, -7, -8));
-    smoke.density = make_grid({2, 2, 2}, world_from_index, [](glm::ivec3 v) {
-        const glm::dvec3 p = (glm::dvec3(v) - glm::dvec3(7.5, 7.0, 8.0)) / glm::dvec3(7, 6, 7);
-        const double r2 = glm::dot(p, p);
-        return r2 < 1 ? (1 - r2) * (1 + 0.5 * p.x) : 0.0;
-    });
+    smoke.density = lump(world_from_index);
     smoke.sigma_s_per_density = {0.5f, 1.5f, 3.0f};
     smoke.sigma_a_per_density = {0.2f, 0.5f, 0.8f};
     smoke.g = 0.3f;
@@ -78,7 +74,7 @@ TEST_P(ShadowVolume, AgreesWithTheIntegral)
     const ShadowCase& shadow = GetParam();
     Scene scene = empty_scene(12);
     scene.camera.vfov_deg = 40;
-    const GridMedium smoke = lump(shadow.turn);
+    const GridMedium smoke = turned_lump(shadow.turn);
     scene.media = {smoke};
     scene.lights = {shadow.light};
 
@@ -154,7 +150,7 @@ TEST_F(LightVolume, SurfacesBesideTheSmokeAreShadedByIt)
     scene.camera.up = {0, 1, 0};
     scene.camera.vfov_deg = 60;
     scene.surfaces = {BoxSurface{{-50, -50, -1}, {50, 50, 0}, glm::vec3(1)}};
-    GridMedium smoke = lump(glm::dmat4(1.0));
+    GridMedium smoke = turned_lump(glm::dmat4(1.0));
     smoke.translate = {0, 5, 3};
     scene.media = {smoke};
     const Light below = PointLight{{0.2, 0.1, 6.5}, glm::vec3(20)};
@@ -180,7 +176,7 @@ TEST_F(LightVolume, SeveralMediaOfSeveralColoursShareOne)
     Scene scene = empty_scene(16);
     scene.lights = {SunLight{{0.5, 0.5, 0.7}, glm::vec3(4)},
                     PointLight{{0.6, -4, 1.5}, glm::vec3(20)}};
-    GridMedium one = lump(glm::dmat4(1.0)), two = one;
+    GridMedium one = turned_lump(glm::dmat4(1.0)), two = one;
     one.translate = {0.8, 0, 0.3};
     two.translate = {-0.8, -0.4, 0};
     two.sigma_s_per_density = {3.0f, 1.0f, 0.2f};
@@ -213,7 +209,7 @@ TEST_F(LightVolume, IsFilledAgainOnlyForWhatChanged)
     scene.lights = {SunLight{{0.5, 0.5, 0.7}, glm::vec3(4)},
                     PointLight{{0.6, -4, 1.5}, glm::vec3(20)}};
     scene.world.radiance = glm::vec3(0.3f);
-    scene.media = {lump(glm::dmat4(1.0))};
+    scene.media = {turned_lump(glm::dmat4(1.0))};
     const Settings settings = plain_settings();
     SceneRenderer renderer(get_proc());
     renderer.render(scene, settings, {});

@@ -561,9 +561,10 @@ void App::draw_panels()
                              .timing_method = a_->renderer().renderer().timing_method(),
                              .device = report_.device.c_str(),
                              .plan = planner_.busy() ? planner_.progress() : plan_text_,
-                             .explained = whole_
-                                              ? a_->renderer().renderer().explain(state_.settings)
-                                              : std::vector<std::string>{}};
+                             .explain = [this] {
+                                 return whole_ ? a_->renderer().renderer().explain(state_.settings)
+                                               : std::vector<std::string>{};
+                             }};
         grant(panels_.draw_panel(context, panel_width_, size.y));
     }
     if (timeline_height_ > 0 && frames_ != nullptr)

@@ -480,7 +480,7 @@ PanelWishes Panels::draw_panel(const PanelContext& context, float width, float h
     if (section("cost"))
         draw_cost(context);
     if (section("what the scene needs", false))
-        for (const std::string& line : context.explained)
+        for (const std::string& line : context.explain())
             text(line);
     ImGui::TextDisabled("? lists the keys");
     ImGui::End();

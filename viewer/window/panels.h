@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,7 +44,8 @@ struct PanelContext {
     const char* timing_method = "";
     const char* device = "";
     std::string plan;  ///< what it does, or what it chose
-    std::vector<std::string> explained;
+    /// What the scene needs, a line each: not free, so asked for by whom it is shown alone.
+    std::function<std::vector<std::string>()> explain;
 };
 
 struct PanelWishes {

@@ -17,8 +17,6 @@ Planner::Answer answer_of(const study::Plan& plan)
     Planner::Answer answer;
     answer.settings = plan.chosen().tried.settings;
     answer.text = command::choice_text(plan);
-    for (const study::PlanFact& fact : plan.facts)
-        answer.facts.push_back(fact.text);
     return answer;
 }
 

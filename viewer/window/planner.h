@@ -16,8 +16,7 @@ class Planner {
 public:
     struct Answer {
         Settings settings;
-        std::string text;                ///< what was chosen and what to expect of it
-        std::vector<std::string> facts;  ///< what the scene needs
+        std::string text;  ///< what was chosen and what to expect of it
         std::string error;
     };
 
