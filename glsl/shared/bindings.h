@@ -22,7 +22,7 @@
 #define BLUE_NOISE_UNIT 4
 #define SHADOW_MAP_UNIT 5
 #define IRRADIANCE_UNIT 6
-#define STEP_TILES_UNIT 6    // no surface is drawn meanwhile
+#define STEP_TILES_UNIT 6  // no surface is drawn meanwhile
 #define DEPTH_VOLUME_UNIT 8
 #define WORLD_VOLUME_UNIT 9
 #define GRID_UNIT 10  // the first of two units a grid: texels, and pages if it has bricks
