@@ -140,7 +140,8 @@ void Renderer::set_scene(const Scene& scene, const Settings& settings)
     try {
         parts_->media.set(scene, settings.layout, settings.storage);
         parts_->surfaces.set(scene.surfaces);
-        parts_->lights.set(scene, parts_->surfaces, parts_->media.bounds(), settings.shadow_map);
+        parts_->lights.set(scene, parts_->surfaces, parts_->media.bounds(), settings.shadow_map,
+                           parts_->media.traits().marched > 0);
         const gl::StateGuard all_units(parts_->device, parts_->texture_units(), BLOCK_COUNT,
                                        IMAGE_COUNT);
         parts_->volumes.set(scene, settings, parts_->media, parts_->surfaces, parts_->lights);

@@ -89,21 +89,21 @@ SettingInfo choice(std::string_view name, std::string_view group, std::string_vi
             }};
 }
 
-/// Nodes of a volume: a number up to `high`, or auto.
-SettingInfo nodes(std::string_view name, std::string_view values, int Settings::*member, int high,
-                  std::string_view help)
+/// A size that is chosen from the scene where it is auto.
+SettingInfo automatic(std::string_view name, std::string_view values, std::string_view unit,
+                      int Settings::*member, int low, int high, std::string_view help)
 {
     return {name,
             "light",
             values,
-            "nodes",
+            unit,
             help,
             [=](const Settings& s) {
                 return s.*member == Settings::kAutomatic ? "auto" : fmt::format("{}", s.*member);
             },
             [=](Settings& s, std::string_view text) {
                 s.*member = text == "auto" ? Settings::kAutomatic
-                                           : parse_number(name, text, 0, high, values);
+                                           : parse_number(name, text, low, high, values);
             }};
 }
 
@@ -153,12 +153,12 @@ std::vector<SettingInfo> make_table()
         choice("shadow-range", "light", "media|light", &S::shadow_range,
                {{"media", as_int(S::ShadowRange::media)}, {"light", as_int(S::ShadowRange::light)}},
                "where shadow steps are spread: within the medium, or all the way as in 2017"),
-        number("shadow-map", "light", "16..8192", "texels", &S::shadow_map, 16, 8192,
-               "edge of each view of the surfaces' shadow map"),
-        nodes("shadow-cache", "auto|0..512", &S::shadow_cache, 512,
-              "longest edge of a volume of shadows for each light; 0: marched at each sample"),
-        nodes("world-cache", "auto|0..128", &S::world_cache, 128,
-              "longest edge of the volume of the world's light; 0: it reaches media undimmed"),
+        automatic("shadow-map", "auto|16..8192", "texels", &S::shadow_map, 16, 8192,
+                  "edge of each view of the surfaces' shadow map"),
+        automatic("shadow-cache", "auto|0..512", "nodes", &S::shadow_cache, 0, 512,
+                  "longest edge of a volume of shadows for each light; 0: marched at each sample"),
+        automatic("world-cache", "auto|0..128", "nodes", &S::world_cache, 0, 128,
+                  "longest edge of the volume of the world's light; 0: it reaches media undimmed"),
         number("world-directions", "light", "8..120", "", &S::world_directions, 8, 120,
                "that the world's light is summed over"),
         choice("resolution", "resolve", "full|half|quarter", &S::resolution,
@@ -244,6 +244,7 @@ Settings eevee2017()
     s.resolve_passes = 2;
     s.range = Settings::Range::camera;
     s.shadow_range = Settings::ShadowRange::light;
+    s.shadow_map = 1024;
     s.shadow_cache = 0;
     s.world_cache = 0;
     s.resolution = 2;

@@ -64,8 +64,10 @@ struct Settings {
     bool volume_shadows = true;
     int shadow_steps = 16;  ///< midpoints on the way to a light, 1..1024
     ShadowRange shadow_range = ShadowRange::media;
-    int shadow_map = 1024;  ///< texels along an edge of each view, 16..8192
     static constexpr int kAutomatic = -1;
+    /// Texels along an edge of each view, 16..8192, taken by set_scene(); kAutomatic: 512 where no
+    /// sun shines, 1024 in media that have detail of their own, 2048 in others.
+    int shadow_map = kAutomatic;
     /// Nodes along the longest edge of the volume of optical depth towards each light, taken by
     /// set_scene(); 0: none, shadows are marched; kAutomatic: two a voxel, 96 at most.
     int shadow_cache = kAutomatic;

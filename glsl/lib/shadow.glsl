@@ -27,15 +27,14 @@ int cube_face(vec3 d)
     return d.z >= 0.0 ? 4 : 5;
 }
 
-// Where in that view it is, -1..1 over a right angle: the axes of a view as src/light/shadow_views.cpp sets
-// them, without a matrix that each point would look up for itself.
-vec2 on_cube_face(vec3 d, int face)
+// That view, and where in it d is, -1..1 over a right angle: the axes of a view as src/light/shadow_views.cpp sets
+// them, without a matrix that each point would look up for itself, or a branch, both ways of which would be run.
+vec2 on_cube_face(vec3 d, out int face)
 {
     vec3 a = abs(d);
-    float side = (face & 1) == 0 ? 1.0 : -1.0;
-    if (face < 2)
-        return vec2(-side * d.y, d.z) / a.x;
-    if (face < 4)
-        return vec2(side * d.x, d.z) / a.y;
-    return vec2(side * d.y, d.x) / a.z;
+    bool x = a.x >= a.y && a.x >= a.z;
+    bool y = !x && a.y >= a.z;
+    float along = x ? d.x : y ? d.y : d.z;
+    face = (x ? 0 : y ? 2 : 4) + (along >= 0.0 ? 0 : 1);
+    return vec2(x ? -d.y : y ? d.x : d.y, x || y ? d.z : d.x) * vec2(sign(along), 1.0) / abs(along);
 }

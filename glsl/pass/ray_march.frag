@@ -9,7 +9,6 @@
 //   BLUE_NOISE       sample each step at an offset of its own per pixel, else at its middle
 //   CAMERA_RANGE     march from near to far and past the scene's depth as 2017 did, sampling the end
 //                    of each step; else only where media are, each step cut exactly at both ends
-//   STEP_TILES       steps lie where the tile's bricks hold something, stride of them in one; else all along
 //   COUNT_SAMPLES    write the number of media evaluations instead
 #include "lib/step_lattice.glsl"
 #include "scene/in_scattering.glsl"
@@ -19,14 +18,37 @@ layout(binding = LAYER_DEPTH_UNIT) uniform sampler2D u_layer_depth_tx;
 layout(binding = BLUE_NOISE_UNIT) uniform sampler2D u_blue_noise_tx;
 #endif
 
-#ifdef STEP_TILES
-flat in vec3 tile;  // pass/tiles.vert
-#endif
+flat in uvec4 tile;  // pass/tiles.vert
 layout(location = 0) out vec4 out_scattering;
 layout(location = 1) out vec4 out_transmittance;
 
 float most(float v) { return v; }
 float most(vec3 v) { return max(v.r, max(v.g, v.b)); }
+
+// What a ray has met so far.
+struct Layer {
+    vec3 scattering;
+    extinction_t transmittance;
+};
+
+// From step.x to step.y, sampled at `share` of it, z.
+void march(inout Layer layer, MediaLine line, LightLine light, float length_per_z, vec2 step, float share, float z)
+{
+    float ds = (step.y - step.x) * length_per_z;
+    MediumSample medium = sample_media(point_on(line, z));
+    vec3 source = medium.emission;
+    if (medium.sigma_s != vec3(0.0))
+        source += medium.sigma_s * in_scattering_on(light, z, step, share, medium.g);
+    extinction_t tau = medium.sigma_t * ds;
+    layer.scattering += layer.transmittance * source * (ds * slab_weight(tau));
+    layer.transmittance *= exp(-tau);
+}
+
+// Splits of the lattice that the step at one of them takes.
+int stride_at(int split)
+{
+    return split < int(tile.w & 0xffffu) ? 4 : split < int(tile.w >> 16u) ? 2 : 1;
+}
 
 void main()
 {
@@ -49,73 +71,60 @@ void main()
     float offset = 0.5;
 #endif
 
-#ifdef CAMERA_RANGE
-    vec2 inside = vec2(range.x, scene_z);
-    int first = 0;
-#else
-    vec2 inside = media_segment(ray.origin, ray.direction, u_frame.media_range.x,
-                                min(scene_z, u_frame.media_range.y));
-    float end = inside.y;
-    int stride = 1;
-    int first = steps;
-#ifdef STEP_TILES
-    // Steps stay where they are whether some of them are left out or not.
-    stride = int(tile.z);
-    end = min(end, tile.y);
-    if (max(inside.x, tile.x) < end)
-        first = step_at(max(inside.x, tile.x), steps, range, octaves, lambda) & -stride;
-    inside.x = max(inside.x, step_split(float(first) / float(steps), range, octaves, lambda));
-#else
-    if (inside.x < inside.y)
-        first = step_at(inside.x, steps, range, octaves, lambda);
-#endif
-#endif
     // A pixel's ray is its middle's; a larger texel's stands for the pixels around as well.
     float texel_ndc = 2.0 * sqrt(float(LAYER_SCALE * LAYER_SCALE - 1)) * u_frame.full_size.z;
     LightLine light = light_line(ray, wo, texel_ndc * vec2(length(u_frame.ray_origin_dx.xyz),
                                                            length(u_frame.ray_direction_dx.xyz)));
     MediaLine line = media_line(ray);
-    float enough = u_frame.step_range.w;
+    Layer layer = Layer(vec3(0.0), extinction_t(1.0));
 
-    vec3 scattering = vec3(0.0);
-    extinction_t transmittance = extinction_t(1.0);
-    float z = inside.x;
 #ifdef CAMERA_RANGE
-    for (int i = first; i < steps && z < inside.y; ++i) {
+    float z = range.x;
+    for (int i = 0; i < steps && z < scene_z; ++i) {
         float z_next = step_split((float(i) + 0.5 + offset) / float(steps), range, octaves, lambda);
-        float share = 1.0;
-        float z_sample = z_next;
-#else
-    for (int i = first; i < steps && z < end && most(transmittance) > enough; i += stride) {
-        float z_next = min(step_split(float(i + stride) / float(steps), range, octaves, lambda), inside.y);
-        if (i + stride >= steps)
-            z_next = inside.y;  // rounding must not leave a rest
-        // Where steps are long, since the medium is smooth, every other one is sampled as far from its end as
-        // the one before was from its begin: what grows evenly along the ray then has no noise. Detail is
-        // better met at even distances.
-        float share = stride == 1 || (i & stride) == 0 ? offset : 1.0 - offset;
-        float z_sample = mix(z, z_next, share);
-#endif
-        float ds = (z_next - z) * length_per_z;
-        MediumSample medium = sample_media(point_on(line, z_sample));
-        vec3 source = medium.emission;
-        if (medium.sigma_s != vec3(0.0))
-            source += medium.sigma_s * in_scattering_on(light, z_sample, vec2(z, z_next), share, medium.g);
-        extinction_t tau = medium.sigma_t * ds;
-        scattering += transmittance * source * (ds * slab_weight(tau));
-        transmittance *= exp(-tau);
+        march(layer, line, light, length_per_z, vec2(z, z_next), 1.0, z_next);
         z = z_next;
     }
+#else
+    vec2 inside = media_segment(ray.origin, ray.direction, u_frame.media_range.x,
+                                min(scene_z, u_frame.media_range.y));
+    float enough = u_frame.step_range.w;
+    uint slots = inside.x < inside.y ? tile.x : 0u;
+    int entry = step_at(inside.x, steps, range, octaves, lambda);
+    entry &= -stride_at(entry);
+    // Row by row of slots that hold something. Steps stay where they are whether some are left out or not.
+    while (slots != 0u) {
+        int slot = findLSB(slots);
+        int beyond = slot + findLSB(~(slots >> uint(slot)));
+        slots &= ~0u << uint(beyond);
+        int first = max(int(tile.y) + slot * int(tile.z), entry);
+        int last = min(int(tile.y) + beyond * int(tile.z), steps);
+        float z = max(step_split(float(first) / float(steps), range, octaves, lambda), inside.x);
+        for (int i = first; i < last && z < inside.y && most(layer.transmittance) > enough;) {
+            int stride = stride_at(i);
+            float z_next = min(step_split(float(i + stride) / float(steps), range, octaves, lambda), inside.y);
+            if (i + stride >= steps)
+                z_next = inside.y;  // rounding must not leave a rest
+            // Where steps are long, since the medium is smooth, every other one is sampled as far from its end as
+            // the one before was from its begin: what grows evenly along the ray then has no noise. Detail is
+            // better met at even distances.
+            float share = stride == 1 || (i & stride) == 0 ? offset : 1.0 - offset;
+            march(layer, line, light, length_per_z, vec2(z, z_next), share, mix(z, z_next, share));
+            z = z_next;
+            i += stride;
+        }
+    }
+#endif
 
 #ifdef COUNT_SAMPLES
     out_scattering = vec4(float(g_samples));
 #else
-    scattering = min(scattering, vec3(u_frame.resolve.y));  // an infinity would spoil its neighbours
+    vec3 scattering = min(layer.scattering, vec3(u_frame.resolve.y));  // an infinity would spoil its neighbours
 #ifdef MONOCHROME
-    out_scattering = vec4(scattering, dot(vec3(transmittance), vec3(1.0 / 3.0)));
+    out_scattering = vec4(scattering, dot(vec3(layer.transmittance), vec3(1.0 / 3.0)));
 #else
     out_scattering = vec4(scattering, 1.0);
-    out_transmittance = vec4(vec3(transmittance), 1.0);
+    out_transmittance = vec4(vec3(layer.transmittance), 1.0);
 #endif
 #endif
 }

@@ -78,8 +78,9 @@ float placed_visibility(int i, vec3 p, LightSample light)
     int view = int(u_lights.lights[i].position.w);
     float depth = light.range * u_lights.views[view].origin.w;
     if (i < SUN_COUNT + POINT_COUNT) {
-        int face = cube_face(-light.wi);
-        return visibility_in(view + face, on_cube_face(-light.wi, face) * u_lights.lights[i].edge.y + 0.5, depth);
+        int face;
+        vec2 on_face = on_cube_face(-light.wi, face);
+        return visibility_in(view + face, on_face * u_lights.lights[i].edge.y + 0.5, depth);
     }
     vec4 clip = u_lights.views[view].clip_from_world * vec4(p, 1.0);
     return visibility_in(view, clip.xy / clip.w * 0.5 + 0.5, depth);

@@ -31,6 +31,7 @@ std::int64_t texel_bytes(GLenum format)
     case GL_RGBA16F:
         return 8;
     case GL_RGBA32F:
+    case GL_RGBA32UI:
         return 16;
     default:
         assert(!"a format whose bytes are not known");

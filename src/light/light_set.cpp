@@ -6,6 +6,7 @@
 
 #include "errors.h"
 #include "light/world_light.h"
+#include "settings.h"
 
 namespace fumarole::light {
 
@@ -29,6 +30,16 @@ double farthest(glm::dvec3 p, const Bounds& bounds)
     for (int i = 0; i < 8 && !bounds.empty(); ++i)
         far = std::max(far, glm::length(bounds.corner(i) - p));
     return far;
+}
+
+/// A point's six views are then as large together as the two of a sun, and what samples along a ray
+/// look up all over them stays in a cache. In media without detail shafts of shadow are all there
+/// is to see, and they spread over what a sun's view covers.
+int automatic_map_size(int suns, bool detailed)
+{
+    if (suns == 0)
+        return 512;
+    return detailed ? 1024 : 2048;
 }
 
 }  // namespace
@@ -86,11 +97,10 @@ void LightSet::clear()
 }
 
 void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, const Bounds& media,
-                   int map_size)
+                   int map_size, bool detailed)
 {
     clear();
     set_world(scene.world);
-    map_size = std::min(map_size, device_.capabilities().max_texture_2d);
     for (const Light& light : scene.lights)
         if (intensity_of(light) != glm::vec3(0.0f))
             lights_.push_back(light);
@@ -109,6 +119,9 @@ void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, cons
                         lights_.size(), MAX_LIGHTS));
     if (surfaces.empty() || lights_.empty())
         return;
+    if (map_size == Settings::kAutomatic)
+        map_size = automatic_map_size(suns_, detailed);
+    map_size = std::min(map_size, device_.capabilities().max_texture_2d);
     for (const Light& light : lights_) {
         first_view_.push_back(static_cast<int>(views_.size()));
         if (const auto* sun = std::get_if<SunLight>(&light))

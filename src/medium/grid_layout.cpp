@@ -191,6 +191,25 @@ struct Cell {
     float max;                                               ///< over all channels
 };
 
+/// Where a cell's field, between its values, is not 0.
+GridLayout::Extent extent_of(const Cell& cell, int channels)
+{
+    constexpr int kLast = kAtlasBrickDim - 1;
+    if (cell.uniform)
+        return {glm::u8vec3(0), glm::u8vec3(kLast)};
+    glm::ivec3 min(kLast), max(0);
+    const float* value = cell.values.data();
+    for (int z = 0; z <= kLast; ++z)
+        for (int y = 0; y <= kLast; ++y)
+            for (int x = 0; x <= kLast; ++x, value += channels) {
+                if (std::all_of(value, value + channels, [](float v) { return v == 0; }))
+                    continue;
+                min = glm::min(min, glm::ivec3(x, y, z));
+                max = glm::max(max, glm::ivec3(x, y, z));
+            }
+    return {glm::u8vec3(glm::max(min - 1, 0)), glm::u8vec3(glm::min(max + 1, kLast))};
+}
+
 /// What stands in each brick, addressed without a search, and the cells read through it.
 class CellReader {
 public:
@@ -500,6 +519,7 @@ Draft draft(const VoxelGrid& grid, Layout asked, Storage storage, const Limits& 
     layout.maxima_count = frame.page_count;
     layout.page_count = frame.page_count;
     layout.maxima.resize(volume(layout.maxima_count));
+    layout.extents.resize(volume(layout.maxima_count));
     layout.pages.resize(volume(layout.page_count));
 
     for_each_page(layout.page_count, [&](std::size_t i, const glm::ivec3& page, Cell& cell) {
@@ -508,6 +528,7 @@ Draft draft(const VoxelGrid& grid, Layout asked, Storage storage, const Limits& 
             return;  // empty already
         layout.maxima[i] =
             std::min(encoder.decoded(cell.max) * kMaximaMargin, std::numeric_limits<float>::max());
+        layout.extents[i] = extent_of(cell, grid.channels);
         layout.pages[i] = cell.uniform && grid.channels == 1
                               ? constant_page(encoder.stored(cell.values[0]))
                               : brick_page({0, 0, 0});
@@ -632,6 +653,7 @@ GridLayout plan_layout(const VoxelGrid& grid, Layout layout, Storage storage, co
     GridLayout plan = draft(grid, layout, storage, limits).layout;
     plan.pages = {};
     plan.maxima = {};
+    plan.extents = {};
     return plan;
 }
 

@@ -36,7 +36,8 @@ enum PageKind : std::uint32_t { kPageEmpty = 0, kPageConstant = 1, kPageBrick = 
 
 /// How to sample it at q = p_index - origin, exactly, with linear filtering: dense at texel
 /// coordinate q + 0.5; bricks in page floor(q / 8) at slot * 9 + (q - 8 * page) + 0.5, and 0 where
-/// the page is empty or past the table. An empty grid's layout has no texels, pages or maxima.
+/// the page is empty or past the table. An empty grid's layout has no texels, pages, maxima or
+/// extents.
 struct GridLayout {
     Layout layout = Layout::dense;    ///< never automatic
     Storage storage = Storage::r16f;  ///< never automatic
@@ -65,9 +66,14 @@ struct GridLayout {
     glm::ivec3 maxima_origin{0};
     glm::ivec3 maxima_count{0};
     std::vector<float> maxima;
+    /// Of each page's cell, in voxels from its corner, the box outside which the field is 0.
+    struct Extent {
+        glm::u8vec3 min{0}, max{0};
+    };
+    std::vector<Extent> extents;
 
-    /// Texels and pages (the maxima stay on the CPU); found from the sizes, so the same for a plan
-    /// and what it makes.
+    /// Texels and pages (maxima and extents stay on the CPU); found from the sizes, so the same for
+    /// a plan and what it makes.
     [[nodiscard]] std::uint64_t gpu_bytes() const;
 };
 

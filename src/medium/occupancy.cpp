@@ -6,19 +6,27 @@ namespace fumarole::medium {
 
 namespace {
 
-/// The pages that are not empty.
-std::vector<OccupiedBox> kept_pages(const GridLayout& layout)
+enum class Part { whole, held };
+
+/// The pages that are not empty, or what of them holds something.
+std::vector<OccupiedBox> kept_pages(const GridLayout& layout, Part part)
 {
     std::vector<OccupiedBox> kept;
-    auto most = layout.maxima.begin();
+    std::size_t i = 0;
     for (int z = 0; z < layout.maxima_count.z; ++z)
         for (int y = 0; y < layout.maxima_count.y; ++y)
-            for (int x = 0; x < layout.maxima_count.x; ++x, ++most) {
-                if (!(*most > 0))
+            for (int x = 0; x < layout.maxima_count.x; ++x, ++i) {
+                const float most = layout.maxima[i];
+                if (!(most > 0))
                     continue;
                 const glm::dvec3 first(layout.maxima_origin - layout.origin +
                                        glm::ivec3(x, y, z) * VoxelGrid::kBrickDim);
-                kept.push_back({{first, first + double{VoxelGrid::kBrickDim}}, *most});
+                const GridLayout::Extent extent =
+                    part == Part::held
+                        ? layout.extents[i]
+                        : GridLayout::Extent{glm::u8vec3(0), glm::u8vec3(VoxelGrid::kBrickDim)};
+                kept.push_back(
+                    {{first + glm::dvec3(extent.min), first + glm::dvec3(extent.max)}, most});
             }
     return kept;
 }
@@ -56,7 +64,7 @@ std::vector<OccupiedBox> join(const std::vector<OccupiedBox>& pages, const GridL
 
 std::vector<OccupiedBox> kept_boxes(const GridLayout& layout)
 {
-    std::vector<OccupiedBox> pages = kept_pages(layout);
+    std::vector<OccupiedBox> pages = kept_pages(layout, Part::whole);
     if (layout.layout == Layout::bricks || pages.empty())
         return pages;
     OccupiedBox all{field_of(layout), 0};
@@ -67,7 +75,7 @@ std::vector<OccupiedBox> kept_boxes(const GridLayout& layout)
 
 std::vector<OccupiedBox> occupied_boxes(const GridLayout& layout, std::size_t limit)
 {
-    const std::vector<OccupiedBox> pages = kept_pages(layout);
+    const std::vector<OccupiedBox> pages = kept_pages(layout, Part::held);
     for (int side = 1;; side *= 2) {
         std::vector<OccupiedBox> boxes = join(pages, layout, side);
         if (boxes.size() <= limit)

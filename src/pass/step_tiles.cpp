@@ -1,6 +1,8 @@
 #include "pass/step_tiles.h"
 
 #include <algorithm>
+#include <bit>
+#include <cstdint>
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
 #include <limits>
@@ -10,8 +12,6 @@
 namespace fumarole::pass {
 
 namespace {
-
-constexpr float kNever = std::numeric_limits<float>::max();
 
 /// How long a step may be [m] in a medium that changes within `detail` metres and extinguishes
 /// `most` per metre: as long as its detail asks, or longer where there is next to nothing of it.
@@ -76,10 +76,87 @@ void for_tiles(glm::dvec2 low, glm::dvec2 high, int pixels, glm::ivec2 count, F 
               static_cast<std::size_t>(x));
 }
 
-constexpr glm::vec4 kEmptyTile(kNever, -kNever, kNever, 0);
-constexpr glm::vec4 kWholeTile(-kNever, kNever, 1, 1);
+constexpr glm::uvec4 kEmptyTile(0, 0, 0, 0);
+constexpr glm::uvec4 kDrawnTile(1, 0, 0, 1);
 
 }  // namespace
+
+/// The steps' lattice, in up to 64 slots of a power of two of steps.
+class StepTiles::Slots {
+public:
+    explicit Slots(const PassFrame& frame)
+        : steps_{frame.settings.steps}, width_{power_of_two((steps_ + kMost - 1) / kMost)}
+    {
+        const glm::dvec2 range = step_range(frame.eye, frame.media, frame.settings);
+        const double lambda = frame.eye.perspective ? frame.settings.distribution : 0;
+        for (int i = 0; i < steps_ + width_; i += width_) {
+            // glsl/lib/step_lattice.glsl
+            const double progress = std::min(1.0, static_cast<double>(i) / steps_);
+            const double bent = range.x * std::pow(range.y / range.x, lambda > 0 ? progress : 0);
+            ends_.push_back(glm::mix(glm::mix(range.x, range.y, progress), bent, lambda));
+            if (i > 0)
+                lengths_.push_back((ends_.back() - ends_.end()[-2]) /
+                                   std::min(width_, steps_ - i + width_));
+        }
+    }
+
+    /// Of those that view_z from low to high lies in. Outside the range the first and the last.
+    [[nodiscard]] std::uint64_t between(double low, double high) const
+    {
+        const auto first = std::upper_bound(ends_.begin() + 1, ends_.end() - 1, low);
+        const auto last = std::lower_bound(first, ends_.end() - 1, high);
+        const auto bits = [&](auto end) {
+            return ~std::uint64_t{0} >> (63 - (end - ends_.begin() - 1));
+        };
+        return bits(last) & ~(bits(first) >> 1);
+    }
+
+    [[nodiscard]] std::uint64_t all() const { return between(ends_.front(), ends_.back()); }
+
+    /// Texel of a tile whose steps in `slots` may be `longest` metres long; spaced: or are as they
+    /// are.
+    [[nodiscard]] glm::uvec4 tile(std::uint64_t slots, double longest, bool spaced) const
+    {
+        if (slots == 0)
+            return kEmptyTile;
+        const int first = std::countr_zero(slots), end = 64 - std::countl_zero(slots);
+        const int fours = spaced ? joined_until(4, longest) : 0;
+        const int twos = spaced ? joined_until(2, longest) : 0;
+        const int begin = first * width_;
+        int width = std::max(width_, begin < fours ? 4 : begin < twos ? 2 : 1);
+        const auto base = [&] { return begin & -width; };
+        while (end * width_ - base() > kTileSlots * width)
+            width *= 2;
+        std::uint32_t bits = 0;
+        for (int i = first; i < end; ++i)
+            if ((slots >> i & 1) != 0)
+                bits |= 1u << ((i * width_ - base()) / width);
+        return glm::uvec4(bits, base(), width, fours | twos << 16);
+    }
+
+private:
+    static constexpr int kMost = 64;
+    static constexpr int kTileSlots = 31;  ///< of 32: the shader looks for the end of a row of bits
+
+    static int power_of_two(int least)
+    {
+        return static_cast<int>(std::bit_ceil(static_cast<unsigned>(least)));
+    }
+
+    /// Before which split of the lattice so many in one are no longer than `longest`: splits grow
+    /// with depth.
+    [[nodiscard]] int joined_until(int many, double longest) const
+    {
+        const auto end = std::partition_point(lengths_.begin(), lengths_.end(), [&](double length) {
+            return many * length <= longest;
+        });
+        return static_cast<int>(end - lengths_.begin()) * width_ & -many;
+    }
+
+    int steps_, width_;
+    std::vector<double> ends_;     ///< view_z [m], from the first slot's begin
+    std::vector<double> lengths_;  ///< of a slot's splits [m]
+};
 
 void StepTiles::set(const PassFrame& frame)
 {
@@ -91,21 +168,29 @@ void StepTiles::set(const PassFrame& frame)
     for (Tiles* tiles : {&march_, &depth_, &picture_})
         tiles->texels.assign(static_cast<std::size_t>(tiles->count.x) *
                                  static_cast<std::size_t>(tiles->count.y),
-                             skip ? kEmptyTile : kWholeTile);
+                             skip ? kEmptyTile : kDrawnTile);
+    const Slots slots(frame);
     if (skip)
-        project(frame);
+        project(frame, slots);
+    else
+        std::fill(march_.texels.begin(), march_.texels.end(), slots.tile(slots.all(), 0, false));
     upload("tiles that march", march_);
     upload("tiles with depth", depth_);
     upload("tiles of the picture", picture_);
 }
 
-void StepTiles::project(const PassFrame& frame)
+void StepTiles::project(const PassFrame& frame, const Slots& slots)
 {
     const Settings& s = frame.settings;
     const double scale = s.resolution;
     const glm::dvec2 offset = frame.host.layer_offset - glm::dvec2(layer_guard(s));
     // Of the layer's texels that a pixel is made of, those on either side of it.
     const double reach = s.upsample == Settings::Upsample::bilinear2x2 ? 1 : 2;
+    struct Seen {
+        std::uint64_t slots = 0;
+        double longest = std::numeric_limits<double>::infinity();  ///< step [m]
+    };
+    std::vector<Seen> seen_in(march_.texels.size());
     for (const medium::Occupied& part : tools_.media.occupied()) {
         const glm::dmat4 view_from_box = frame.host.view_from_world * part.world_from_box;
         for (const medium::OccupiedBox& box : part.boxes) {
@@ -114,60 +199,38 @@ void StepTiles::project(const PassFrame& frame)
             if (seen.view_z.y <= frame.eye.near)
                 continue;
             const double longest = longest_step(part.detail, box.most);
+            const std::uint64_t held = slots.between(seen.view_z.x, seen.view_z.y);
             constexpr double kSlack = 0.01;  // texels, and pixels
             for_tiles(seen.low / scale - offset - kSlack, seen.high / scale - offset + kSlack,
                       kLayerTile, march_.count, [&](std::size_t i) {
-                          glm::vec4& tile = march_.texels[i];
-                          tile.x = std::min(tile.x, static_cast<float>(seen.view_z.x));
-                          tile.y = std::max(tile.y, static_cast<float>(seen.view_z.y));
-                          tile.z = std::min(tile.z, static_cast<float>(longest));
-                          tile.w = 1;
+                          seen_in[i].slots |= held;
+                          seen_in[i].longest = std::min(seen_in[i].longest, longest);
                       });
             const double grow = reach * scale + kSlack;
             for_tiles(seen.low - grow, seen.high + grow, kPictureTile, picture_.count,
-                      [&](std::size_t i) { picture_.texels[i] = kWholeTile; });
+                      [&](std::size_t i) { picture_.texels[i] = kDrawnTile; });
         }
     }
-    for (glm::vec4& tile : march_.texels)
-        tile.z = static_cast<float>(stride(frame, tile));
+    // A spot's beam has an edge where the medium has none.
+    const bool spaced = s.spacing == Settings::Spacing::medium && tools_.lights.spots() == 0;
+    std::transform(seen_in.begin(), seen_in.end(), march_.texels.begin(),
+                   [&](const Seen& seen) { return slots.tile(seen.slots, seen.longest, spaced); });
     for (int y = 0; y < picture_.count.y; ++y)
         for (int x = 0; x < picture_.count.x; ++x) {
-            if (picture_.texels[static_cast<std::size_t>(y * picture_.count.x + x)].w == 0)
+            if (picture_.texels[static_cast<std::size_t>(y * picture_.count.x + x)] == kEmptyTile)
                 continue;
             const glm::dvec2 low = glm::dvec2(x, y) * double{kPictureTile} / scale - offset;
             for_tiles(low - reach - 1.0, low + kPictureTile / scale + reach + 1.0, kLayerTile,
-                      depth_.count, [&](std::size_t i) { depth_.texels[i] = kWholeTile; });
+                      depth_.count, [&](std::size_t i) { depth_.texels[i] = kDrawnTile; });
         }
-}
-
-// Splits that one step of a tile takes: of its steps, the last is the longest.
-int StepTiles::stride(const PassFrame& frame, const glm::vec4& tile) const
-{
-    const Settings& s = frame.settings;
-    // A spot's beam has an edge where the medium has none.
-    if (s.spacing == Settings::Spacing::fixed || tile.w == 0 || tools_.lights.spots() > 0)
-        return 1;
-    const glm::dvec2 range = step_range(frame.eye, frame.media, s);
-    const double end = std::min<double>(tile.y, range.y);
-    const double lambda = frame.eye.perspective ? s.distribution : 0;
-    // d z / d progress of the split (glsl/lib/step_lattice.glsl) is bent upwards: its chord from
-    // the range's end stays under it.
-    const double linear = range.y - range.x;
-    const double bent = end * std::log(range.y / range.x);
-    const double step = ((1 - lambda) * linear + (lambda > 0 ? lambda * bent : 0)) / s.steps;
-    constexpr int kMost = 4;
-    int stride = 1;
-    while (stride < kMost && 2 * stride * step <= tile.z)
-        stride *= 2;
-    return stride;
 }
 
 void StepTiles::upload(const char* label, Tiles& tiles) const
 {
     if (glm::ivec2(tiles.texture.size()) != tiles.count)
-        tiles.texture = gl::Texture::make_2d(tools_.device, label, tiles.count, GL_RGBA32F,
+        tiles.texture = gl::Texture::make_2d(tools_.device, label, tiles.count, GL_RGBA32UI,
                                              gl::Filter::nearest);
-    tiles.texture.upload(GL_RGBA, GL_FLOAT, tiles.texels.data());
+    tiles.texture.upload(GL_RGBA_INTEGER, GL_UNSIGNED_INT, tiles.texels.data());
 }
 
 void StepTiles::draw(const Tiles& tiles, int pixels, const char* fragment_file,
@@ -188,7 +251,6 @@ void StepTiles::draw(const Tiles& tiles, int pixels, const char* fragment_file,
 
 void StepTiles::draw_march(const char* fragment_file, gl::Defines defines) const
 {
-    defines.emplace_back("STEP_TILES", "");
     draw(march_, kLayerTile, fragment_file, std::move(defines));
 }
 

@@ -14,7 +14,7 @@ namespace fumarole::pass {
 class StepTiles {
 public:
     /// Texels of the layer, and pixels of the picture, along a tile's edge.
-    static constexpr int kLayerTile = 8, kPictureTile = 16;
+    static constexpr int kLayerTile = 4, kPictureTile = 16;
 
     explicit StepTiles(const Toolbox& tools) : tools_{tools} {}
 
@@ -28,15 +28,16 @@ public:
     void draw_picture(const char* fragment_file, gl::Defines defines) const;
 
 private:
-    /// One texel a tile: view_z of the first and the last medium [m], stride of steps, 1 if drawn.
-    /// While they are worked out: the longest step [m] for the stride.
+    /// A texel a tile: slots of the step lattice that hold something as bits, and of the march the
+    /// first step of slot 0, steps of a slot, and before which steps four (low 16 bits) and two
+    /// (high) are one. Without a bit it is not drawn.
     struct Tiles {
         glm::ivec2 count{0};
-        std::vector<glm::vec4> texels;
+        std::vector<glm::uvec4> texels;
         gl::Texture texture;
     };
-    void project(const PassFrame& frame);
-    [[nodiscard]] int stride(const PassFrame& frame, const glm::vec4& tile) const;
+    class Slots;
+    void project(const PassFrame& frame, const Slots& slots);
     void upload(const char* label, Tiles& tiles) const;
     void draw(const Tiles& tiles, int pixels, const char* fragment_file, gl::Defines defines) const;
 

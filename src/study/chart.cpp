@@ -71,7 +71,7 @@ std::vector<Sweep> make_sweeps()
         alone("layout", {"auto", "dense", "bricks"}, {"bricks"}),
         alone("volume-shadows", {"on", "off"}, {"off"}),
         alone("world-light", {"on", "off"}, {}),
-        alone("shadow-map", {"256", "1024", "4096"}, {}),
+        alone("shadow-map", {"256", "512", "1024", "4096"}, {}),
         {"froxel", {{"history", {"0", "0.95"}, {"0"}}}},
         {"froxel", {{"history-format", {"r11g11b10f", "rgba16f", "rgba32f"}, {}}}},
         alone_in_froxels("tile", {"4", "8", "16"}, {"4", "16"}),

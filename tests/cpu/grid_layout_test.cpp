@@ -199,8 +199,14 @@ double bound_at(const GridLayout& g, const glm::dvec3& p_index)
     if (glm::any(glm::lessThan(page, glm::ivec3{0})) ||
         glm::any(glm::greaterThanEqual(page, g.maxima_count)))
         return 0;
-    return static_cast<double>(g.maxima.at(static_cast<std::size_t>(
-        (page.z * g.maxima_count.y + page.y) * g.maxima_count.x + page.x)));
+    const auto i = static_cast<std::size_t>(
+        (page.z * g.maxima_count.y + page.y) * g.maxima_count.x + page.x);
+    // Between texels the emulation's rounding passes a border by 2^-40 or so.
+    const glm::dvec3 q = p_index - glm::dvec3(g.maxima_origin + 8 * page);
+    const glm::dvec3 min(g.extents.at(i).min), max(g.extents.at(i).max);
+    if (glm::any(glm::lessThan(q, min - 1e-6)) || glm::any(glm::greaterThan(q, max + 1e-6)))
+        return 0;
+    return static_cast<double>(g.maxima.at(i));
 }
 
 /// Points everywhere, and where things go wrong: on voxel centres, on and beside brick borders, in
@@ -316,6 +322,28 @@ TEST_P(GridField, MaximaBoundEverySample)
     // And are no looser than storage makes them: 2^-20 of margin, and the storage's own rounding.
     const float most = *std::max_element(g.maxima.begin(), g.maxima.end());
     EXPECT_LE(double{most}, double{grid.max_value} * (1 + 0x1p-19 + storage.relative));
+}
+
+TEST(GridLayout, ExtentsEndAVoxelAroundWhatIsHeld)
+{
+    VoxelGrid grid = random_grid(5, 1, 1);
+    grid.tiles.clear();
+    grid.bricks = {{0, 0, 0}};
+    grid.values.assign(VoxelGrid::kBrickVoxels, 0);
+    grid.values[(5 * 8 + 0) * 8 + 2] = 1;  // z 5, y 0, x 2
+    grid.index_min = grid.index_max = {2, 0, 5};
+    grid.max_value = 1;
+    const GridLayout g = make_layout(grid, Layout::bricks, Storage::r32f, {});
+    int held = 0;
+    for (std::size_t i = 0; i < g.maxima.size(); ++i) {
+        if (!(g.maxima[i] > 0))
+            continue;
+        ++held;
+        const bool upper = g.extents[i].min.y == 0;  // the page of the voxel, else that below it
+        EXPECT_EQ(glm::ivec3(g.extents[i].min), glm::ivec3(1, upper ? 0 : 7, 4));
+        EXPECT_EQ(glm::ivec3(g.extents[i].max), glm::ivec3(3, upper ? 1 : 8, 6));
+    }
+    EXPECT_EQ(held, 2);
 }
 
 TEST_P(GridField, PlanIsWhatIsMade)

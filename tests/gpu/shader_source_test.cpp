@@ -247,7 +247,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                          flags(set, {"BLUE_NOISE", "VOLUME_SHADOWS", "WORLD_LIGHT", "CAMERA_RANGE",
                                      "SHADOW_TO_LIGHT", "LEAST_EXTINCTION", "MONOCHROME",
                                      "COUNT_SAMPLES", "DEPTH_VOLUME", "WORLD_VOLUME"}) +
-                         flags(set ^ set >> 3, {"EXACT_FALLOFF", "STEP_TILES"}) +
+                         flags(set ^ set >> 3, {"EXACT_FALLOFF"}) +
                          Defines{{"LAYER_SCALE", "2"}});
     };
     constexpr unsigned kDefault = 0b1100000111, kSets = 1u << 10;
