@@ -298,7 +298,7 @@ gl::Defines LightVolumes::fill_defines(const medium::MediaSet& media, const gl::
     return defines;
 }
 
-void LightVolumes::dispatch(const char* file, gl::Defines defines, const gl::Texture& image,
+void LightVolumes::dispatch(const char* file, const gl::Defines& defines, const gl::Texture& image,
                             GLenum format, glm::ivec3 nodes) const
 {
     device_->UseProgram(programs_.get({file}, defines).id());

@@ -106,8 +106,8 @@ private:
     void turn_world(const medium::MediaSet& media);
     void begin_fill(glm::dvec3 eye, medium::MediaSet& media, LightSet& lights);
     void write_block(glm::dvec3 eye);
-    void dispatch(const char* file, gl::Defines defines, const gl::Texture& image, GLenum format,
-                  glm::ivec3 nodes) const;
+    void dispatch(const char* file, const gl::Defines& defines, const gl::Texture& image,
+                  GLenum format, glm::ivec3 nodes) const;
     [[nodiscard]] gl::Defines fill_defines(const medium::MediaSet& media,
                                            const gl::Defines& own) const;
 

@@ -95,6 +95,7 @@ std::vector<View> point_views(glm::dvec3 position, double range, int map_size)
                                                glm::dvec3(0, 0, 1), glm::dvec3(0, 0, -1)};
     const double tangent = point_view_tangent(map_size);
     std::vector<View> views;
+    views.reserve(kFaces.size());
     for (const glm::dvec3& face : kFaces)
         views.push_back(perspective_view(position, face, tangent, range, map_size));
     return views;
