@@ -98,7 +98,7 @@ void print_grids(const BenchReport& report)
         };
         if (std::none_of(report.figures.begin(), report.figures.end(), is_size))
             continue;
-        fmt::print("\n{:<24}{:<10}{:>16}{:>26}{:>26}\n", group, "layout", "voxels stored",
+        fmt::print("\n{:<24}{:<10}{:>16}{:>26}{:>26}\n", group, "layout", "active voxels",
                    "bytes per active voxel", "times the stored values");
         for (const BenchFigure& f : report.figures) {
             if (!is_size(f))

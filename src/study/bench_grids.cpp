@@ -135,8 +135,8 @@ std::vector<BenchFigure> sweep_grids(SceneRenderer& renderer, const BenchOptions
         add("made in", "ms", make_ms);
         for (BenchFigure& f : memory_figures(*grid, "smoke")) {
             f.group = kGroup;
-            f.axis = "voxels stored";
-            f.at = stored;
+            f.axis = "active voxels";
+            f.at = static_cast<double>(grid->active_voxels);
             found.push_back(std::move(f));
         }
         figures.insert(figures.end(), found.begin(), found.end());

@@ -106,8 +106,13 @@ std::string bench_plot_program(std::span<const BenchFigure> figures, const std::
     for (std::string panel :
          {bars(figures, "presets", kVolumeTime, head("presets, 480 x 270", "ms a frame")),
           curves(growth, "sizes", "pixels", head("time by pixels", "ms a frame")),
+          curves(growth, "steps", "steps", head("time by steps", "ms a frame")),
+          curves(growth, "lights", "lights", head("time by lights", "ms a frame")),
           curves(growth, "grids", "voxels stored",
                  head("time by the grid's size, 480 x 270", "ms a frame")),
+          curves(growth_curves(figures, "grid on the GPU"), "grids", "active voxels",
+                 head("a grid's memory", "bytes")),
+          bars(figures, "load", "time", head("loading, stage by stage", "ms")),
           bars(figures, "ablation", worth,
                head("steps of the default, alone and all but one", "times faster than none"))})
         if (!panel.empty())
