@@ -59,6 +59,8 @@ struct Settings {
     float early_end = 0;         ///< a ray ends once less is transmitted, 0..0.5
     Spacing spacing = Spacing::medium;
     Falloff falloff = Falloff::exact;
+    /// What was marched for a view's last frames is reprojected and averaged with the next.
+    bool temporal = false;
 
     // light through media
     bool volume_shadows = true;
@@ -100,7 +102,7 @@ struct Settings {
     /// Whether a view's frames have a history (Frame::history).
     [[nodiscard]] bool keeps_history() const
     {
-        return history > 0 && mode == Mode::froxel;
+        return history > 0 && (mode == Mode::froxel || temporal);
     }
 
     bool operator==(const Settings&) const = default;

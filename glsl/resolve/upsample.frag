@@ -95,11 +95,7 @@ void main()
             vec2 tent = max(1.0 - abs(vec2(texel) - position) / float(UPSAMPLE_TAPS / 2), 0.0);
             texel = clamp(texel, ivec2(0), last);
             float layer_z = media_view_z(texelFetch(u_layer_depth_tx, texel, 0).r);
-            // Falls with the fourth power of the relative difference: 1 well inside the threshold,
-            // and where no texel fits, the nearest in depth outweighs the rest.
-            // Held to where that power has a 32-bit value: 0 / 0 where it has none for all texels.
-            float miss = min(abs(layer_z - scene_z) / (threshold * reach), 1e8);
-            float weight = tent.x * tent.y / (1.0 + miss * miss * miss * miss);
+            float weight = tent.x * tent.y * same_depth(layer_z, scene_z, threshold * reach);
             add(sum, texel, weight);
             weight_sum += weight;
         }
