@@ -362,7 +362,11 @@ std::vector<std::string> Renderer::explain(const Settings& settings) const
             media.colored_extinction ? "coloured" : "grey, but two targets were asked for",
             settings.resolve_passes == 1 ? "blended at once with the scattering" : "two upsamples");
     if (!froxel && pass::march_format(parts.tools, settings) != settings.format)
-        say("target format: rgba16f, since r11g11b10f has no alpha for the transmittance");
+        say("target format: rgba16f, since r11g11b10f has no alpha");
+    if (!froxel && settings.keeps_history())
+        say("history: a view's layer is reprojected and weighs {} while the view moves, and is the "
+            "mean of all frames while it stands; a frame of no view has none",
+            settings.history);
     say("phase: {}", media.isotropic ? "g is 0 everywhere: a constant, no angle is worked out"
                      : media.mixed_g
                          ? "media differ in g: its mean, weighted by sigma_s, per sample"

@@ -37,15 +37,17 @@ struct Frame {
     glm::dmat4 clip_from_view{
         1.0};  ///< perspective or orthographic, off-axis too; far may be infinite
     /// A shift of the march's jitter, 0..1, to be varied from frame to frame where frames are
-    /// averaged.
+    /// averaged. With Settings::temporal `index` shifts it instead.
     double jitter_offset = 0;
     /// Likewise, where in its texel each sample of a half-size layer lies: -0.5..0.5 texels from
     /// the middle. Averaged frames then see what lies between the samples of one.
     glm::dvec2 layer_offset{0};
-    /// Counts frames: each has the froxels' samples elsewhere. Frame 0 has them in the middle.
+    /// Counts frames: each has the froxels' samples elsewhere, and with Settings::temporal the
+    /// march's. Frame 0 has froxels' in the middle.
     std::uint64_t index = 0;
-    /// The view that this is a frame of, where a host draws several: froxels are kept from frame to
-    /// frame for each. kNoHistory: a picture on its own, nothing is read of others.
+    /// The view that this is a frame of, where a host draws several: froxels, and with
+    /// Settings::temporal the march's layer, are kept from frame to frame for each. kNoHistory: a
+    /// picture on its own, nothing is read of others.
     int history = 0;
     static constexpr int kNoHistory = -1;
 };
@@ -61,7 +63,8 @@ struct LayerImages {
 struct FrameReport {
     std::vector<std::pair<std::string, double>> pass_ms;  ///< empty unless timing is on
     std::uint64_t gpu_bytes = 0;                          ///< textures and buffers of the renderer
-    std::string history;  ///< froxels: what the last frame did with those before it, and why
+    /// What the last frame did with those before it, and why; "" where nothing is kept.
+    std::string history;
 };
 
 /// The volumetric post-process. One for each GL context, which must be current in every call, the

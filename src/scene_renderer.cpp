@@ -16,8 +16,6 @@ namespace fumarole {
 
 namespace {
 
-constexpr double kGolden = 0.6180339887498949;  // steps of it fill 0..1 evenly
-
 /// The mean of several pictures, rows turned to come from the top.
 class Mean {
 public:
@@ -201,7 +199,7 @@ Frame still_frame(const Camera& camera, const Settings& settings, gl::TextureVie
     frame.clip_from_view = clip_from_view(camera, glm::uvec2(color.size), subpixel_offset(i));
     frame.layer_offset =
         settings.resolution > 1 ? layer_offset(static_cast<std::uint64_t>(i)) : glm::dvec2(0);
-    frame.jitter_offset = glm::fract(kGolden * (i + 1024.0 * seed));
+    frame.jitter_offset = golden_fraction(i + 1024.0 * seed);
     frame.index = static_cast<std::uint64_t>(i) + 1024ull * seed;
     frame.history = Frame::kNoHistory;
     return frame;
@@ -248,16 +246,15 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
                 static_cast<std::uint64_t>(i);
             frame.index += number;
             frame.jitter_offset =
-                glm::fract(kGolden * (static_cast<double>(number) + 1024.0 * options.seed));
+                golden_fraction(static_cast<double>(number) + 1024.0 * options.seed);
             frame.history = options.aa == 1 ? 0 : Frame::kNoHistory;
         }
     };
-    // Frames that are averaged are each a picture of their own. One picture of several frames of
-    // froxels is what they have gathered.
+    // Frames that are averaged are each a picture of their own. One picture of several frames that
+    // have a history is what they have gathered.
     const bool moves = options.moving_frame.has_value();
     const bool gathers = report != nullptr && !moves && options.aa == 1 &&
-                         options.timed_frames > 1 && settings.mode == Settings::Mode::froxel &&
-                         settings.history > 0;
+                         options.timed_frames > 1 && settings.keeps_history();
     const auto aim_to_gather = [&](int i) {
         aim(0);
         frame.index += static_cast<std::uint64_t>(i);

@@ -55,8 +55,9 @@ struct InspectionStill {
 
 struct StillOptions {
     int aa = 1;  ///< frames averaged over the pixel's square; 1 samples pixel centres
-    /// Repeats of the first frame that are timed, after one that is not. Froxels, where no frames
-    /// are averaged, gather over them, and the picture is the frame that follows.
+    /// Repeats of the first frame that are timed, after one that is not. Settings that keep a
+    /// history, where no frames are averaged, gather over them, and the picture is the frame that
+    /// follows.
     int timed_frames = 1;
     bool picture = true;     ///< false: frames are timed alone, and the Still is empty
     std::uint32_t seed = 0;  ///< another seed, other jitter

@@ -144,6 +144,8 @@ std::vector<SettingInfo> make_table()
         choice("falloff", "march", "exact|sampled", &S::falloff,
                {{"exact", as_int(S::Falloff::exact)}, {"sampled", as_int(S::Falloff::sampled)}},
                "1/d^2 of a light that has a place: its mean over a step, or at the step's sample"),
+        choice("temporal", "march", "on|off", &S::temporal, {{"on", 1}, {"off", 0}},
+               "a view's frames are reprojected and averaged, by --history; nothing on a still"),
         choice("volume-shadows", "light", "on|off", &S::volume_shadows, {{"on", 1}, {"off", 0}},
                "media dim the light that reaches media and surfaces"),
         number(
@@ -197,7 +199,9 @@ std::vector<SettingInfo> make_table()
                 {"linear", as_int(S::SliceSpacing::linear)}},
                "of slices, by --distribution; orthographic views have them linear"),
         number("history", "froxel", "0..0.999", "", &S::history, 0.0f, 0.999f,
-               "weight of last frame's froxels while the view moves; 0: none is kept"),
+               "weight of last frame's froxels, and of the march's layer with --temporal, while "
+               "the view "
+               "moves; 0: none is kept"),
         choice("history-format", "froxel", "r11g11b10f|rgba16f|rgba32f", &S::history_format,
                {{"r11g11b10f", as_int(S::Format::r11g11b10f)},
                 {"rgba16f", as_int(S::Format::rgba16f)},

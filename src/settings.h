@@ -59,6 +59,8 @@ struct Settings {
     float early_end = 0;         ///< a ray ends once less is transmitted, 0..0.5
     Spacing spacing = Spacing::medium;
     Falloff falloff = Falloff::exact;
+    /// What was marched for a view's last frames is reprojected and averaged with the next.
+    bool temporal = false;
 
     // light through media
     bool volume_shadows = true;
@@ -89,7 +91,7 @@ struct Settings {
     int tile = 8;     ///< pixels along an edge of a froxel, 1..64
     int slices = 64;  ///< along the whole range, 1..1024
     SliceSpacing slice_spacing = SliceSpacing::exponential;
-    float history = 0.95f;  ///< weight of last frame's froxels while the view moves, 0 for none
+    float history = 0.95f;  ///< weight of what is kept while the view moves, 0 for none
     Format history_format = Format::rgba32f;
     FroxelShadows froxel_shadows = FroxelShadows::media;
     Lookup lookup = Lookup::trilinear;
@@ -98,6 +100,12 @@ struct Settings {
     // the medium on the GPU
     medium::Storage storage = medium::Storage::automatic;
     medium::Layout layout = medium::Layout::automatic;
+
+    /// Whether a view's frames have a history (Frame::history).
+    [[nodiscard]] bool keeps_history() const
+    {
+        return history > 0 && (mode == Mode::froxel || temporal);
+    }
 
     bool operator==(const Settings&) const = default;
 };

@@ -95,7 +95,7 @@ void print_list(const std::vector<StabilityRun>& runs)
         if (i > 0 && runs[i - 1].what == &c)
             continue;
         headings.at(runs[i]);
-        fmt::print("    {:<30}{:<8}{} {} {:.4g} {}\n", c.name, c.quick ? "quick" : "", c.shows,
+        fmt::print("    {:<37}{:<8}{} {} {:.4g} {}\n", c.name, c.quick ? "quick" : "", c.shows,
                    sense_of(c), c.bound, c.unit);
     }
 }
@@ -106,7 +106,7 @@ void print_table(const std::vector<StabilityResult>& results, bool explain)
     for (const StabilityResult& r : results) {
         headings.at(r.run);
         const StabilityCase& c = *r.run.what;
-        fmt::print("    {:<30}{:<24}{:>10.3g} {} {:<8.3g} {:<17}{}\n", c.name, subject_of(r.run),
+        fmt::print("    {:<37}{:<24}{:>10.3g} {} {:<8.3g} {:<17}{}\n", c.name, subject_of(r.run),
                    r.figure.value, sense_of(c), c.bound, c.unit, r.holds ? "holds" : "FALLS SHORT");
         if (!r.refusal.empty())
             fmt::print("        {}\n", r.refusal);

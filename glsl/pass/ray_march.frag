@@ -4,11 +4,15 @@
 //   out  scattering     radiance scattered and emitted towards the eye [W/m^2/sr]
 //        transmittance  per channel, 0..1
 //        or, MONOCHROME, one target: scattering in rgb, mean transmittance in alpha
+//        media depth    MEDIA_DEPTH: where what the ray sees of the media lies, mean and standard deviation, as
+//                       fractions of their range of view depth; -1: there are none on its way. In the alphas,
+//                       or, MONOCHROME, in the second target
 //
 // Variant, besides those of scene/in_scattering.glsl:
 //   BLUE_NOISE       sample each step at an offset of its own per pixel, else at its middle
 //   CAMERA_RANGE     march from near to far and past the scene's depth as 2017 did, sampling the end
 //                    of each step; else only where media are, each step cut exactly at both ends
+//   MEDIA_DEPTH      work out a depth that stands for the ray's media, for march_history.frag
 //   COUNT_SAMPLES    write the number of media evaluations instead
 #include "lib/step_lattice.glsl"
 #include "scene/in_scattering.glsl"
@@ -20,7 +24,36 @@ layout(binding = BLUE_NOISE_UNIT) uniform sampler2D u_blue_noise_tx;
 
 flat in uvec4 tile;  // pass/tiles.vert
 layout(location = 0) out vec4 out_scattering;
+#if defined(MONOCHROME) && defined(MEDIA_DEPTH)
+layout(location = 1) out vec2 out_media_depth;
+#else
 layout(location = 1) out vec4 out_transmittance;
+#endif
+
+#ifdef MEDIA_DEPTH
+// Sums of weights, x, of weights times view depth from the nearest, y, and times its square, z. What is seen
+// of a medium is the light that comes from it, or, where none does, that it hides what is behind.
+struct MediaDepth {
+    float nearest;
+    vec3 shining, hiding;
+};
+
+vec2 media_depth_of(MediaDepth sums, float farthest)
+{
+    if (!(sums.nearest < farthest))
+        return vec2(-1.0, 0.0);
+    vec3 sum = sums.shining.x > 0.0 ? sums.shining : sums.hiding;
+    float most = farthest - sums.nearest;
+    float mean = sum.y / sum.x;
+    float spread = sqrt(max(sum.z / sum.x - mean * mean, 0.0));
+    if (!(mean >= 0.0 && mean <= most && spread <= most)) {  // nothing was seen, or too much
+        mean = 0.5 * most;
+        spread = 0.0;
+    }
+    return vec2(sums.nearest - u_frame.media_range.x + mean, spread) /
+           max(u_frame.media_range.y - u_frame.media_range.x, 1e-30);
+}
+#endif
 
 float most(float v) { return v; }
 float most(vec3 v) { return max(v.r, max(v.g, v.b)); }
@@ -29,6 +62,9 @@ float most(vec3 v) { return max(v.r, max(v.g, v.b)); }
 struct Layer {
     vec3 scattering;
     extinction_t transmittance;
+#ifdef MEDIA_DEPTH
+    MediaDepth seen;
+#endif
 };
 
 // From step.x to step.y, sampled at `share` of it, z.
@@ -40,7 +76,14 @@ void march(inout Layer layer, MediaLine line, LightLine light, float length_per_
     if (medium.sigma_s != vec3(0.0))
         source += medium.sigma_s * in_scattering_on(light, z, step, share, medium.g);
     extinction_t tau = medium.sigma_t * ds;
-    layer.scattering += layer.transmittance * source * (ds * slab_weight(tau));
+    vec3 added = layer.transmittance * source * (ds * slab_weight(tau));
+    layer.scattering += added;
+#ifdef MEDIA_DEPTH
+    float from_nearest = 0.5 * (step.x + step.y) - layer.seen.nearest;
+    vec3 powers = vec3(1.0, from_nearest, from_nearest * from_nearest);
+    layer.seen.shining += most(added) * powers;
+    layer.seen.hiding += most(layer.transmittance * (1.0 - exp(-tau))) * powers;
+#endif
     layer.transmittance *= exp(-tau);
 }
 
@@ -76,18 +119,27 @@ void main()
     LightLine light = light_line(ray, wo, texel_ndc * vec2(length(u_frame.ray_origin_dx.xyz),
                                                            length(u_frame.ray_direction_dx.xyz)));
     MediaLine line = media_line(ray);
-    Layer layer = Layer(vec3(0.0), extinction_t(1.0));
+    Layer layer;
+    layer.scattering = vec3(0.0);
+    layer.transmittance = extinction_t(1.0);
+#ifdef CAMERA_RANGE
+    vec2 inside = vec2(range.x, scene_z);
+#else
+    vec2 inside = media_segment(ray.origin, ray.direction, u_frame.media_range.x,
+                                min(scene_z, u_frame.media_range.y));
+#endif
+#ifdef MEDIA_DEPTH
+    layer.seen = MediaDepth(inside.x, vec3(0.0), vec3(0.0));
+#endif
 
 #ifdef CAMERA_RANGE
-    float z = range.x;
-    for (int i = 0; i < steps && z < scene_z; ++i) {
+    float z = inside.x;
+    for (int i = 0; i < steps && z < inside.y; ++i) {
         float z_next = step_split((float(i) + 0.5 + offset) / float(steps), range, octaves, lambda);
         march(layer, line, light, length_per_z, vec2(z, z_next), 1.0, z_next);
         z = z_next;
     }
 #else
-    vec2 inside = media_segment(ray.origin, ray.direction, u_frame.media_range.x,
-                                min(scene_z, u_frame.media_range.y));
     float enough = u_frame.step_range.w;
     uint slots = inside.x < inside.y ? tile.x : 0u;
     int entry = step_at(inside.x, steps, range, octaves, lambda);
@@ -120,11 +172,22 @@ void main()
     out_scattering = vec4(float(g_samples));
 #else
     vec3 scattering = min(layer.scattering, vec3(u_frame.resolve.y));  // an infinity would spoil its neighbours
+#ifdef MEDIA_DEPTH
+    vec2 media_depth = media_depth_of(layer.seen, inside.y);
+#endif
 #ifdef MONOCHROME
     out_scattering = vec4(scattering, dot(vec3(layer.transmittance), vec3(1.0 / 3.0)));
+#ifdef MEDIA_DEPTH
+    out_media_depth = media_depth;
+#endif
+#else
+#ifdef MEDIA_DEPTH
+    out_scattering = vec4(scattering, media_depth.x);
+    out_transmittance = vec4(vec3(layer.transmittance), media_depth.y);
 #else
     out_scattering = vec4(scattering, 1.0);
     out_transmittance = vec4(vec3(layer.transmittance), 1.0);
+#endif
 #endif
 #endif
 }

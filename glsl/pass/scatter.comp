@@ -59,6 +59,9 @@ extinction_t light_depth(int i, vec3 p, LightSample light)
 #define LIGHT_DEPTH light_depth
 #endif
 #include "scene/in_scattering.glsl"
+#if defined(HISTORY) && !defined(HISTORY_STILL)
+#include "scene/turned_to_eye.glsl"
+#endif
 
 vec4 extinction_of(ivec3 froxel)
 {
@@ -96,39 +99,6 @@ vec3 source_of(ivec3 froxel, Medium medium)
     return medium.emission + medium.sigma_s * in_scattering_at(at.p, at.wo, medium.g);
 }
 
-#if defined(HISTORY) && !defined(HISTORY_STILL)
-// The source at p towards wo, were all light to arrive.
-vec3 open_source_at(vec3 p, vec3 wo, Medium medium)
-{
-#ifdef WORLD_LIGHT
-    vec3 in_scattering = u_lights.world_radiance.rgb;
-#else
-    vec3 in_scattering = vec3(0.0);
-#endif
-    for (int i = 0; i < LIGHT_COUNT; ++i) {
-        LightSample light = light_sample(i, p);
-        in_scattering += light.irradiance * phase_of(light, wo, medium.g);
-    }
-    return medium.emission + medium.sigma_s * in_scattering;
-}
-
-// How much brighter a medium at p is from here than it was from where the eye was: what is kept was
-// scattered there, and would make a view that moves darker one way and brighter the other.
-vec3 turned_to_eye(vec3 p, vec3 wo, Medium medium)
-{
-#ifdef ISOTROPIC
-    return vec3(1.0);
-#else
-    const float kMost = 4.0;  // of a change so steep the history knows nothing
-    vec4 eye = u_froxels.history_eye;
-    vec3 old_wo = eye.w == 0.0 ? eye.xyz : normalize(eye.xyz - p);
-    vec3 now = open_source_at(p, wo, medium);
-    vec3 then = open_source_at(p, old_wo, medium);
-    return clamp((now + 1e-30) / (then + 1e-30), 1.0 / kMost, kMost);
-#endif
-}
-#endif
-
 #ifdef HISTORY
 // Moves source and extinction towards last frame's, where last frame's grid holds this froxel's middle.
 void add_history(ivec3 froxel, Medium medium, inout vec3 source, inout vec4 extinction)
@@ -148,7 +118,8 @@ void add_history(ivec3 froxel, Medium medium, inout vec3 source, inout vec4 exti
     if (!is_inside(uvw))
         return;
     vec4 old_source = textureLod(u_history_tx, uvw, 0.0) * u_froxels.history_range.w;
-    old_source.rgb *= turned_to_eye(middle, -normalize(ray.direction), medium);
+    old_source.rgb *= turned_to_eye(middle, -normalize(ray.direction), u_froxels.history_eye, medium.sigma_s,
+                                    medium.emission, medium.g);
 #ifndef EXTINCTION_IN_ALPHA
     vec4 old_extinction = textureLod(u_history_extinction_tx, uvw, 0.0) * u_froxels.history_range.w;
 #endif

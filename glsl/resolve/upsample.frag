@@ -90,20 +90,20 @@ void main()
     vec2 position = gl_FragCoord.xy / float(LAYER_SCALE) - 0.5 - u_frame.layer_offset.xy;
     ivec2 first = ivec2(floor(position)) - (UPSAMPLE_TAPS / 2 - 1);
 #if UPSAMPLE_TAPS == 2
-    vec2 part = position - vec2(first);
-    vec2 at = (vec2(first) + 1.0) * u_frame.layer_size.zw;
-    vec4 z = textureGather(u_layer_depth_tx, at);  // upper left, upper right, lower right, lower left
-    z = clamp(z, vec4(u_frame.media_range.x), vec4(u_frame.media_range.y));
-    vec4 miss = min(abs(z - scene_z) / (threshold * reach), vec4(1e8));
-    miss *= miss;
-    vec4 w = vec4(1.0 - part.x, part.x, part.x, 1.0 - part.x) * vec4(part.y, part.y, 1.0 - part.y, 1.0 - part.y) / (1.0 + miss * miss);
-    weight_sum = w.x + w.y + w.z + w.w;
-    ivec2 high = min(first + 1, last);
-    ivec2 low = max(first, ivec2(0));
-    add(sum, ivec2(low.x, high.y), w.x);
-    add(sum, high, w.y);
-    add(sum, ivec2(high.x, low.y), w.z);
-    add(sum, low, w.w);
+    vec2 high = position - vec2(first);
+    vec2 low = 1.0 - high;
+    // One fetch for four depths, in its order: upper left, upper right, lower right, lower left.
+    vec4 layer_z = textureGather(u_layer_depth_tx, (vec2(first) + 1.0) * u_frame.layer_size.zw);
+    layer_z = clamp(layer_z, vec4(u_frame.media_range.x), vec4(u_frame.media_range.y));
+    vec4 weights = vec4(low.x * high.y, high.x * high.y, high.x * low.y, low.x * low.y) *
+                   same_depth(layer_z, scene_z, threshold * reach);
+    ivec2 upper_right = min(first + 1, last);
+    ivec2 lower_left = max(first, ivec2(0));
+    add(sum, ivec2(lower_left.x, upper_right.y), weights.x);
+    add(sum, upper_right, weights.y);
+    add(sum, ivec2(upper_right.x, lower_left.y), weights.z);
+    add(sum, lower_left, weights.w);
+    weight_sum = weights.x + weights.y + weights.z + weights.w;
 #else
     for (int y = 0; y < UPSAMPLE_TAPS; ++y) {
         for (int x = 0; x < UPSAMPLE_TAPS; ++x) {
@@ -111,11 +111,7 @@ void main()
             vec2 tent = max(1.0 - abs(vec2(texel) - position) / float(UPSAMPLE_TAPS / 2), 0.0);
             texel = clamp(texel, ivec2(0), last);
             float layer_z = media_view_z(texelFetch(u_layer_depth_tx, texel, 0).r);
-            // Falls with the fourth power of the relative difference: 1 well inside the threshold,
-            // and where no texel fits, the nearest in depth outweighs the rest.
-            // Held to where that power has a 32-bit value: 0 / 0 where it has none for all texels.
-            float miss = min(abs(layer_z - scene_z) / (threshold * reach), 1e8);
-            float weight = tent.x * tent.y / (1.0 + miss * miss * miss * miss);
+            float weight = tent.x * tent.y * same_depth(layer_z, scene_z, threshold * reach);
             add(sum, texel, weight);
             weight_sum += weight;
         }

@@ -9,6 +9,7 @@
 #define LIGHTS_BLOCK 2
 #define DRAW_BLOCK 3
 #define FROXEL_BLOCK 4
+#define MARCH_HISTORY_BLOCK FROXEL_BLOCK  // either froxels or a march
 #define LIGHT_VOLUMES_BLOCK 5
 #define WORLD_BLOCK 6
 #define BLOCK_COUNT 7
@@ -26,6 +27,10 @@
 #define DEPTH_VOLUME_UNIT 8
 #define WORLD_VOLUME_UNIT 9
 #define GRID_UNIT 10  // the first of two units a grid: texels, and pages if it has bricks
+
+// Of the march's history, when the march is done with its jitter.
+#define KEPT_UNIT 4
+#define KEPT_MORE_UNIT 7
 
 // The froxels' steps meet neither a layer nor the world's pictures: they take their units.
 #define V_BUFFER_SIGMA_S_UNIT 1

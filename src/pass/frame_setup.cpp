@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "errors.h"
+#include "halton.h"
 
 namespace fumarole::pass {
 
@@ -34,15 +35,19 @@ double view_z_of(double depth, const glm::dvec4& map)
     return std::isfinite(view_z) ? view_z : std::numeric_limits<double>::infinity();
 }
 
-/// view_z [m] within which media can be seen: all the view if there are none.
-glm::dvec2 media_range_of(const Eye& eye, const Bounds& media)
+/// The shift of the march's jitter, 0..1. Frames that are averaged by us are turned by us.
+double jitter_offset(const Frame& frame, const Settings& settings)
 {
-    if (media.empty())
-        return {eye.near, eye.far};
-    return glm::max(view_z_range(eye, media), glm::dvec2(eye.near));
+    return keeps_history(frame, settings) ? golden_fraction(static_cast<double>(frame.index))
+                                          : frame.jitter_offset;
 }
 
 }  // namespace
+
+bool keeps_history(const Frame& frame, const Settings& settings)
+{
+    return settings.keeps_history() && frame.history != Frame::kNoHistory;
+}
 
 Eye make_eye(const Frame& frame)
 {
@@ -77,6 +82,18 @@ glm::dvec2 view_z_range(const Eye& eye, const Bounds& bounds)
     return range;
 }
 
+glm::dvec2 media_range(const Eye& eye, const Bounds& media)
+{
+    if (media.empty())
+        return {eye.near, eye.far};
+    return glm::max(view_z_range(eye, media), glm::dvec2(eye.near));
+}
+
+double depth_reach(const Eye& eye, glm::dvec2 media_range)
+{
+    return eye.perspective ? 0.0 : std::max(media_range.y - media_range.x, 1e-30);
+}
+
 int layer_guard(const Settings& settings)
 {
     if (settings.resolution == 1)
@@ -98,7 +115,7 @@ glm::ivec2 layer_size(glm::ivec2 full, const Settings& settings)
 
 glm::dvec2 step_range(const Eye& eye, const Bounds& media, const Settings& settings)
 {
-    const glm::dvec2 of_media = media_range_of(eye, media);
+    const glm::dvec2 of_media = media_range(eye, media);
     if (settings.range == Settings::Range::camera)
         return {eye.near, std::isfinite(eye.far) ? eye.far : of_media.y};
     return of_media;
@@ -170,15 +187,13 @@ shared::FrameParams make_frame_params(const Frame& frame, const Eye& eye, const 
     params.layer_offset = glm::vec4(glm::vec2(frame.layer_offset - guard),
                                     glm::round(frame.layer_offset * scale) - guard * scale);
 
-    const glm::dvec2 media_range = media_range_of(eye, media);
+    const glm::dvec2 of_media = media_range(eye, media);
     const glm::dvec2 steps = step_range(eye, media, settings);
     params.step_range = glm::vec4(steps, std::log2(steps.y / steps.x), settings.early_end);
-    // Relative depth means nothing where rays are parallel: there an edge is judged by the media's.
-    params.media_range = glm::vec4(
-        media_range, eye.perspective ? 0.0 : std::max(media_range.y - media_range.x, 1e-30), 0.0);
+    params.media_range = glm::vec4(of_media, depth_reach(eye, of_media), 0.0);
     const float lambda = eye.perspective ? settings.distribution : 0.0f;
     params.march = {settings.steps, lambda, settings.shadow_steps,
-                    static_cast<float>(frame.jitter_offset)};
+                    static_cast<float>(jitter_offset(frame, settings))};
     params.resolve = {settings.depth_threshold, format_limit(settings.format), settings.g_clamp,
                       settings.least_extinction};
     return params;

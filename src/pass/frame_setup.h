@@ -18,11 +18,21 @@ struct Eye {
     bool perspective = true;
 };
 
+/// Whether something of the frame is kept for the next one of its view.
+bool keeps_history(const Frame& frame, const Settings& settings);
+
 /// @throws Error if the projection is neither perspective nor orthographic or can't be inverted.
 Eye make_eye(const Frame& frame);
 
 /// Nearest and farthest view_z of a box [m].
 glm::dvec2 view_z_range(const Eye& eye, const Bounds& bounds);
+
+/// view_z within which media can be seen [m]; all the view's if there are none.
+glm::dvec2 media_range(const Eye& eye, const Bounds& media);
+
+/// What differences of depth are relative to [m]: the media's range where rays are parallel and
+/// relative depth means nothing; 0: the depth itself.
+double depth_reach(const Eye& eye, glm::dvec2 media_range);
 
 /// view_z of the first and the last step's or slice's end [m]: the media's as far as they are in
 /// view, or the camera's near and far.

@@ -12,11 +12,6 @@ namespace fumarole::pass {
 
 namespace {
 
-/// Beyond these a frame shows another place, and not the same one from further on.
-constexpr double kCutTurn = 0.35;    ///< radians between one frame and the next
-constexpr double kCutTravel = 0.25;  ///< of the grid's depth
-constexpr double kCutZoom = 1.25;    ///< of the picture's scale
-
 /// Slices before the eye's first and behind its last that continue what is integrated.
 constexpr int kEndSlices = 3;
 
@@ -43,7 +38,7 @@ FroxelPlan make_plan(const Toolbox& tools, const PassFrame& frame)
     plan.count = froxel_count(frame);
     plan.picture = glm::ivec2(frame.host.color.size);
     plan.format = gl_format(s.format);
-    plan.history = s.history > 0 && frame.host.history != Frame::kNoHistory;
+    plan.history = keeps_history(frame.host, s);
     plan.source_format = plan.history ? gl_format(s.history_format) : plan.format;
     const bool alpha = plan.format != GL_R11F_G11F_B10F && plan.source_format != GL_R11F_G11F_B10F;
     plan.extinction_in_alpha = alpha && !media.colored_extinction;
@@ -60,55 +55,6 @@ void check_size(glm::ivec3 count, const gl::Device& gl)
             fmt::format("{} x {} x {} froxels are more than this GL's 3-D textures hold ({} "
                         "a side); give a larger --tile or fewer --slices",
                         count.x, count.y, count.z, limit));
-}
-
-FroxelView make_view(const PassFrame& frame)
-{
-    glm::dvec2 range = step_range(frame.eye, frame.media, frame.settings);
-    range.y = std::max(range.y, range.x * (1 + 1e-6) + 1e-30);
-    return {frame.host.view_from_world,
-            frame.host.clip_from_view,
-            frame.eye.position,
-            frame.eye.forward,
-            range,
-            frame.settings,
-            frame.scene_id};
-}
-
-/// Whether `now` sees another place than `last` or in another way.
-bool is_cut(const FroxelView& last, const FroxelView& now)
-{
-    const glm::dmat4 &a = last.clip_from_view, &b = now.clip_from_view;
-    const auto zoomed = [&](int axis) {
-        const double zoom = b[axis][axis] / a[axis][axis];
-        return !(zoom < kCutZoom && zoom > 1 / kCutZoom);
-    };
-    return glm::dot(last.forward, now.forward) < std::cos(kCutTurn) ||
-           glm::length(now.eye - last.eye) > kCutTravel * (last.range.y - last.range.x) ||
-           a[2][3] != b[2][3] || zoomed(0) || zoomed(1);
-}
-
-HistoryUse judge_history(const FroxelPlan& plan, const std::optional<FroxelView>& last,
-                         const FroxelView& now)
-{
-    if (!plan.history)
-        return HistoryUse::off;
-    if (!last)
-        return HistoryUse::first;
-    if (last->scene_id != now.scene_id)
-        return HistoryUse::scene_changed;
-    if (last->settings != now.settings)
-        return HistoryUse::settings_changed;
-    if (is_cut(*last, now))
-        return HistoryUse::cut;
-    const bool same = last->view_from_world == now.view_from_world &&
-                      last->clip_from_view == now.clip_from_view && last->range == now.range;
-    return same ? HistoryUse::still : HistoryUse::moved;
-}
-
-bool has_history(HistoryUse use)
-{
-    return use == HistoryUse::still || use == HistoryUse::moved;
 }
 
 /// x, y, z of FroxelParams::spacing.
@@ -132,17 +78,6 @@ glm::dvec3 jitter_of(const PassFrame& frame)
     const std::uint64_t i = frame.host.index;
     return glm::fract(
         glm::dvec3(radical_inverse(i, 2), radical_inverse(i, 3), radical_inverse(i, 7)) + 0.5);
-}
-
-/// view_z of an eye-centred point as a dot product.
-glm::dvec4 view_z_from_eye(const FroxelView& view, glm::dvec3 eye)
-{
-    return {view.forward, glm::dot(view.forward, eye - view.eye)};
-}
-
-glm::dmat4 clip_from_eye(const FroxelView& view, glm::dvec3 eye)
-{
-    return view.clip_from_view * view.view_from_world * glm::translate(glm::dmat4(1.0), eye);
 }
 
 gl::Defines storage_defines(const FroxelPlan& plan)
@@ -180,36 +115,6 @@ void bind_image(const gl::Device& gl, GLuint unit, const gl::Texture& volume, GL
 
 }  // namespace
 
-const char* to_string(HistoryUse use)
-{
-    constexpr std::array kNames{"off",
-                                "none: first frame",
-                                "dropped: a cut",
-                                "dropped: scene, light or media changed",
-                                "dropped: settings changed",
-                                "reprojected",
-                                "kept: nothing moved"};
-    return kNames.at(static_cast<std::size_t>(use));
-}
-
-float HistoryWeight::next(HistoryUse use, float asked)
-{
-    if (!has_history(use))
-        reset();
-    // An exponential mean of weight w is worth 1 / (1 - w) frames of a running one.
-    const double most = 1 / (1 - static_cast<double>(asked));
-    if (use == HistoryUse::moved)
-        fading_ = 1;
-    if (fading_ > kFaded)
-        frames_ = std::min(frames_, most - 1);
-    else
-        fading_ = 0;
-    const double weight = frames_ / (frames_ + 1);
-    fading_ *= weight;
-    ++frames_;
-    return static_cast<float>(weight);
-}
-
 Froxels::Froxels(const Toolbox& tools) : VolumePass{tools}, block_{tools.device, "froxels"} {}
 
 Froxels::View& Froxels::view_of(const PassFrame& frame)
@@ -244,8 +149,8 @@ Froxels::View& Froxels::view_of(const PassFrame& frame)
 
 void Froxels::write_block(const PassFrame& frame, const View& view, float history_weight) const
 {
-    const FroxelView now = make_view(frame);
-    const FroxelView& last = view.last ? *view.last : now;
+    const HistoryView now = make_history_view(frame);
+    const HistoryView& last = view.last ? *view.last : now;
     const auto range_of = [](glm::dvec2 range, double w) {
         return glm::vec4(range, range.y - range.x, w);
     };
@@ -260,8 +165,7 @@ void Froxels::write_block(const PassFrame& frame, const View& view, float histor
     params.history_view_z_from_world = glm::vec4(view_z_from_eye(last, now.eye));
     params.history_range =
         range_of(last.range, (now.range.y - now.range.x) / (last.range.y - last.range.x));
-    params.history_eye = frame.eye.perspective ? glm::vec4(glm::vec3(last.eye - now.eye), 1.0f)
-                                               : glm::vec4(glm::vec3(-last.forward), 0.0f);
+    params.history_eye = eye_from_eye(last, frame.eye);
     block_.write(params);
     tools_.device->BindBufferBase(GL_UNIFORM_BUFFER, FROXEL_BLOCK, block_.id());
 }
@@ -336,8 +240,8 @@ void Froxels::integrate(const PassFrame& frame, const View& view) const
 void Froxels::draw(const PassFrame& frame)
 {
     View& view = view_of(frame);
-    const FroxelView now = make_view(frame);
-    use_ = judge_history(view.plan, view.last, now);
+    const HistoryView now = make_history_view(frame);
+    use_ = judge_history(view.plan.history, view.last, now);
     write_block(frame, view, view.weight.next(use_, frame.settings.history));
     {
         const auto time = tools_.timers.scope("froxel media");

@@ -7,6 +7,7 @@
 
 #include "gl/buffer.h"
 #include "gl/texture.h"
+#include "pass/history.h"
 #include "pass/volume_pass.h"
 #include "shared/froxel_params.h"
 
@@ -26,39 +27,6 @@ struct FroxelPlan {
     bool history = false;
 
     bool operator==(const FroxelPlan&) const = default;
-};
-
-/// What a froxel's block says of one frame, in double: what the next frame's history is mapped by.
-struct FroxelView {
-    glm::dmat4 view_from_world{1.0}, clip_from_view{1.0};
-    glm::dvec3 eye{0}, forward{0};  ///< metres, world; unit length
-    glm::dvec2 range{0};            ///< view_z [m] of the grid's ends
-    Settings settings;
-    std::uint64_t scene_id = 0;
-};
-
-/// Why last frame's froxels were or were not used. What lies outside of last frame's grid is told
-/// apart in the shader.
-enum class HistoryUse { off, first, cut, scene_changed, settings_changed, moved, still };
-const char* to_string(HistoryUse use);
-
-/// How much of its history a view keeps from frame to frame.
-///
-/// While nothing changes every frame counts the same: frame n weighs 1 / n, the mean, which
-/// converges as far as the jitter goes. While the view moves, history is kept by the weight asked
-/// for, since what was reprojected blurs and what was seen before no longer holds. When it comes to
-/// rest that weight stays until what was gathered in motion has faded to kFaded; then frames count
-/// again from where an exponential mean of that weight stands.
-class HistoryWeight {
-public:
-    void reset() { *this = {}; }
-    /// The weight of history in a frame that has some, 0..1.
-    float next(HistoryUse use, float asked);
-
-private:
-    static constexpr double kFaded = 0.01;
-    double frames_ = 0;  ///< that history is worth
-    double fading_ = 0;  ///< share of what was gathered in motion that is still there
 };
 
 /// Froxels: media and light sampled in the cells of a grid in the view's frustum, kept from frame
@@ -85,7 +53,7 @@ private:
         std::array<gl::Texture, 2> source, extinction;
         gl::Texture scattering, transmittance;  ///< integrated
         int current = 0;                        ///< into source, extinction: of the last frame
-        std::optional<FroxelView> last;
+        std::optional<HistoryView> last;
         HistoryWeight weight;
     };
     View& view_of(const PassFrame& frame);

@@ -27,7 +27,8 @@ gl::Defines upsample_defines(const Settings& s)
 Settings::Format march_format(const Toolbox& tools, const Settings& s)
 {
     const bool small = s.format == Settings::Format::r11g11b10f;
-    return tools.monochrome(s) && small ? Settings::Format::rgba16f : s.format;
+    return (tools.monochrome(s) || s.keeps_history()) && small ? Settings::Format::rgba16f
+                                                               : s.format;
 }
 
 RayMarch::RayMarch(const Toolbox& tools) : VolumePass{tools}, tiles_{tools}
@@ -62,11 +63,14 @@ void RayMarch::resize(const PassFrame& frame)
     const glm::ivec2 texels = layer_size(glm::ivec2(frame.host.color.size), frame.settings);
     const Settings::Format format = march_format(tools_, frame.settings);
     const bool monochrome = tools_.monochrome(frame.settings);
-    if (texels == size_ && format == format_ && monochrome == monochrome_)
+    const bool media_depth = keeps_history(frame.host, frame.settings);
+    if (texels == size_ && format == format_ && monochrome == monochrome_ &&
+        media_depth == has_media_depth_)
         return;
     size_ = texels;
     format_ = format;
     monochrome_ = monochrome;
+    has_media_depth_ = media_depth;
     const GLenum color = gl_format(format);
     depth_ = gl::Texture::make_2d(gl, "layer depth", texels, GL_R32F, gl::Filter::nearest);
     scattering_ = gl::Texture::make_2d(gl, "layer scattering", texels, color, gl::Filter::nearest);
@@ -74,13 +78,16 @@ void RayMarch::resize(const PassFrame& frame)
     depth_framebuffer_ = {gl, "layer depth"};
     depth_framebuffer_.attach_color({depth_.view()});
     framebuffer_ = {gl, "layer"};
-    if (monochrome) {
-        framebuffer_.attach_color({scattering_.view()});
-    } else {
+    if (!monochrome)
         transmittance_ =
             gl::Texture::make_2d(gl, "layer transmittance", texels, color, gl::Filter::nearest);
+    else if (media_depth)
+        transmittance_ =
+            gl::Texture::make_2d(gl, "layer media depth", texels, GL_RG32F, gl::Filter::nearest);
+    if (transmittance_)
         framebuffer_.attach_color({scattering_.view(), transmittance_.view()});
-    }
+    else
+        framebuffer_.attach_color({scattering_.view()});
 }
 
 void RayMarch::draw_layer_depth(const PassFrame& frame)
@@ -100,7 +107,7 @@ void RayMarch::draw_layer_depth(const PassFrame& frame)
     tools_.device->BindTextureUnit(BLUE_NOISE_UNIT, blue_noise_.id());
 }
 
-void RayMarch::draw(const PassFrame& frame)
+void RayMarch::march(const PassFrame& frame)
 {
     tools_.check_loops(frame.settings.steps, frame.settings.shadow_steps, frame.settings);
     draw_layer_depth(frame);
@@ -111,7 +118,33 @@ void RayMarch::draw(const PassFrame& frame)
     gl->ClearNamedFramebufferfv(framebuffer_.id(), GL_COLOR, 0, kNothing.data());
     if (transmittance_)
         gl->ClearNamedFramebufferfv(framebuffer_.id(), GL_COLOR, 1, kAll.data());
-    tiles_.draw_march(kMarch, march_defines(frame.settings));
+    gl::Defines defines = march_defines(frame.settings);
+    if (has_media_depth_)
+        defines.emplace_back("MEDIA_DEPTH", "");
+    tiles_.draw_march(kMarch, defines);
+}
+
+void RayMarch::draw(const PassFrame& frame)
+{
+    if (!frame.settings.keeps_history())
+        history_.reset();
+    march(frame);
+    if (!keeps_history(frame.host, frame.settings))
+        return;
+    if (!history_)
+        history_.emplace(tools_);
+    history_->add(frame, tiles_, scattering_, transmittance_);
+}
+
+void RayMarch::forget(int view)
+{
+    if (history_)
+        history_->forget(view);
+}
+
+std::string RayMarch::history_use() const
+{
+    return history_ ? to_string(history_->use()) : "";
 }
 
 void RayMarch::resolve(const PassFrame& frame, Layer layer)
@@ -120,10 +153,14 @@ void RayMarch::resolve(const PassFrame& frame, Layer layer)
     const gl::Device& gl = tools_.device;
     gl::Defines defines = upsample_defines(frame.settings);
     gl->BindTextureUnit(LAYER_DEPTH_UNIT, depth_.id());
+    const bool averaged = has_media_depth_ && history_;
+    const MarchHistory::Layer* mean = averaged ? history_->find(frame.host.history) : nullptr;
+    const gl::Texture& scattering = mean != nullptr ? mean->scattering : scattering_;
+    const gl::Texture& transmittance = mean != nullptr ? mean->more : transmittance_;
     gl->BindTextureUnit(SCATTERING_UNIT,
-                        (layer == Layer::transmittance ? transmittance_ : scattering_).id());
+                        (layer == Layer::transmittance ? transmittance : scattering).id());
     if (layer == Layer::both) {
-        gl->BindTextureUnit(TRANSMITTANCE_UNIT, transmittance_.id());
+        gl->BindTextureUnit(TRANSMITTANCE_UNIT, transmittance.id());
         defines.emplace_back("BOTH", "");
     }
     tiles_.draw_picture("resolve/upsample.frag", defines);

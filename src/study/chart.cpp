@@ -52,6 +52,8 @@ std::vector<Sweep> make_sweeps()
         alone("skip", {"on", "off"}, {"off"}),
         alone("early-end", {"0", "0.001", "0.01", "0.1"}, {"0"}),
         alone("falloff", {"exact", "sampled"}, {}),
+        alone("temporal", {"off", "on"}, {"on"}),
+        {"default", {{"steps", {"8", "16", "32"}, {}}}, {{"temporal", "on"}}},
         alone("resolve-passes", {"1", "2"}, {"2"}),
         marched("shadow-steps", {"2", "4", "8", "16", "32", "64"}, {"4", "64"}),
         alone("shadow-cache", {"0", "32", "64", "auto", "192"}, {"0", "32"}),
@@ -337,11 +339,11 @@ std::vector<std::string> limits_of(const Chart& chart, const ChartOptions& asked
     std::vector<std::string> limits;
     if (std::any_of(chart.points.begin(), chart.points.end(),
                     [](const MeasuredPoint& p) { return p.point.gathers(); }))
-        limits.push_back(fmt::format(
-            "A froxel point with a history shows what {} frames of a still view gather; with "
-            "history=0, and by the ray march, one frame on its own. What a history does while "
-            "things move is no part of the chart: fumarole stability --case 7.",
-            ChartPoint::kGathered));
+        limits.push_back(
+            fmt::format("A point with a history shows what {} frames of a still view gather; all "
+                        "others one frame on its own. What a history does while "
+                        "things move is no part of the chart: fumarole stability --case 7.",
+                        ChartPoint::kGathered));
     if (chart.left_out > 0)
         limits.push_back(fmt::format("The time limit left {} of {} points out: combinations of "
                                      "several settings first.",

@@ -53,12 +53,9 @@ struct ChartPoint {
     [[nodiscard]] std::string arguments(int frames) const;
 
     [[nodiscard]] std::string_view mode() const { return mode_name(settings.mode); }
-    /// Froxels with a history: the picture is what kGathered frames of a still view come to. All
-    /// others are single frames.
-    [[nodiscard]] bool gathers() const
-    {
-        return settings.mode == Settings::Mode::froxel && settings.history > 0;
-    }
+    /// With a history: the picture is what kGathered frames of a still view come to. All others are
+    /// single frames.
+    [[nodiscard]] bool gathers() const { return settings.keeps_history(); }
     static constexpr int kGathered = 16;
 };
 

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "gl/texture.h"
+#include "halton.h"
 #include "study/reference_media.h"
 
 namespace fumarole::study {
@@ -430,11 +431,10 @@ void StabilityView::set_scene(const Scene& scene)
 
 Picture StabilityView::draw(const Camera& camera, glm::uvec2 size)
 {
-    constexpr double kGolden = 0.6180339887498949;
     HostPicture host(renderer_.device(), camera, size);
     host.frame.history = kView;
     host.frame.index = frames_++;
-    host.frame.jitter_offset = glm::fract(kGolden * static_cast<double>(host.frame.index));
+    host.frame.jitter_offset = golden_fraction(static_cast<double>(host.frame.index));
     renderer_.draw_surfaces(host.frame, settings_, true);
     renderer_.composite(host.frame, settings_);
     return host.read();

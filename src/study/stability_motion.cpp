@@ -229,23 +229,36 @@ StabilityFigure ghosting(const StabilityBench& bench, const Change& change)
     return figure;
 }
 
-// -- froxels, in a view that keeps its history ---------------------------------------------------
+// -- a view that keeps its history ---------------------------------------------------------------
+
+/// What keeps one: froxels, and the march where it is asked to.
+struct Keeper {
+    std::string_view prefix;  ///< of its cases
+    bool (*runs)(const StabilitySubject& subject);
+    Settings (*settings)(const StabilityBench& bench);
+};
+
+constexpr std::array kKeepers{
+    Keeper{"", has_froxels, [](const StabilityBench& bench) { return bench.settings; }},
+    Keeper{"temporal-", marches,
+           [](const StabilityBench& bench) { return bench.with("temporal", "on"); }}};
 
 constexpr int kConverged = 128;  ///< frames of a still view, whose mean is taken for the truth
 
 /// What a scene's view comes to, with nothing before it.
-Picture converged(const StabilityBench& bench, const Scene& scene)
+Picture converged(const StabilityBench& bench, const Settings& settings, const Scene& scene)
 {
-    return bench.gathered(scene, bench.settings, kConverged);
+    return bench.gathered(scene, settings, kConverged);
 }
 
 /// Frames after a change until one is within 1 % of what they converge to.
-StabilityFigure settling(const StabilityBench& bench, const Change& change)
+StabilityFigure settling(const StabilityBench& bench, const Settings& settings,
+                         const Change& change)
 {
     constexpr int kPast = 24, kAfter = 96;
     const Scene after = change.scene(0);
-    const Picture truth = converged(bench, after);
-    StabilityView view(bench, bench.settings);
+    const Picture truth = converged(bench, settings, after);
+    StabilityView view(bench, settings);
     for (int i = -kPast; i < 0; ++i) {
         const Scene before = change.scene(i);
         if (i == -kPast || !change.view_alone)  // setting it ends the history
@@ -266,9 +279,10 @@ StabilityFigure settling(const StabilityBench& bench, const Change& change)
 }
 
 /// As flicker, once a still view has gathered 32 frames.
-StabilityFigure gathered_flicker(const StabilityBench& bench, const Scene& scene)
+StabilityFigure gathered_flicker(const StabilityBench& bench, const Settings& settings,
+                                 const Scene& scene)
 {
-    StabilityView view(bench, bench.settings);
+    StabilityView view(bench, settings);
     view.set_scene(scene);
     for (int i = 0; i < 32; ++i)
         (void)view.draw(scene);
@@ -312,35 +326,35 @@ struct Moved {
     Picture actual, truth;
 };
 
-Moved moved(const StabilityBench& bench, Scene scene, const Way& way)
+Moved moved(const StabilityBench& bench, const Settings& settings, Scene scene, const Way& way)
 {
     constexpr int kLast = 24;
     scene.resolution *= 2u;  // or the smoke is three columns wide
     Picture last;
     {
-        StabilityView view(bench, bench.settings);
+        StabilityView view(bench, settings);
         view.set_scene(scene);
         for (int frame = 0; frame <= kLast; ++frame) {
             way.place(scene.camera, frame);
             last = view.draw(scene);
         }
     }
-    return {last, converged(bench, scene)};
+    return {last, converged(bench, settings, scene)};
 }
 
-void add_history_cases(std::vector<StabilityCase>& table)
+void add_history_cases(std::vector<StabilityCase>& table, const Keeper& keeper)
 {
     const std::string notice(kNoticeReason);
-    const auto add = [&](std::string name, std::string shows, double bound, std::string unit,
+    const auto add = [&](const std::string& name, std::string shows, double bound, std::string unit,
                          std::string reason, bool quick, decltype(StabilityCase::measure) measure) {
         table.push_back({.group = 7,
-                         .name = std::move(name),
+                         .name = std::string(keeper.prefix) + name,
                          .shows = std::move(shows),
                          .bound = bound,
                          .unit = std::move(unit),
                          .reason = std::move(reason),
                          .quick = quick,
-                         .runs = has_froxels,
+                         .runs = keeper.runs,
                          .measure = std::move(measure)});
     };
     for (const Change& change : kChanges)
@@ -349,14 +363,15 @@ void add_history_cases(std::vector<StabilityCase>& table)
                         change.words),
             6, "frames",
             "0.1 s at 60 frames a second: the time over which an eye sums up light (Bloch's law)",
-            change.name == "light-switched",
-            [change](const StabilityBench& bench) { return settling(bench, change); });
+            change.name == "light-switched", [change, keeper](const StabilityBench& bench) {
+                return settling(bench, keeper.settings(bench), change);
+            });
     for (const Subject& subject : kSubjects)
         add(fmt::format("flicker-{}-gathered", subject.name),
             fmt::format("as flicker-{}, once a still view has gathered 32 frames", subject.name),
             kJustNoticed, "of the mean", notice + "; a change in time is seen at least as well",
-            subject.name == "smoke", [subject](const StabilityBench& bench) {
-                return gathered_flicker(bench, subject.scene());
+            subject.name == "smoke", [subject, keeper](const StabilityBench& bench) {
+                return gathered_flicker(bench, keeper.settings(bench), subject.scene());
             });
     for (const Subject& subject : {kSubjects[0], kSubjects[1]})
         for (const Way& way : kWays) {
@@ -367,17 +382,82 @@ void add_history_cases(std::vector<StabilityCase>& table)
                 1e-3, "of the mean",
                 "a tenth of what is just noticed, since the eye follows a whole picture's "
                 "brightness over time",
-                way.name == "ahead", [subject, way](const StabilityBench& bench) {
-                    const Moved both = moved(bench, subject.scene(), way);
+                way.name == "ahead", [subject, way, keeper](const StabilityBench& bench) {
+                    const Moved both = moved(bench, keeper.settings(bench), subject.scene(), way);
                     return mean_ratio(both.actual, both.truth);
                 });
             add(fmt::format("smear-{}-{}", subject.name, way.name),
                 "rms difference of the same two pictures", kJustNoticed, "of the mean", notice,
-                false, [subject, way](const StabilityBench& bench) {
-                    const Moved both = moved(bench, subject.scene(), way);
+                false, [subject, way, keeper](const StabilityBench& bench) {
+                    const Moved both = moved(bench, keeper.settings(bench), subject.scene(), way);
                     return rms_over_mean(both.actual, both.truth);
                 });
         }
+}
+
+// -- fewer steps, with a history -----------------------------------------------------------------
+
+/// What a quarter of the steps comes to in a view that moves, with a history, against what `steps`
+/// do without: the rms error of one over that of the other, both against many steps, over the last
+/// frames of 24. A history takes noise away, and not what few steps do whatever their jitter.
+StabilityFigure gain(const StabilityBench& bench, Scene scene, const Way& way, int steps)
+{
+    constexpr int kMoving = 24, kLast = 3, kTruth = 32;
+    scene.resolution *= 2u;
+    Settings few = bench.with("temporal", "on"), many = bench.settings, all = few;
+    few.steps = bench.settings.steps / 4;
+    many.steps = steps;
+    all.steps = 4 * bench.settings.steps;
+    const auto frames = [&](const Settings& settings) {
+        std::vector<Picture> last;
+        StabilityView view(bench, settings);
+        view.set_scene(scene);
+        for (int frame = 0; frame < kMoving; ++frame) {
+            way.place(scene.camera, frame);
+            last.push_back(view.draw(scene));
+        }
+        last.erase(last.begin(), last.end() - kLast);
+        return last;
+    };
+    const std::vector<Picture> with = frames(few), without = frames(many);
+    StabilityFigure worst;
+    double square_with = 0, square_without = 0;
+    for (int i = 0; i < kLast; ++i) {
+        way.place(scene.camera, kMoving - kLast + i);
+        const Picture truth = bench.gathered(scene, all, kTruth);
+        const auto at = static_cast<std::size_t>(i);
+        StabilityFigure now = rms_over_mean(with[at], truth);
+        square_with += now.value * now.value;
+        square_without += std::pow(rms_over_mean(without[at], truth).value, 2);
+        worst = worse(worst, std::move(now));
+    }
+    worst.value = std::sqrt(square_with / square_without);
+    return worst;
+}
+
+void add_gain_cases(std::vector<StabilityCase>& table)
+{
+    for (const Subject& subject : {kSubjects[1], kSubjects[2]})
+        for (const Way& way : {kWays[2], kWays[3]})
+            for (const bool same : {false, true})
+                table.push_back(
+                    {.group = 7,
+                     .name = fmt::format("temporal-{}-{}-{}", same ? "same-steps" : "fewer-steps",
+                                         subject.name, way.name),
+                     .shows =
+                         fmt::format("rms error of {} in a view that goes {}: a quarter of the "
+                                     "steps with a history, over {} without",
+                                     subject.words, way.words, same ? "as few" : "all of them"),
+                     .bound = 1,
+                     .unit = "of the error",
+                     .reason = same ? "or a history does harm"
+                                    : "what it is for: the error of four times the steps",
+                     .quick = subject.name == "smoke" && way.name == "sideways",
+                     .runs = marches,
+                     .measure = [subject, way, same](const StabilityBench& bench) {
+                         return gain(bench, subject.scene(), way,
+                                     bench.settings.steps / (same ? 4 : 1));
+                     }});
 }
 
 }  // namespace
@@ -429,7 +509,9 @@ void add_motion_cases(std::vector<StabilityCase>& table)
              .reason = "without history the first frame is right at once",
              .quick = change.name == "cut",
              .measure = [change](const StabilityBench& bench) { return ghosting(bench, change); }});
-    add_history_cases(table);
+    for (const Keeper& keeper : kKeepers)
+        add_history_cases(table, keeper);
+    add_gain_cases(table);
 }
 
 }  // namespace fumarole::study

@@ -66,16 +66,32 @@ TEST_F(Moving, EachFrameIsTheStillOfItsMoment)
     EXPECT_NE(picture("x.00.exr"), picture("x.04.exr"));
 }
 
-TEST_F(Moving, FroxelsKeepTheirHistoryWhileTheCameraMoves)
+TEST_F(Moving, AHistoryIsKeptWhileTheCameraMoves)
 {
     folder_.write("path.json", passing_by());
-    const Outcome run =
-        render({"path.json", "--frames=0..2", "--mode=froxel", "-o", "x.#.exr", "--json"});
-    ASSERT_EQ(run.code, 0) << run;
-    const Json frames = Json::parse(run.out)["frames"];
-    EXPECT_EQ(frames[0]["history"], "none: first frame");
-    EXPECT_EQ(frames[1]["history"], "reprojected");
-    EXPECT_EQ(frames[2]["history"], "reprojected");
+    for (const char* keeper : {"--mode=froxel", "--temporal=on"}) {
+        const Outcome run =
+            render({"path.json", "--frames=0..2", keeper, "-o", "x.#.exr", "--json"});
+        ASSERT_EQ(run.code, 0) << run;
+        const Json frames = Json::parse(run.out)["frames"];
+        EXPECT_EQ(frames[0]["history"], "none: first frame") << keeper;
+        EXPECT_EQ(frames[1]["history"], "reprojected") << keeper;
+        EXPECT_EQ(frames[2]["history"], "reprojected") << keeper;
+    }
+    // A march keeps none unless asked, and none of a still.
+    const Outcome plain = render({"path.json", "--frames=0..1", "-o", "y.#.exr", "--json"});
+    ASSERT_EQ(plain.code, 0) << plain;
+    EXPECT_EQ(Json::parse(plain.out)["frames"][1]["history"], "");
+    EXPECT_EQ(picture("x.0.exr"), picture("y.0.exr")) << "the first frame is as it is without";
+    EXPECT_NE(picture("x.1.exr"), picture("y.1.exr"));
+    for (const char* temporal : {"on", "off"}) {
+        const Outcome still = render({"path.json", "--temporal", temporal, "--explain", "-o",
+                                      std::string(temporal) + ".exr"});
+        ASSERT_EQ(still.code, 0) << still;
+        EXPECT_EQ(still.out.find("reprojected") != std::string::npos, *(temporal + 1) == 'n')
+            << still;
+    }
+    EXPECT_EQ(picture("on.exr"), picture("off.exr"));
 }
 
 TEST_F(Moving, SequencesOfFilesAreFollowed)

@@ -107,7 +107,8 @@ TEST_F(StabilityCommand, EachPresetRunsInItsMode)
     // The layer's resolution is the march's, a history the froxels'.
     const Outcome edge = run({"--list", "--case", "wire-half", "--mode", "froxel"});
     EXPECT_EQ(edge.code, 2) << edge;
-    const Outcome history = run({"--list", "--case", "settle-cut", "--mode", "raymarch"});
+    const Outcome history =
+        run({"--list", "--case", "changing-sizes-history", "--mode", "raymarch"});
     EXPECT_EQ(history.code, 2) << history;
 }
 

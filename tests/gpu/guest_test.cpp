@@ -551,16 +551,29 @@ void expect_bits(const std::vector<float>& a, const std::vector<float>& b, const
     EXPECT_EQ(differ, 0u) << what << ": of " << a.size() << " numbers, by " << most << " at most";
 }
 
-class Guest : public GlTest, public testing::WithParamInterface<Settings::Mode> {};
+/// A march that keeps its layer from frame to frame.
+Settings temporal_settings()
+{
+    Settings settings = small_settings();
+    settings.temporal = true;
+    return settings;
+}
+
+class Guest : public GlTest, public testing::WithParamInterface<Settings> {};
 
 INSTANTIATE_TEST_SUITE_P(Modes, Guest,
-                         testing::Values(Settings::Mode::raymarch, Settings::Mode::froxel),
-                         [](const auto& mode) { return std::string(mode_name(mode.param)); });
+                         testing::Values(small_settings(), temporal_settings(),
+                                         small_settings(Settings::Mode::froxel)),
+                         [](const auto& settings) {
+                             return settings.param.temporal
+                                        ? std::string("temporal")
+                                        : std::string(mode_name(settings.param.mode));
+                         });
 
 TEST_P(Guest, LeavesTheStateAndDrawsTheSamePictureWhateverItIs)
 {
     const Scene scene = busy_scene();
-    const Settings settings = small_settings(GetParam());
+    const Settings settings = GetParam();
     const std::vector<Inspection> kinds = inspections(settings);
     const auto draw = [&](Renderer& renderer, Picture& picture, std::vector<Picture>& insides,
                           const auto& after) {
@@ -665,7 +678,7 @@ TEST_P(Guest, LeavesTheStateAndDrawsTheSamePictureWhateverItIs)
 TEST_P(Guest, CompositeWritesColourAloneAndKeepsItsAlpha)
 {
     const Scene scene = busy_scene();
-    const Settings settings = small_settings(GetParam());
+    const Settings settings = GetParam();
     Picture picture(gl(), scene);
     Renderer renderer(get_proc());
     renderer.set_scene(scene, settings);
@@ -693,7 +706,7 @@ TEST_P(Guest, CompositeWritesColourAloneAndKeepsItsAlpha)
 TEST_P(Guest, CompositeIsColourTimesTransmittancePlusScattering)
 {
     const Scene scene = busy_scene();
-    const Settings settings = small_settings(GetParam());
+    const Settings settings = GetParam();
     Picture picture(gl(), scene);
     Renderer renderer(get_proc());
     renderer.set_scene(scene, settings);
@@ -715,7 +728,7 @@ TEST_P(Guest, WithoutMediaThePictureKeepsItsBits)
 {
     Scene scene = busy_scene();
     scene.media.clear();
-    const Settings settings = small_settings(GetParam());
+    const Settings settings = GetParam();
     Picture picture(gl(), scene);
     Renderer renderer(get_proc());
     renderer.set_scene(scene, settings);
@@ -751,7 +764,7 @@ std::map<std::string, int> count_objects(const gl::Device& gl)
 TEST_P(Guest, LeavesNothingBehind)
 {
     const Scene scene = busy_scene();
-    const Settings settings = small_settings(GetParam());
+    const Settings settings = GetParam();
     Picture picture(gl(), scene);
     const std::map<std::string, int> objects = count_objects(gl());
     {
@@ -781,14 +794,17 @@ TEST_P(Guest, LeavesNothingBehind)
         EXPECT_EQ(renderer.device().bytes(), full) << "the scene, after none";
         renderer.set_scene(empty_scene(), settings);
         EXPECT_EQ(renderer.device().bytes(), layer) << "none, again";
-        // What stays is not the scene's: the layer of a frame of this size or its froxels (of
-        // coloured extinction and a history), and small blocks.
+        // What stays is not the scene's: the layer of a frame of this size, twice more where it is
+        // kept, or its froxels (of coloured extinction and a history), and small blocks.
         const std::uint64_t texels = 19 * 13, froxels = 12 * 9 * 16;
         const std::uint64_t of_pass = settings.mode == Settings::Mode::froxel
                                           ? froxels * (3 * 8 + 4 + 4 * 16) + 12 * 9 * 19 * 16
-                                          : texels * (8 + 8 + 4);
+                                          : texels * (8 + 8 + 4 + (settings.temporal ? 64 : 0));
         EXPECT_LE(layer, bare + of_pass + 3 * 16384);
         EXPECT_EQ(renderer.take_report().gpu_bytes, layer);
+        renderer.reset_history(picture.frame.history);
+        EXPECT_EQ(renderer.device().bytes() < layer, settings.keeps_history())
+            << "a view that is gone";
     }
     // Fewer is no fault: Mesa frees an object of an earlier test when its last use is replaced.
     for (const auto& [kind, count] : count_objects(gl()))
@@ -797,7 +813,7 @@ TEST_P(Guest, LeavesNothingBehind)
 
 TEST_P(Guest, TwoRenderersInOneContextAndMovesDontMixUp)
 {
-    const Settings settings = small_settings(GetParam());
+    const Settings settings = GetParam();
     const Scene busy = busy_scene();
     Scene other = busy;
     other.media.erase(other.media.begin());

@@ -11,6 +11,7 @@
 #include "shared/inspect_params.h"
 #include "shared/light_params.h"
 #include "shared/light_volume_params.h"
+#include "shared/march_history_params.h"
 #include "shared/medium_params.h"
 #include "support/gl_test.h"
 #include "support/kernel.h"
@@ -58,6 +59,10 @@ const Offsets kFroxels{MEMBER(FroxelParams, grid),
                        MEMBER(FroxelParams, history_view_z_from_world),
                        MEMBER(FroxelParams, history_range),
                        MEMBER(FroxelParams, history_eye)};
+const Offsets kMarchHistory{MEMBER(MarchHistoryParams, clip_from_world),
+                            MEMBER(MarchHistoryParams, view_z_from_world),
+                            MEMBER(MarchHistoryParams, media_range),
+                            MEMBER(MarchHistoryParams, eye), MEMBER(MarchHistoryParams, layer)};
 const Offsets kLight{MEMBER(LightParams, position), MEMBER(LightParams, intensity),
                      MEMBER(LightParams, axis), MEMBER(LightParams, edge)};
 const Offsets kView{MEMBER(ShadowView, clip_from_world), MEMBER(ShadowView, origin),
@@ -155,8 +160,9 @@ private:
     const std::map<std::string, std::string> kUse{
         {"FrameParams", "u_params.resolve"},         {"DrawParams", "u_params.shadow_axis"},
         {"FroxelParams", "u_params.jitter"},         {"InspectParams", "u_params.scale"},
-        {"LightsParams", "u_params.world_radiance"}, {"LightVolumesParams", "u_params.fill"},
-        {"WorldParams", "u_params.views[1].origin"}, {"MediaParams", "u_params.media[1].sigma_s"}};
+        {"MarchHistoryParams", "u_params.layer"},    {"LightsParams", "u_params.world_radiance"},
+        {"LightVolumesParams", "u_params.fill"},     {"WorldParams", "u_params.views[1].origin"},
+        {"MediaParams", "u_params.media[1].sigma_s"}};
 };
 
 TEST_F(ParamLayout, Frame)

@@ -193,6 +193,11 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         for (unsigned set = 0; set < 2; ++set)
             variants.add("pass/layer_depth.frag", at_scale + flags(set, {"CHECKERBOARD"}));
         variants.add("pass/inspect_rays.frag", at_scale);
+        for (const unsigned history : {0u, 3u})
+            for (unsigned set = 0; set < 2; ++set)
+                variants.add("pass/march_history.frag",
+                             at_scale + flags(set, {"MONOCHROME"}) +
+                                 flags(history, {"HISTORY", "HISTORY_STILL"}));
         for (const char* taps : {"1", "2", "4"})
             for (unsigned set = 0; set < 2; ++set)
                 for (const Defines& targets : {Defines{}, Defines{{"BOTH", ""}}})
@@ -247,8 +252,11 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                          flags(set, {"BLUE_NOISE", "VOLUME_SHADOWS", "WORLD_LIGHT", "CAMERA_RANGE",
                                      "SHADOW_TO_LIGHT", "LEAST_EXTINCTION", "MONOCHROME",
                                      "COUNT_SAMPLES", "DEPTH_VOLUME", "WORLD_VOLUME"}) +
-                         flags(set ^ set >> 3, {"EXACT_FALLOFF"}) +
+                         flags(set ^ set >> 3, {"EXACT_FALLOFF", "MEDIA_DEPTH"}) +
                          Defines{{"LAYER_SCALE", "2"}});
+        variants.add("pass/march_history.frag",
+                     media + lights + flags(set, {"WORLD_LIGHT", "MONOCHROME", "VOLUME_SHADOWS"}) +
+                         Defines{{"LAYER_SCALE", "2"}, {"HISTORY", ""}});
     };
     constexpr unsigned kDefault = 0b1100000111, kSets = 1u << 10;
     medium::MediaSet media(gl());

@@ -48,14 +48,9 @@ FrameReport Froxel::run(Renderer& renderer, const Scene& scene, const Settings& 
                         int frames, std::uint64_t first)
 {
     HostPicture picture(gl(), glm::ivec2(scene.resolution));
-    picture.look(scene.camera);
-    for (int i = 0; i < frames; ++i) {
-        picture.frame.index = first + static_cast<std::uint64_t>(i);
-        renderer.draw_surfaces(picture.frame, settings, false);
-        renderer.composite(picture.frame, settings);
-    }
+    const FrameReport report = draw_frames(renderer, picture, scene, settings, frames, first);
     layers = renderer.read_layers(picture.frame, settings);
-    return renderer.take_report();
+    return report;
 }
 
 // Fog is what it is at every pixel's own depth and along its own ray, wherever columns and slices

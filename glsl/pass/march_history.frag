@@ -1,0 +1,290 @@
+// The march's history: what the frames before have gathered of a texel's ray, moved towards this frame's.
+//   in   this frame's march and its layer's depth; what is kept of last frame
+//   out  kept       scattering in rgb; MONOCHROME: transmittance in alpha, else `frames`
+//        kept_more  transmittance in rgb, the scene's depth in alpha; MONOCHROME: `frames` and that depth
+// `frames` is how many frames of its own a texel's mean is worth: one that was hidden, or out of view,
+// begins at 1 while those around it go on. The scene's depth is a fraction of the media's range (-1: no
+// medium is in this ray's way, whatever its depth): what was gathered in front of another surface is not
+// this ray's. A ray's media stand for one point of it, the mean of what it sees of them (ray_march.frag).
+//
+// Variant, besides MONOCHROME and LAYER_SCALE of the march, and what scene/in_scattering.glsl needs:
+//   HISTORY         last frame's layer is there; HISTORY_STILL: its rays are these, one for one
+#include "lib/depth.glsl"
+#include "scene/frame.glsl"
+#if defined(HISTORY) && !defined(HISTORY_STILL)
+#include "scene/in_scattering.glsl"
+#include "scene/turned_to_eye.glsl"
+#endif
+#include "shared/march_history_params.h"
+
+layout(binding = LAYER_DEPTH_UNIT) uniform sampler2D u_layer_depth_tx;
+layout(binding = SCATTERING_UNIT) uniform sampler2D u_scattering_tx;
+layout(binding = TRANSMITTANCE_UNIT) uniform sampler2D u_more_tx;  // MONOCHROME: the media's depth
+#ifdef HISTORY
+layout(std140, binding = MARCH_HISTORY_BLOCK) uniform MarchHistory { MarchHistoryParams u_history; };
+layout(binding = KEPT_UNIT) uniform sampler2D u_kept_tx;
+layout(binding = KEPT_MORE_UNIT) uniform sampler2D u_kept_more_tx;
+#endif
+layout(location = 0) out vec4 out_kept;
+layout(location = 1) out vec4 out_kept_more;
+
+#ifdef MONOCHROME
+#define transmittance_t float
+#else
+#define transmittance_t vec3
+#endif
+
+// What a ray sees of the media.
+struct Sight {
+    vec3 scattering;
+    transmittance_t transmittance;
+};
+
+struct Kept {
+    Sight sight;
+    float frames;
+    float depth;  // of the scene, as a fraction
+};
+
+Sight sight_at(ivec2 texel)
+{
+    vec4 scattering = texelFetch(u_scattering_tx, texel, 0);
+#ifdef MONOCHROME
+    return Sight(scattering.rgb, scattering.a);
+#else
+    return Sight(scattering.rgb, texelFetch(u_more_tx, texel, 0).rgb);
+#endif
+}
+
+// Of the media: mean and standard deviation, as fractions; -1: there are none.
+vec2 media_depth_at(ivec2 texel)
+{
+#ifdef MONOCHROME
+    return texelFetch(u_more_tx, texel, 0).rg;
+#else
+    return vec2(texelFetch(u_scattering_tx, texel, 0).a, texelFetch(u_more_tx, texel, 0).a);
+#endif
+}
+
+// view_z where a ray ends; before and behind all media it sees the same of them.
+float scene_z_at(ivec2 texel)
+{
+    return clamp(texelFetch(u_layer_depth_tx, texel, 0).r, u_frame.media_range.x, u_frame.media_range.y);
+}
+
+// Neither NaN nor infinite: those would live on in what is kept.
+bool is_sound(Sight sight)
+{
+    const float kMost = 3e38;
+    return all(lessThan(abs(sight.scattering), vec3(kMost))) &&
+           all(lessThan(abs(vec3(sight.transmittance)), vec3(kMost)));
+}
+
+#ifdef HISTORY
+Kept kept_at(ivec2 texel)
+{
+    vec4 kept = texelFetch(u_kept_tx, texel, 0);
+    vec4 more = texelFetch(u_kept_more_tx, texel, 0);
+#ifdef MONOCHROME
+    return Kept(Sight(kept.rgb, kept.a), more.x, more.y);
+#else
+    return Kept(Sight(kept.rgb, more.rgb), kept.a, more.a);
+#endif
+}
+
+// Of a texel of last frame, 0..1: how far it ended where a ray ends that ends at view_z.
+float match_of(Kept kept, float view_z)
+{
+    if (!(kept.frames > 0.0) || !is_sound(kept.sight))
+        return 0.0;
+    if (kept.depth < 0.0)
+        return 1.0;
+    vec4 range = u_history.media_range;
+    view_z = clamp(view_z, range.x, range.y);
+    float reach = range.z > 0.0 ? range.z : view_z;
+    return same_depth(mix(range.x, range.y, kept.depth), view_z, u_frame.resolve.x * reach);
+}
+
+#ifndef HISTORY_STILL
+Sight filtered(vec2 uv)
+{
+    vec4 scattering = textureLod(u_kept_tx, uv, 0.0);
+#ifdef MONOCHROME
+    return Sight(scattering.rgb, scattering.a);
+#else
+    return Sight(scattering.rgb, textureLod(u_kept_more_tx, uv, 0.0).rgb);
+#endif
+}
+
+void add(inout Sight sum, float weight, vec2 position)
+{
+    Sight at = filtered((position + 0.5) * u_frame.layer_size.zw);
+    sum.scattering += weight * at.scattering;
+    sum.transmittance += weight * at.transmittance;
+}
+
+// Between texels by Catmull and Rom's cubic, in 5 bilinear fetches as Jimenez 2016 has it: its 16 texels but
+// for the corners. Frame after frame, a bilinear mean would blur what it keeps.
+Sight sharp(vec2 position)
+{
+    vec2 first = floor(position);
+    vec2 f = position - first;
+    vec2 w0 = f * (-0.5 + f * (1.0 - 0.5 * f));
+    vec2 w1 = 1.0 + f * f * (-2.5 + 1.5 * f);
+    vec2 w3 = f * f * (-0.5 + 0.5 * f);
+    vec2 w12 = 1.0 - w0 - w3;
+    vec2 middle = first + (w12 - w1) / w12;
+    vec2 before = first - 1.0, behind = first + 2.0;
+    vec4 sides = vec4(w0 * w12.yx, w3 * w12.yx);
+    float sum = w12.x * w12.y + sides.x + sides.y + sides.z + sides.w;
+    Sight sight = Sight(vec3(0.0), transmittance_t(0.0));
+    add(sight, w12.x * w12.y / sum, middle);
+    add(sight, sides.x / sum, vec2(before.x, middle.y));
+    add(sight, sides.y / sum, vec2(middle.x, before.y));
+    add(sight, sides.z / sum, vec2(behind.x, middle.y));
+    add(sight, sides.w / sum, vec2(middle.x, behind.y));
+    return sight;
+}
+
+// Of the media at p; where they have one g and no glow of their own, what there is of them cancels out.
+vec3 turned(vec3 p, vec3 wo)
+{
+#if defined(MIXED_G) || defined(FOR_EACH_EMISSION)
+    MediumSample medium = sample_media(p);
+    return turned_to_eye(p, wo, u_history.eye, medium.sigma_s, medium.emission, medium.g);
+#else
+    return turned_to_eye(p, wo, u_history.eye, vec3(1.0), vec3(0.0), u_media.media[0].sigma_s.a);
+#endif
+}
+#endif
+
+#ifdef HISTORY_STILL
+Kept history_of(ivec2 texel, vec2 media_depth, float scene_z)
+{
+    Kept kept = kept_at(texel);
+    kept.frames *= match_of(kept, scene_z);
+    return kept;
+}
+#else
+// Where last frame's layer has a point, in texels; the layer's samples lie at integers.
+vec2 old_position(vec3 p)
+{
+    vec4 clip = u_history.clip_from_world * vec4(p, 1.0);
+    if (!(clip.w > 0.0))
+        return vec2(-2.0);  // out of it
+    vec2 position = (clip.xy / clip.w * 0.5 + 0.5) * u_frame.full_size.xy / float(LAYER_SCALE) - 0.5 -
+                    u_history.layer.xy;
+    return clamp(position, vec2(-2.0), u_frame.layer_size.xy + 1.0);  // or no integer has it
+}
+
+Kept history_of(ivec2 texel, vec2 media_depth, float scene_z)
+{
+    Kept mean = Kept(Sight(vec3(0.0), transmittance_t(0.0)), 0.0, 0.0);
+    vec2 pixel = (vec2(texel) + 0.5 + u_frame.layer_offset.xy) * float(LAYER_SCALE);
+    Ray ray = camera_ray(pixel * u_frame.full_size.zw * 2.0 - 1.0);
+    if (media_depth.x < 0.0)
+        return mean;
+    vec2 view_z = u_frame.media_range.x + (u_frame.media_range.y - u_frame.media_range.x) *
+                  (media_depth.x + media_depth.y * vec2(-1.0, 1.0));
+    vec3 p = ray.origin + ray.direction * (0.5 * (view_z.x + view_z.y));
+    float old_scene_z = dot(u_history.view_z_from_world, vec4(ray.origin + ray.direction * scene_z, 1.0));
+    vec2 position = old_position(p);
+    ivec2 first = ivec2(floor(position));
+    ivec2 last = ivec2(u_frame.layer_size.xy) - 1;
+    float share = 0.0;
+    for (int i = 0; i < 4; ++i) {
+        ivec2 at = first + ivec2(i & 1, i >> 1);
+        if (at != clamp(at, ivec2(0), last))
+            continue;
+        Kept kept = kept_at(at);
+        vec2 tent = 1.0 - abs(vec2(at) - position);
+        float weight = tent.x * tent.y * match_of(kept, old_scene_z);
+        if (weight <= 0.0)
+            continue;  // 0 times an infinity
+        mean.sight.scattering += weight * kept.sight.scattering;
+        mean.sight.transmittance += weight * kept.sight.transmittance;
+        mean.frames += weight * kept.frames;
+        share += weight;
+    }
+    // What lies before and behind that point comes from elsewhere, and between texels the finest detail is
+    // lost: with each frame a little more, so that what is kept is worth so many frames and no more.
+    const float kSmear = 0.1;   // texels in all
+    const float kBetween = 2.0;  // frames half way between texels
+    float smear = 0.5 * distance(old_position(ray.origin + ray.direction * view_z.x),
+                                 old_position(ray.origin + ray.direction * view_z.y));
+    vec2 between = fract(position);
+    between = 2.0 * between * (1.0 - between);  // 1 half way, of both together
+    float loss = smear / kSmear + (between.x + between.y) / kBetween;
+    mean.frames = min(mean.frames, 1.0 / max(loss, 1e-6));
+    const float kAll = 0.99;
+    if (share > kAll) {
+        mean.sight = sharp(position);
+        mean.sight.scattering *= turned(p, -normalize(ray.direction));
+    } else if (share > 0.0) {
+        mean.sight.scattering *= turned(p, -normalize(ray.direction)) / share;
+        mean.sight.transmittance /= share;
+    }
+    return mean;
+}
+
+// Holds what was reprojected to what this frame sees around the texel, before the same surface: its mean and
+// a standard deviation, as Salvi 2016 has it.
+void hold(ivec2 texel, float scene_z, inout Sight sight)
+{
+    float reach = u_frame.media_range.z > 0.0 ? u_frame.media_range.z : scene_z;
+    ivec2 last = ivec2(u_frame.layer_size.xy) - 1;
+    Sight sum = Sight(vec3(0.0), transmittance_t(0.0)), squares = sum;
+    float weights = 0.0;
+    for (int i = 0; i < 9; ++i) {
+        ivec2 at = clamp(texel + ivec2(i % 3, i / 3) - 1, ivec2(0), last);
+        float weight = same_depth(scene_z_at(at), scene_z, u_frame.resolve.x * reach);
+        Sight near = sight_at(at);
+        sum.scattering += weight * near.scattering;
+        sum.transmittance += weight * near.transmittance;
+        squares.scattering += weight * near.scattering * near.scattering;
+        squares.transmittance += weight * near.transmittance * near.transmittance;
+        weights += weight;
+    }
+    vec3 s = sum.scattering / weights;
+    vec3 s_reach = sqrt(max(squares.scattering / weights - s * s, 0.0));
+    sight.scattering = clamp(sight.scattering, s - s_reach, s + s_reach);
+    transmittance_t t = sum.transmittance / weights;
+    transmittance_t t_reach = sqrt(max(squares.transmittance / weights - t * t, 0.0));
+    sight.transmittance = clamp(sight.transmittance, t - t_reach, t + t_reach);
+}
+#endif
+#endif
+
+void main()
+{
+    ivec2 texel = ivec2(gl_FragCoord.xy);
+    Sight sight = sight_at(texel);
+    vec2 media_depth = media_depth_at(texel);
+    float scene_z = scene_z_at(texel);
+    float frames = is_sound(sight) ? 1.0 : 0.0;
+#ifdef HISTORY
+    Kept history = history_of(texel, media_depth, scene_z);
+    if (history.frames > 0.0) {
+#ifndef HISTORY_STILL
+        hold(texel, scene_z, history.sight);
+#endif
+        float weight = min(history.frames / (history.frames + 1.0), u_history.layer.w);
+        Sight mean = Sight(mix(sight.scattering, history.sight.scattering, weight),
+                           mix(sight.transmittance, history.sight.transmittance, weight));
+        if (is_sound(mean)) {
+            sight = mean;
+            frames = 1.0 / (1.0 - weight);
+        }
+    }
+#endif
+    float depth = (scene_z - u_frame.media_range.x) / max(u_frame.media_range.y - u_frame.media_range.x, 1e-30);
+    if (media_depth.x < 0.0)
+        depth = -1.0;
+#ifdef MONOCHROME
+    out_kept = vec4(sight.scattering, sight.transmittance);
+    out_kept_more = vec4(frames, depth, 0.0, 0.0);
+#else
+    out_kept = vec4(sight.scattering, frames);
+    out_kept_more = vec4(sight.transmittance, depth);
+#endif
+}

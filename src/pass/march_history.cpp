@@ -1,0 +1,117 @@
+#include "pass/march_history.h"
+
+#include <fmt/format.h>
+
+#include "shared/bindings.h"
+
+namespace fumarole::pass {
+
+namespace {
+
+/// Of what is kept: with an alpha, which the small format has not.
+GLenum kept_format(const Settings& s)
+{
+    return s.history_format == Settings::Format::r11g11b10f ? GL_RGBA16F
+                                                            : gl_format(s.history_format);
+}
+
+}  // namespace
+
+MarchHistory::MarchHistory(const Toolbox& tools)
+    : tools_{tools}, block_{tools.device, "march history"}
+{
+}
+
+MarchHistory::View& MarchHistory::view_of(const PassFrame& frame)
+{
+    const gl::Device& gl = tools_.device;
+    const glm::ivec2 picture(frame.host.color.size);
+    const Shape shape{layer_size(picture, frame.settings), picture, kept_format(frame.settings),
+                      tools_.monochrome(frame.settings)};
+    View& view = views_[frame.host.history];
+    if (view.shape == shape)
+        return view;
+    view = {};
+    view.shape = shape;
+    // Beside monochrome scattering: a number of frames and a fraction of depth.
+    const GLenum more = shape.monochrome ? GL_RG32F : shape.format;
+    for (Layer& layer : view.layers) {
+        layer.scattering = gl::Texture::make_2d(gl, "kept scattering", shape.texels, shape.format,
+                                                gl::Filter::linear);
+        layer.more =
+            gl::Texture::make_2d(gl, "kept beside it", shape.texels, more, gl::Filter::linear);
+        layer.framebuffer = {gl, "march history"};
+        layer.framebuffer.attach_color({layer.scattering.view(), layer.more.view()});
+    }
+    return view;
+}
+
+void MarchHistory::write_block(const PassFrame& frame, const View& view, float weight) const
+{
+    const HistoryView& last = *view.last;
+    const glm::dvec2 offset = view.last_offset - glm::dvec2(layer_guard(frame.settings));
+    shared::MarchHistoryParams params{};
+    params.clip_from_world = glm::mat4(clip_from_eye(last, frame.eye.position));
+    params.view_z_from_world = glm::vec4(view_z_from_eye(last, frame.eye.position));
+    params.media_range =
+        glm::vec4(view.last_media_range, depth_reach(frame.eye, view.last_media_range), 0.0);
+    params.eye = eye_from_eye(last, frame.eye);
+    params.layer = glm::vec4(offset, 0.0, weight);
+    block_.write(params);
+    tools_.device->BindBufferBase(GL_UNIFORM_BUFFER, MARCH_HISTORY_BLOCK, block_.id());
+}
+
+const MarchHistory::Layer& MarchHistory::add(const PassFrame& frame, const StepTiles& tiles,
+                                             const gl::Texture& scattering, const gl::Texture& more)
+{
+    const auto time = tools_.timers.scope("march history");
+    const gl::Device& gl = tools_.device;
+    View& view = view_of(frame);
+    const HistoryView now = make_history_view(frame);
+    use_ = judge_history(true, view.last, now);
+    if (use_ == HistoryUse::still && view.last_offset != frame.host.layer_offset)
+        use_ = HistoryUse::moved;
+    gl::Defines defines;
+    if (use_ == HistoryUse::moved)
+        defines = tools_.scattering_defines(frame.settings);
+    defines.emplace_back("LAYER_SCALE", fmt::format("{}", frame.settings.resolution));
+    const auto add_define = [&](bool condition, const char* name) {
+        if (condition)
+            defines.emplace_back(name, "");
+    };
+    add_define(view.shape.monochrome, "MONOCHROME");
+    add_define(has_history(use_), "HISTORY");
+    add_define(use_ == HistoryUse::still, "HISTORY_STILL");
+    const float weight = view.weight.next(use_, frame.settings.history);
+    if (view.last)
+        write_block(frame, view, weight);
+
+    const Layer& kept = view.layers.at(view.current);
+    view.current = 1 - view.current;
+    const Layer& mean = view.layers.at(view.current);
+    gl->BindTextureUnit(SCATTERING_UNIT, scattering.id());
+    gl->BindTextureUnit(TRANSMITTANCE_UNIT, more.id());
+    gl->BindTextureUnit(KEPT_UNIT, kept.scattering.id());
+    gl->BindTextureUnit(KEPT_MORE_UNIT, kept.more.id());
+    mean.framebuffer.bind(view.shape.texels);
+    // Where no medium is in the way nothing is drawn: one frame's worth of that, whatever the
+    // depth.
+    constexpr std::array<GLfloat, 4> kNothing{0, 0, 0, 1}, kAll{1, 1, 1, -1}, kState{1, -1, 0, 0};
+    gl->ClearNamedFramebufferfv(mean.framebuffer.id(), GL_COLOR, 0, kNothing.data());
+    gl->ClearNamedFramebufferfv(mean.framebuffer.id(), GL_COLOR, 1,
+                                (view.shape.monochrome ? kState : kAll).data());
+    tiles.draw_march("pass/march_history.frag", defines);
+    view.last = now;
+    view.last_media_range = media_range(frame.eye, frame.media);
+    view.last_offset = frame.host.layer_offset;
+    return mean;
+}
+
+const MarchHistory::Layer* MarchHistory::find(int view) const
+{
+    const auto at = views_.find(view);
+    return at == views_.end() || !at->second.last ? nullptr
+                                                  : &at->second.layers.at(at->second.current);
+}
+
+}  // namespace fumarole::pass

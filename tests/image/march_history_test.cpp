@@ -1,0 +1,297 @@
+// What the march keeps of a view from frame to frame.
+
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+
+#include "halton.h"
+#include "host_picture.h"
+#include "study/metrics.h"
+
+namespace fumarole::test {
+namespace {
+
+/// The eye 5 m from a lump of noise in a sun, partly behind a ball.
+Scene lump_scene(glm::vec3 sigma_s)
+{
+    Scene scene = empty_scene(48);
+    scene.camera.vfov_deg = 40;
+    BoxMedium cloud;
+    cloud.min = {-1.5, -6.5, -1.5};
+    cloud.max = {1.5, -3.5, 1.5};
+    cloud.profile = NoiseProfile{.feature_size = 1.2, .octaves = 2, .threshold = 0.4, .seed = 5};
+    cloud.sigma_s = sigma_s;
+    cloud.sigma_a = glm::vec3(0.2f);
+    cloud.g = 0.3f;
+    scene.media = {cloud};
+    scene.lights = {SunLight{{0.5, 0.3, 0.8}, glm::vec3(4)}};
+    scene.surfaces = {SphereSurface{{0.3, -4.6, 0.1}, 0.5, glm::vec3(0.5f)}};
+    return scene;
+}
+
+constexpr glm::vec3 kGrey(2), kColored(1, 2, 3);
+
+/// Round the middle of the lump.
+void orbit(Camera& camera, double degrees)
+{
+    const double angle = glm::radians(degrees);
+    camera.look_at = {0, -5, 0};
+    camera.position = camera.look_at + 5.0 * glm::dvec3(std::sin(angle), std::cos(angle), 0.1);
+}
+
+Settings temporal(int steps)
+{
+    Settings settings;
+    settings.temporal = true;
+    settings.steps = steps;
+    settings.shadow_map = 256;
+    return settings;
+}
+
+class MarchHistory : public ImageTest {
+protected:
+    /// Frames of one view; layers_ are the last one's. @returns its report.
+    FrameReport run(Renderer& renderer, const Scene& scene, const Settings& settings,
+                    int frames = 1, std::uint64_t first = 0)
+    {
+        HostPicture picture(gl(), glm::ivec2(scene.resolution));
+        const FrameReport report = draw_frames(renderer, picture, scene, settings, frames, first);
+        layers_ = renderer.read_layers(picture.frame, settings);
+        return report;
+    }
+    /// A picture on its own, with the jitter of a view's frame of that number.
+    LayerImages alone(Renderer& renderer, const Scene& scene, Settings settings,
+                      std::uint64_t number)
+    {
+        settings.temporal = false;
+        HostPicture picture(gl(), glm::ivec2(scene.resolution));
+        picture.frame.history = Frame::kNoHistory;
+        picture.frame.jitter_offset = golden_fraction(static_cast<double>(number));
+        draw_frames(renderer, picture, scene, settings, 1, number);
+        return renderer.read_layers(picture.frame, settings);
+    }
+
+    LayerImages layers_;
+};
+
+TEST_F(MarchHistory, TheFirstFrameIsThePlainMarch)
+{
+    for (const glm::vec3& sigma_s : {kGrey, kColored}) {
+        const Scene scene = lump_scene(sigma_s);
+        for (const int resolution : {1, 2, 4}) {
+            Settings settings = temporal(12);
+            settings.resolution = resolution;
+            Renderer renderer(get_proc());
+            renderer.set_scene(scene, settings);
+            const LayerImages plain = alone(renderer, scene, settings, 3);
+            EXPECT_EQ(run(renderer, scene, settings, 1, 3).history, "none: first frame");
+            EXPECT_EQ(layers_.scattering, plain.scattering) << resolution;
+            EXPECT_EQ(layers_.transmittance, plain.transmittance) << resolution;
+        }
+    }
+}
+
+TEST_F(MarchHistory, AStillIsTheMeanOfItsFrames)
+{
+    constexpr int kFrames = 24;
+    for (const glm::vec3& sigma_s : {kGrey, kColored}) {
+        const Scene scene = lump_scene(sigma_s);
+        const Settings settings = temporal(8);
+        Renderer renderer(get_proc());
+        renderer.set_scene(scene, settings);
+        std::vector<double> scattering(scene.resolution.x * scene.resolution.y * 3u);
+        std::vector<double> transmittance = scattering;
+        LayerImages one;
+        for (std::uint64_t i = 0; i < kFrames; ++i) {
+            one = alone(renderer, scene, settings, i);
+            for (std::size_t k = 0; k < scattering.size(); ++k) {
+                scattering[k] += double(one.scattering[k]) / kFrames;
+                transmittance[k] += double(one.transmittance[k]) / kFrames;
+            }
+        }
+        EXPECT_EQ(run(renderer, scene, settings, kFrames).history, "kept: nothing moved");
+        double moved = 0;
+        for (std::size_t k = 0; k < scattering.size(); ++k) {
+            ASSERT_NEAR(layers_.scattering[k], scattering[k], 1e-5 * (1 + scattering[k])) << k;
+            ASSERT_NEAR(layers_.transmittance[k], transmittance[k], 1e-5) << k;
+            moved = std::max(moved, std::abs(double(one.scattering[k]) - scattering[k]));
+        }
+        EXPECT_GT(moved, 0.01) << "or there was nothing to average";
+    }
+}
+
+// What the setting is for: a view that moves has less noise for the same steps. What is left is
+// what few steps do whatever their jitter, and what smears where media of some depth move against
+// themselves.
+TEST_F(MarchHistory, AMovingViewHasAQuarterOfTheError)
+{
+    Scene scene = lump_scene(kGrey);
+    scene.resolution = {96, 96};
+    constexpr int kSteps = 8, kFrames = 20;
+    Settings many = temporal(512);
+    many.jitter = Settings::Jitter::none;
+    const auto error = [&](const LayerImages& layers, const LayerImages& truth) {
+        return study::compare(layers.scattering, truth.scattering).relmse;
+    };
+    Renderer renderer(get_proc());
+    renderer.set_scene(scene, many);
+    double few = 0, twice = 0, with = 0;
+    for (std::uint64_t i = 0; i < kFrames; ++i) {
+        orbit(scene.camera, 0.5 * static_cast<double>(i));
+        const FrameReport report = run(renderer, scene, temporal(kSteps), 1, i);
+        if (i + 6 < kFrames)
+            continue;
+        EXPECT_EQ(report.history, "reprojected");
+        const LayerImages mean = layers_;
+        Renderer other(get_proc());
+        other.set_scene(scene, many);
+        const LayerImages truth = alone(other, scene, many, 0);
+        with += error(mean, truth);
+        few += error(alone(other, scene, temporal(kSteps), i), truth);
+        twice += error(alone(other, scene, temporal(2 * kSteps), i), truth);
+    }
+    figure("relMSE, 8 steps with a history", with / 6);
+    figure("relMSE, 8 steps without", few / 6);
+    figure("relMSE, 16 steps without", twice / 6);
+    EXPECT_LT(with, 0.3 * few);
+}
+
+// A host's own surface, of which the renderer knows its depth alone, moves before fog: what it hid
+// is seen anew at once, what it hides is gone at once, whether the view moves or not.
+TEST_F(MarchHistory, WhatIsUncoveredHasNoTrail)
+{
+    Scene scene = empty_scene(48);
+    scene.camera.vfov_deg = 40;
+    BoxMedium fog;
+    fog.min = {-30, -12, -30};
+    fog.max = {30, -1, 30};
+    fog.sigma_a = {0.1f, 0.2f, 0.3f};
+    fog.emission = glm::vec3(0.3f);
+    scene.media = {fog};
+    Settings settings = temporal(16);
+    settings.jitter = Settings::Jitter::none;
+    for (const double travel : {0.0, 0.02}) {
+        Renderer renderer(get_proc());
+        renderer.set_scene(scene, settings);
+        HostPicture picture(gl(), glm::ivec2(48));
+        Settings plain = settings;
+        plain.temporal = false;
+        Renderer other(get_proc());
+        other.set_scene(scene, plain);
+        const auto draw = [&](Renderer& by, const Settings& how, int post) {
+            picture.look(scene.camera);
+            picture.fill(glm::vec3(0), scene.camera.near,
+                         [&](int x, int) { return x >= post && x < post + 12 ? 3.0 : 10.0; });
+            by.composite(picture.frame, how);
+            return picture.read();
+        };
+        for (int i = 0; i < 12; ++i) {
+            scene.camera.position.x = travel * i;
+            scene.camera.look_at = scene.camera.position + glm::dvec3(0, -1, 0);
+            const int post = 4 + (i < 6 ? 0 : 4 * (i - 5));
+            ++picture.frame.index;
+            EXPECT_LT(max_difference(draw(renderer, settings, post), draw(other, plain, post)),
+                      1e-2)
+                << "frame " << i << ", " << travel << " m a frame: of radiances up to 1.4";
+        }
+    }
+}
+
+TEST_F(MarchHistory, IsDroppedForAReasonThatIsTold)
+{
+    Scene scene = lump_scene(kGrey);
+    Settings settings = temporal(12);
+    Renderer renderer(get_proc());
+    renderer.set_scene(scene, settings);
+    run(renderer, scene, settings, 3);
+    const auto fresh = [&](std::uint64_t number) {
+        Renderer other(get_proc());
+        other.set_scene(scene, settings);
+        return alone(other, scene, settings, number).scattering;
+    };
+    const auto expect_dropped = [&](const char* why, std::uint64_t number) {
+        EXPECT_EQ(run(renderer, scene, settings, 1, number).history, why);
+        EXPECT_EQ(layers_.scattering, fresh(number)) << why;
+    };
+    scene.camera.look_at = {0.45, -1, 0};  // 24 degrees
+    expect_dropped("dropped: a cut", 5);
+    std::get<SunLight>(scene.lights[0]).irradiance = glm::vec3(1);
+    renderer.set_scene(scene, settings);
+    expect_dropped("dropped: scene, light or media changed", 6);
+    settings.early_end = 0.01f;
+    expect_dropped("dropped: settings changed", 7);
+    renderer.reset_history(0);
+    expect_dropped("none: first frame", 8);
+    EXPECT_EQ(run(renderer, scene, settings, 1, 9).history, "kept: nothing moved");
+    EXPECT_NE(layers_.scattering, fresh(9)) << "two frames' mean";
+}
+
+TEST_F(MarchHistory, ViewsKeepTheirOwn)
+{
+    const Scene scene = lump_scene(kColored);
+    Scene other = scene;
+    orbit(other.camera, 20);
+    const Settings settings = temporal(12);
+    Renderer renderer(get_proc());
+    renderer.set_scene(scene, settings);
+    run(renderer, scene, settings, 4);
+    const LayerImages alone = layers_;
+    renderer.set_scene(scene, settings);
+    HostPicture left(gl(), glm::ivec2(48)), right(gl(), glm::ivec2(48));
+    right.frame.history = 1;
+    for (std::uint64_t i = 0; i < 4; ++i) {
+        draw_frames(renderer, right, other, settings, 1, i);
+        draw_frames(renderer, left, scene, settings, 1, i);
+    }
+    EXPECT_EQ(renderer.read_layers(left.frame, settings).scattering, alone.scattering);
+}
+
+// Not even by squares that overflow while it is held to what is around.
+TEST_F(MarchHistory, WhatIsNoNumberDoesNotLiveOn)
+{
+    for (const glm::vec3& sigma_s : {kGrey, kColored})
+        for (const float irradiance : {1e5f, 1e25f, std::numeric_limits<float>::max()}) {
+            Scene scene = lump_scene(sigma_s);
+            scene.lights = {SunLight{{0.5, 0.3, 0.8}, glm::vec3(irradiance)}};
+            Settings settings = temporal(12);
+            settings.format = Settings::Format::rgba32f;
+            Renderer renderer(get_proc());
+            renderer.set_scene(scene, settings);
+            for (std::uint64_t i = 0; i < 6; ++i) {
+                orbit(scene.camera, 0.5 * static_cast<double>(std::min<std::uint64_t>(i, 3)));
+                run(renderer, scene, settings, 1, i);
+                for (const float v : layers_.scattering)
+                    ASSERT_TRUE(std::isfinite(v)) << irradiance << ", frame " << i;
+                for (const float v : layers_.transmittance)
+                    ASSERT_TRUE(v >= 0 && v <= 1) << irradiance << ", frame " << i;
+            }
+        }
+}
+
+// Nothing is made where it is off, or for a picture of no view.
+TEST_F(MarchHistory, CostsNothingWhereItIsNotAsked)
+{
+    const Scene scene = lump_scene(kGrey);
+    const auto bytes = [&](bool on, int history) {
+        Settings settings = temporal(12);
+        settings.temporal = on;
+        Renderer renderer(get_proc());
+        renderer.set_scene(scene, settings);
+        HostPicture picture(gl(), glm::ivec2(48));
+        picture.frame.history = history;
+        return draw_frames(renderer, picture, scene, settings, 2).gpu_bytes;
+    };
+    const std::uint64_t without = bytes(false, 0);
+    EXPECT_EQ(bytes(true, Frame::kNoHistory), without);
+    EXPECT_GT(bytes(true, 0), without);
+    Renderer renderer(get_proc());
+    renderer.set_scene(scene, temporal(12));
+    run(renderer, scene, temporal(12), 2);
+    Settings off = temporal(12);
+    off.temporal = false;
+    EXPECT_EQ(run(renderer, scene, off).history, "");
+    EXPECT_EQ(renderer.take_report().gpu_bytes, without) << "given back when it is switched off";
+}
+
+}  // namespace
+}  // namespace fumarole::test
