@@ -7,6 +7,7 @@ struct Falloff {
     float place;  // before which `share` of that angle lies [m]
     float begin;  // where that angle begins, 0 at the place nearest to the light [rad]
     float angle;  // that the piece is seen under [rad]
+    float ahead;  // how far the mean place of its light lies beyond the piece's middle [m]
 };
 
 Falloff falloff_over(vec2 s, float d, float share)
@@ -17,5 +18,8 @@ Falloff falloff_over(vec2 s, float d, float share)
     float c = cos(share * angle);
     float n = sin(share * angle);
     float place = d * (s.x * c + d * n) / max(d * c - s.x * n, 1e-30);
-    return Falloff(angle / (d * ds), clamp(place, s.x, s.y), atan(s.x / d), angle);
+    // Of s over 1 / (d^2 + s^2). Seen under less it is the middle, and d / angle loses its digits.
+    float mean = 0.5 * d / angle * log((d * d + s.y * s.y) / (d * d + s.x * s.x));
+    float ahead = angle > 0.01 ? clamp(mean, s.x, s.y) - 0.5 * (s.x + s.y) : 0.0;
+    return Falloff(angle / (d * ds), clamp(place, s.x, s.y), atan(s.x / d), angle, ahead);
 }

@@ -74,7 +74,7 @@ void march(inout Layer layer, MediaLine line, LightLine light, float length_per_
     MediumSample medium = sample_media(point_on(line, z));
     vec3 source = medium.emission;
     if (medium.sigma_s != vec3(0.0))
-        source += medium.sigma_s * in_scattering_on(light, z, step, share, medium.g);
+        source += medium.sigma_s * in_scattering_on(light, z, step, share, medium.g, medium.sigma_t);
     extinction_t tau = medium.sigma_t * ds;
     vec3 added = layer.transmittance * source * (ds * slab_weight(tau));
     layer.scattering += added;

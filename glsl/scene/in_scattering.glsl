@@ -127,8 +127,9 @@ float phase_over(Falloff falloff, float g)
 #endif
 
 // A light that has a place, at t or, EXACT_FALLOFF, over the step whose ends are `step` and that is sampled at
-// `share` of it; t becomes where the light is looked up. Its irradiance, times the phase.
-LightSample placed_light(int i, LightLine line, vec2 step, float share, float g, inout float t)
+// `share` of it; t becomes where the light is looked up. Its irradiance, times the phase, and times what sigma_t
+// leaves of a step's light between where this light has its middle and the step's own.
+LightSample placed_light(int i, LightLine line, vec2 step, float share, float g, extinction_t sigma_t, inout float t)
 {
 #ifdef EXACT_FALLOFF
     vec2 nearest = line.placed[i - SUN_COUNT];
@@ -137,7 +138,7 @@ LightSample placed_light(int i, LightLine line, vec2 step, float share, float g,
     Falloff over = falloff_over(s, nearest.y, share);
     t = nearest.x + over.place / metres;
     LightSample light = light_sample(i, line.ray.origin + line.ray.direction * t);
-    light.irradiance *= over.mean * light.range * light.range * phase_over(over, g);
+    light.irradiance *= over.mean * light.range * light.range * phase_over(over, g) * exp(-sigma_t * over.ahead);
 #else
     LightSample light = light_sample(i, line.ray.origin + line.ray.direction * t);
     light.irradiance *= phase_of(light, line.wo, g);
@@ -146,8 +147,8 @@ LightSample placed_light(int i, LightLine line, vec2 step, float share, float g,
 }
 
 // Radiance scattered towards the eye, per metre of line and unit of sigma_s, at t of a step whose ends are
-// `step`; share: of the step's length that lies before t.
-vec3 in_scattering_on(LightLine line, float t, vec2 step, float share, float g)
+// `step`; share: of the step's length that lies before t; sigma_t: of the medium there.
+vec3 in_scattering_on(LightLine line, float t, vec2 step, float share, float g, extinction_t sigma_t)
 {
     vec3 in_scattering = vec3(0.0);
 #if defined(WORLD_VOLUME)
@@ -169,7 +170,7 @@ vec3 in_scattering_on(LightLine line, float t, vec2 step, float share, float g)
     }
     for (int i = SUN_COUNT; i < LIGHT_COUNT; ++i) {
         float t_light = t;
-        LightSample light = placed_light(i, line, step, share, g, t_light);
+        LightSample light = placed_light(i, line, step, share, g, sigma_t, t_light);
         vec3 arriving = light.irradiance;
 #ifdef SURFACE_SHADOWS
         arriving *= placed_visibility(i, line.ray.origin + line.ray.direction * t_light, light);
@@ -182,5 +183,6 @@ vec3 in_scattering_on(LightLine line, float t, vec2 step, float share, float g)
 // The same at a point. wo: unit length, to the eye.
 vec3 in_scattering_at(vec3 p, vec3 wo, float g)
 {
-    return in_scattering_on(light_line(Ray(p, vec3(0.0)), wo, vec2(0.0)), 0.0, vec2(0.0), 0.0, g);
+    return in_scattering_on(light_line(Ray(p, vec3(0.0)), wo, vec2(0.0)), 0.0, vec2(0.0), 0.0, g,
+                            extinction_t(0.0));
 }

@@ -199,8 +199,8 @@ double bound_at(const GridLayout& g, const glm::dvec3& p_index)
     if (glm::any(glm::lessThan(page, glm::ivec3{0})) ||
         glm::any(glm::greaterThanEqual(page, g.maxima_count)))
         return 0;
-    const auto i = static_cast<std::size_t>(
-        (page.z * g.maxima_count.y + page.y) * g.maxima_count.x + page.x);
+    const auto i =
+        static_cast<std::size_t>((page.z * g.maxima_count.y + page.y) * g.maxima_count.x + page.x);
     // Between texels the emulation's rounding passes a border by 2^-40 or so.
     const glm::dvec3 q = p_index - glm::dvec3(g.maxima_origin + 8 * page);
     const glm::dvec3 min(g.extents.at(i).min), max(g.extents.at(i).max);
