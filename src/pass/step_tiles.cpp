@@ -76,6 +76,34 @@ void for_tiles(glm::dvec2 low, glm::dvec2 high, int pixels, glm::ivec2 count, F 
               static_cast<std::size_t>(x));
 }
 
+/// A light that has a place, beside the rays of a picture.
+class NearLight {
+public:
+    NearLight(glm::dvec3 position, const Frame& frame, double near)
+    {
+        const glm::dvec4 view = frame.view_from_world * glm::dvec4(position, 1.0);
+        const glm::dvec4 clip = frame.clip_from_view * view;
+        least_ = glm::length(glm::dvec3(view));
+        if (!(-view.z > near) || !(clip.w > 0))
+            return;
+        const glm::dvec2 size(frame.color.size);
+        pixel_ = (glm::dvec2(clip) / clip.w * 0.5 + 0.5) * size;
+        metres_ = 2 * clip.w / (frame.clip_from_view[1][1] * size.y);
+        least_ = 0;
+    }
+
+    /// Metres, about, between it and the ray of a pixel.
+    [[nodiscard]] double from_ray(glm::dvec2 pixel) const
+    {
+        return std::max(least_, metres_ * glm::length(pixel - pixel_));
+    }
+
+private:
+    glm::dvec2 pixel_{0};
+    double metres_ = 0;  ///< of a pixel, where the light is
+    double least_ = 0;   ///< of a light behind the eye
+};
+
 constexpr glm::uvec4 kEmptyTile(0, 0, 0, 0);
 constexpr glm::uvec4 kDrawnTile(1, 0, 0, 1);
 
@@ -210,6 +238,18 @@ void StepTiles::project(const PassFrame& frame, const Slots& slots)
             for_tiles(seen.low - grow, seen.high + grow, kPictureTile, picture_.count,
                       [&](std::size_t i) { picture_.texels[i] = kDrawnTile; });
         }
+    }
+    std::vector<NearLight> lights;
+    for (const Light& light : tools_.lights.lights())
+        if (const auto* point = std::get_if<PointLight>(&light))
+            lights.emplace_back(point->position, frame.host, frame.eye.near);
+    // Light has detail of its own beside where it comes from.
+    for (std::size_t i = 0; i < seen_in.size() && !lights.empty(); ++i) {
+        const glm::dvec2 tile(i % static_cast<std::size_t>(march_.count.x),
+                              i / static_cast<std::size_t>(march_.count.x));
+        const glm::dvec2 pixel = ((tile + 0.5) * double{kLayerTile} + offset) * scale;
+        for (const NearLight& light : lights)
+            seen_in[i].longest = std::min(seen_in[i].longest, light.from_ray(pixel));
     }
     // A spot's beam has an edge where the medium has none.
     const bool spaced = s.spacing == Settings::Spacing::medium && tools_.lights.spots() == 0;
