@@ -15,12 +15,13 @@ namespace {
 
 /// How long a step may be [m] in a medium that changes within `detail` metres and extinguishes
 /// `most` per metre: as long as its detail asks, or longer where there is next to nothing of it.
-double longest_step(double detail, double most)
+double longest_step(double detail, double most, bool shafts)
 {
     constexpr double kDetail = 2;    // of what it changes within
     constexpr double kFaint = 0.02;  // optical depth of a step that changes are lost in
     constexpr double kThick = 0.3;   // that a step is to have at most
-    return std::min(std::max(kDetail * detail, kFaint / most), kThick / most);
+    constexpr double kShaft = 0.08;  // likewise: shafts of shadow change within any step
+    return std::min(std::max(kDetail * detail, kFaint / most), (shafts ? kShaft : kThick) / most);
 }
 
 /// Where a convex body is in the picture and in depth.
@@ -219,6 +220,7 @@ void StepTiles::project(const PassFrame& frame, const Slots& slots)
         double longest = std::numeric_limits<double>::infinity();  ///< step [m]
     };
     std::vector<Seen> seen_in(march_.texels.size());
+    const bool shafts = tools_.lights.suns() > 0 && tools_.lights.shadow_views() > 0;
     for (const medium::Occupied& part : tools_.media.occupied()) {
         const glm::dmat4 view_from_box = frame.host.view_from_world * part.world_from_box;
         for (const medium::OccupiedBox& box : part.boxes) {
@@ -226,7 +228,7 @@ void StepTiles::project(const PassFrame& frame, const Slots& slots)
                 project_box(box.bounds, view_from_box, frame.host, frame.eye.near);
             if (seen.view_z.y <= frame.eye.near)
                 continue;
-            const double longest = longest_step(part.detail, box.most);
+            const double longest = longest_step(part.detail, box.most, shafts);
             const std::uint64_t held = slots.between(seen.view_z.x, seen.view_z.y);
             constexpr double kSlack = 0.01;  // texels, and pixels
             for_tiles(seen.low / scale - offset - kSlack, seen.high / scale - offset + kSlack,
