@@ -185,6 +185,10 @@ void Renderer::composite(const Frame& frame, const Settings& settings)
         parts.blend(*view, pass::Layer::scattering, "scattering");
     }
     gl->NamedFramebufferTexture(parts.host.id(), GL_COLOR_ATTACHMENT0, 0, 0);
+    if (parts.volumes.has_more()) {
+        const auto time = parts.timers.scope("light volumes, anew");
+        parts.volumes.go_on(view->eye.position);
+    }
 }
 
 InspectionLegend Renderer::inspect(const Frame& frame, const Settings& settings,

@@ -159,6 +159,9 @@ std::vector<SettingInfo> make_table()
                   "edge of each view of the surfaces' shadow map"),
         automatic("shadow-cache", "auto|0..512", "nodes", &S::shadow_cache, 0, 512,
                   "longest edge of a volume of shadows for each light; 0: marched at each sample"),
+        number(
+            "shadow-fill", "light", "1..256", "frames", &S::shadow_fill, 1, 256,
+            "that a moved light's volume of shadows is filled in; the last one serves until then"),
         automatic("world-cache", "auto|0..128", "nodes", &S::world_cache, 0, 128,
                   "longest edge of the volume of the world's light; 0: it reaches media undimmed"),
         number("world-directions", "light", "8..120", "", &S::world_directions, 8, 120,

@@ -73,7 +73,8 @@ struct Settings {
     /// Nodes along the longest edge of the volume of optical depth towards each light, taken by
     /// set_scene(); 0: none, shadows are marched; kAutomatic: two a voxel, 96 at most.
     int shadow_cache = kAutomatic;
-    /// Likewise of the world's light; 0: none, media don't dim it nor surfaces hide it;
+    int shadow_fill = 1;  ///< frames that a light's volume is filled in once it has moved, 1..256
+    /// Nodes likewise of the world's light; 0: none, media don't dim it nor surfaces hide it;
     /// kAutomatic: one for 3 voxels, 32 at most.
     int world_cache = kAutomatic;
     int world_directions = 64;  ///< that the world's light is summed over, 8..120

@@ -1,6 +1,6 @@
 // Optical depth of the marched media from each node of a lattice to one light. Depth and not transmittance
 // is kept: it is smooth where the medium is, so that exp of what is interpolated errs least.
-//   in   the extinction's volume, lights
+//   in   the extinction's volume, the light
 //   out  optical depth, one layer of the texture
 #include "light/trace.glsl"
 
@@ -10,7 +10,7 @@ layout(binding = 0) writeonly uniform image3D u_depth_img;
 void main()
 {
     const float kMost = 6e4;  // of a 16-bit float; an infinity times a weight of 0 would be none
-    ivec3 node = ivec3(gl_GlobalInvocationID);
+    ivec3 node = ivec3(gl_GlobalInvocationID) + ivec3(0, 0, int(u_volumes.fill.w));
     LatticeParams lattice = u_volumes.depth;
     if (any(greaterThan(node, ivec3(lattice.last.xyz))))
         return;
@@ -18,7 +18,11 @@ void main()
     // As fine as the nodes that are filled, and no coarser than those that it is filled from.
     float step = min(u_volumes.extinction.last.x / lattice.last.x, 1.0);
     vec3 p = node_position(lattice, node);
-    LightSample light = light_sample(i, p);
-    vec3 tau = min(vec3(traced_depth(p, light.wi, light.range, step)), vec3(kMost));
+    vec3 to_light = u_volumes.light.xyz - u_volumes.light.w * p;
+    float range = max(length(to_light), kLeastRange);
+    vec3 wi = to_light / range;
+    if (u_volumes.light.w == 0.0)
+        range = kSunRange;
+    vec3 tau = min(vec3(traced_depth(p, wi, range, step)), vec3(kMost));
     imageStore(u_depth_img, node + ivec3(0, 0, i * (int(lattice.last.z) + 1)), vec4(tau, 0.0));
 }

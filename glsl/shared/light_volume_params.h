@@ -21,8 +21,9 @@ struct LightVolumesParams {
     LatticeParams surfaces;  // of the world's light that reaches surfaces
     vec4 extinction_color;   // what one stored number stands for: rgb: a colour; a: 1
     vec4 view;               // xyz: where an orthographic eye looks, unit length; w: 1, else all 0
-    vec4 fill;  // x: the light whose layer is filled; y: directions of the world; z: media
-                // samples along an edge of a node's cell
+    vec4 fill;   // x: the layer that is filled; y: directions of the world; z: media samples along
+                 // an edge of a node's cell; w: the first node along z
+    vec4 light;  // of that layer: xyz: the direction to a sun, w: 0; or a place [m], w: 1
 };
 
 // Light of the world from the directions of one cell of the sphere.

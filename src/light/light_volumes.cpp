@@ -130,6 +130,7 @@ private:
 void LightVolumes::clear()
 {
     extinction_ = {};
+    refill_.reset();
     depth_ = {};
     depth_lights_.clear();
     clear_world();
@@ -157,8 +158,10 @@ void LightVolumes::set(const Scene& scene, const Settings& settings, medium::Med
                        settings.shadow_range == Settings::ShadowRange::media &&
                        traits.marched > 0 && lights.count() > 0;
     if (depth) {
-        set_depth(key, settings.shadow_cache, media, lights);
+        set_depth(key, settings, media, lights);
     } else {
+        refill_.reset();
+        extinction_ = {};
         depth_ = {};
         depth_lights_.clear();
     }
@@ -170,17 +173,20 @@ void LightVolumes::set(const Scene& scene, const Settings& settings, medium::Med
                   media, surfaces, lights);
     else
         clear_world();
-    extinction_ = {};
+    if (!refill_)
+        extinction_ = {};
 }
 
-void LightVolumes::set_depth(const MediaKey& key, int nodes, medium::MediaSet& media,
+void LightVolumes::set_depth(const MediaKey& key, const Settings& settings, medium::MediaSet& media,
                              LightSet& lights)
 {
-    std::vector<Light> layers;
+    wanted_lights_.clear();
     for (const Light& light : lights.lights())
-        layers.push_back(without_intensity(light));
-    const int count = static_cast<int>(layers.size());
+        wanted_lights_.push_back(without_intensity(light));
+    refill_frames_ = settings.shadow_fill;
+    const int count = static_cast<int>(wanted_lights_.size());
     const medium::VoxelFrame frame = media.voxel_frame();
+    const int nodes = settings.shadow_cache;
     const bool automatic = nodes == Settings::kAutomatic;
     const int most = clamp_to(automatic ? kAutoDepthNodes : nodes, count, device_);
     const Lattice lattice = make_lattice(frame.voxel_from_world, frame.marched,
@@ -188,25 +194,83 @@ void LightVolumes::set_depth(const MediaKey& key, int nodes, medium::MediaSet& m
     const glm::ivec3 size = lattice.count * glm::ivec3(1, 1, count);
     const bool same = depth_ && depth_.size() == size && depth_key_ == key &&
                       depth_lattice_.node_from_world == lattice.node_from_world;
-    std::vector<int> changed;
-    for (int i = 0; i < count; ++i)
-        if (!same ||
-            !(depth_lights_[static_cast<std::size_t>(i)] == layers[static_cast<std::size_t>(i)]))
-            changed.push_back(i);
-    depth_key_ = key;
-    depth_lights_ = std::move(layers);
-    if (changed.empty())
-        return;
+    if (!same || refill_frames_ == 1) {
+        refill_.reset();
+        extinction_ = {};
+    }
+    if (same && (refill_ || depth_lights_ == wanted_lights_))
+        return;  // what is on its way begins anew where lights have moved meanwhile
     const Stopwatch watch(device_);
+    depth_key_ = key;
     depth_lattice_ = lattice;
+    depth_defines_ = fill_defines(media, no_lights());
+    fill_extinction(media, lights);
+    if (same && refill_frames_ > 1) {
+        begin_refill();
+        return;
+    }
     if (!same) {
         depth_ = {};
         depth_ = make_volume(device_, "optical depth to lights", lattice, count,
                              rgb_ ? GL_RGBA16F : GL_R16F);
     }
-    fill_extinction(media, lights);
-    fill_depth(changed, media, lights);
-    depth_cost_ = {watch.ms(), static_cast<int>(changed.size())};
+    int filled = 0;
+    const glm::dvec3 eye = centre_of(lattice);
+    begin_fill(eye, media, lights);
+    for (int i = 0; i < count; ++i) {
+        const auto layer = static_cast<std::size_t>(i);
+        if (same && depth_lights_[layer] == wanted_lights_[layer])
+            continue;
+        fill_depth(depth_, i, wanted_lights_[layer], 0, lattice.count.z, eye);
+        ++filled;
+    }
+    depth_lights_ = wanted_lights_;
+    depth_cost_ = {watch.ms(), filled};
+}
+
+void LightVolumes::begin_refill()
+{
+    const int count = static_cast<int>(wanted_lights_.size());
+    refill_.emplace();
+    refill_->lights = wanted_lights_;
+    for (int i = 0; i < count; ++i)
+        if (!(depth_lights_[static_cast<std::size_t>(i)] ==
+              wanted_lights_[static_cast<std::size_t>(i)]))
+            refill_->layers.push_back(i);
+    const int slices = static_cast<int>(refill_->layers.size()) * depth_lattice_.count.z;
+    const int a_frame = (slices + refill_frames_ - 1) / refill_frames_;
+    refill_->slices = (a_frame + VOLUME_GROUP - 1) / VOLUME_GROUP * VOLUME_GROUP;
+    refill_->depth = make_volume(device_, "optical depth to moved lights", depth_lattice_, count,
+                                 rgb_ ? GL_RGBA16F : GL_R16F);
+    const glm::ivec3 size = depth_.size();
+    device_->CopyImageSubData(depth_.id(), GL_TEXTURE_3D, 0, 0, 0, 0, refill_->depth.id(),
+                              GL_TEXTURE_3D, 0, 0, 0, 0, size.x, size.y, size.z);
+}
+
+void LightVolumes::go_on(glm::dvec3 eye)
+{
+    if (!refill_)
+        return;
+    const int slices = depth_lattice_.count.z;
+    const int all = static_cast<int>(refill_->layers.size()) * slices;
+    for (int left = refill_->slices; left > 0 && refill_->done < all;) {
+        const int layer = refill_->layers[static_cast<std::size_t>(refill_->done / slices)];
+        const int first = refill_->done % slices;
+        const int now = std::min(left, slices - first);
+        fill_depth(refill_->depth, layer, refill_->lights[static_cast<std::size_t>(layer)], first,
+                   now, eye);
+        refill_->done += now;
+        left -= now;
+    }
+    if (refill_->done < all)
+        return;
+    depth_ = std::move(refill_->depth);
+    depth_lights_ = std::move(refill_->lights);
+    refill_.reset();
+    if (depth_lights_ == wanted_lights_)
+        extinction_ = {};
+    else
+        begin_refill();
 }
 
 void LightVolumes::plan_world(const WorldKey& key, const medium::MediaSet& media,
@@ -324,17 +388,19 @@ void LightVolumes::fill_extinction(medium::MediaSet& media, LightSet& lights)
              extinction_lattice_.count);
 }
 
-void LightVolumes::fill_depth(const std::vector<int>& layers, medium::MediaSet& media,
-                              LightSet& lights)
+void LightVolumes::fill_depth(const gl::Texture& depth, int layer, const Light& light,
+                              int first_slice, int slices, glm::dvec3 eye)
 {
-    const gl::Defines defines = fill_defines(media, lights.defines());
+    params_.fill.x = static_cast<float>(layer);
+    params_.fill.w = static_cast<float>(first_slice);
+    if (const auto* sun = std::get_if<SunLight>(&light))
+        params_.light = glm::vec4(glm::vec3(glm::normalize(sun->direction_to_light)), 0.0f);
+    else
+        params_.light = glm::vec4(glm::vec3(std::get<PointLight>(light).position - eye), 1.0f);
+    write_block(eye);
     device_->BindTextureUnit(EXTINCTION_VOLUME_UNIT, extinction_.id());
-    for (const int layer : layers) {
-        params_.fill.x = static_cast<float>(layer);
-        begin_fill(centre_of(depth_lattice_), media, lights);
-        dispatch("light/depth.comp", defines, depth_, rgb_ ? GL_RGBA16F : GL_R16F,
-                 depth_lattice_.count);
-    }
+    dispatch("light/depth.comp", depth_defines_, depth, rgb_ ? GL_RGBA16F : GL_R16F,
+             {depth_lattice_.count.x, depth_lattice_.count.y, slices});
 }
 
 gl::Texture LightVolumes::draw_world(const WorldKey& key, const surface::SurfaceSet& surfaces,

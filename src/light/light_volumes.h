@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -60,6 +61,11 @@ public:
     /// What is kept, at what size, and what it took to fill: a line each.
     [[nodiscard]] std::vector<std::string> describe() const;
 
+    /// Fills a part of what a moved light has left to be filled over several frames: call it once a
+    /// frame, while the frame's media are bound for an eye at `eye`. Rebinds what it needs.
+    void go_on(glm::dvec3 eye);
+    [[nodiscard]] bool has_more() const { return refill_.has_value(); }
+
     /// Binds the world's light on surfaces instead of that in the media.
     void bind_for_surfaces(glm::dvec3 eye, bool through_media);
     /// Likewise for glsl/pass/surface.frag.
@@ -91,11 +97,24 @@ private:
         int layers = 0;  ///< of them filled anew
     };
 
-    void set_depth(const MediaKey& key, int nodes, medium::MediaSet& media, LightSet& lights);
+    /// Depths towards lights that have moved, and that take the place of depth_ once all are
+    /// filled.
+    struct Refill {
+        gl::Texture depth;
+        std::vector<Light> lights;
+        std::vector<int> layers;  ///< of them, those to be filled
+        int slices = 0;           ///< of nodes along z that a frame fills
+        int done = 0;             ///< of them, in all those layers
+    };
+
+    void set_depth(const MediaKey& key, const Settings& settings, medium::MediaSet& media,
+                   LightSet& lights);
+    void begin_refill();
     void set_world(const WorldKey& key, medium::MediaSet& media,
                    const surface::SurfaceSet& surfaces, LightSet& lights);
     void fill_extinction(medium::MediaSet& media, LightSet& lights);
-    void fill_depth(const std::vector<int>& layers, medium::MediaSet& media, LightSet& lights);
+    void fill_depth(const gl::Texture& depth, int layer, const Light& light, int first_slice,
+                    int slices, glm::dvec3 eye);
     void clear_world();
     void plan_world(const WorldKey& key, const medium::MediaSet& media,
                     const surface::SurfaceSet& surfaces);
@@ -128,7 +147,11 @@ private:
     bool turned_ = false;
 
     MediaKey depth_key_;
-    std::vector<Light> depth_lights_;  ///< of each layer, their intensity left out
+    std::vector<Light> depth_lights_;   ///< of each layer, their intensity left out
+    std::vector<Light> wanted_lights_;  ///< as the scene has them now
+    int refill_frames_ = 1;
+    gl::Defines depth_defines_;  ///< of the shader that fills it
+    std::optional<Refill> refill_;
     WorldKey world_key_;
     Cost depth_cost_, world_cost_;
 };

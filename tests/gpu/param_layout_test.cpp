@@ -197,7 +197,7 @@ TEST_F(ParamLayout, Lights)
 TEST_F(ParamLayout, LightVolumes)
 {
     Offsets expected{MEMBER(LightVolumesParams, extinction_color), MEMBER(LightVolumesParams, view),
-                     MEMBER(LightVolumesParams, fill)};
+                     MEMBER(LightVolumesParams, fill), MEMBER(LightVolumesParams, light)};
     add_struct(expected, "extinction", offsetof(LightVolumesParams, extinction), kLattice);
     add_struct(expected, "depth", offsetof(LightVolumesParams, depth), kLattice);
     add_struct(expected, "world", offsetof(LightVolumesParams, world), kLattice);

@@ -217,7 +217,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     const auto volumes = [&](const Defines& media, const Defines& lights, unsigned set) {
         const Defines stored = flags(set, {"VOLUME_RGB"});
         variants.add("light/extinction.comp", media + kLights[0] + stored);
-        variants.add("light/depth.comp", media + lights + stored);
+        variants.add("light/depth.comp", media + kLights[0] + stored);
         for (const char* bands : {"1", "3", "4"}) {
             const Defines of_bands = media + kLights[0] + stored + Defines{{"BANDS", bands}};
             variants.add("light/world.comp",

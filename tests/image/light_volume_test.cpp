@@ -7,6 +7,7 @@
 #include <numbers>
 #include <tuple>
 
+#include "host_picture.h"
 #include "image_test.h"
 #include "study/metrics.h"
 #include "study/reference.h"
@@ -201,6 +202,49 @@ TEST_F(LightVolume, SeveralMediaOfSeveralColoursShareOne)
         EXPECT_GT(study::compare(kept.scattering, render(scene, settings).scattering).relmse, 1e-2)
             << "media shade each other, " << mode_name(settings.mode);
     }
+}
+
+TEST_F(LightVolume, IsFilledOverFramesWhereThatIsAsked)
+{
+    Scene scene = empty_scene(16);
+    scene.lights = {SunLight{{0.5, 0.5, 0.7}, glm::vec3(4)},
+                    PointLight{{0.6, -4, 1.5}, glm::vec3(20)}};
+    scene.media = {turned_lump(glm::dmat4(1.0))};
+    Settings settings = plain_settings();
+    settings.shadow_fill = 3;
+    Renderer renderer(get_proc());
+    HostPicture host(gl(), glm::ivec2(16));
+    host.look(scene.camera);
+    const auto next_frame = [&] {
+        host.fill(glm::vec3(0), scene.camera.near, [](int, int) { return 0.0; });
+        renderer.composite(host.frame, settings);
+        return host.read();
+    };
+    const auto at_once = [&] {
+        Renderer fresh(get_proc());
+        fresh.set_scene(scene, settings);
+        host.fill(glm::vec3(0), scene.camera.near, [](int, int) { return 0.0; });
+        fresh.composite(host.frame, settings);
+        return host.read();
+    };
+    renderer.set_scene(scene, settings);
+    EXPECT_TRUE(images_near(next_frame(), at_once(), 0, 0, "first")) << "a new volume is whole";
+
+    std::get<PointLight>(scene.lights[1]).position.x += 1.5;
+    renderer.set_scene(scene, settings);
+    for (int i = 0; i < 3; ++i)
+        EXPECT_GT(max_difference(next_frame(), at_once()), 1e-3) << "frame " << i;
+    EXPECT_TRUE(images_near(next_frame(), at_once(), 1e-3, 1e-4, "16-bit depths of other sums"));
+
+    // What moves on while it is filled is caught up with in one more turn.
+    std::get<PointLight>(scene.lights[1]).position.x -= 2.5;
+    renderer.set_scene(scene, settings);
+    next_frame();
+    std::get<SunLight>(scene.lights[0]).direction_to_light.x = -0.8;
+    renderer.set_scene(scene, settings);
+    for (int i = 0; i < 5; ++i)
+        EXPECT_GT(max_difference(next_frame(), at_once()), 1e-3) << "frame " << i;
+    EXPECT_TRUE(images_near(next_frame(), at_once(), 1e-3, 1e-4, "16-bit depths of other sums"));
 }
 
 TEST_F(LightVolume, IsFilledAgainOnlyForWhatChanged)
