@@ -31,8 +31,8 @@ TEST_F(BenchCommand, WritesItsFilesAndTellsWhatGrows)
     const Outcome run_json =
         run({"--quick", "--group", "lights", "--rounds", "1", "--frames", "1", "--json"});
     ASSERT_EQ(run_json.code, 0) << run_json;
-    EXPECT_EQ(list(folder_.path() / "bench"), (std::vector<std::string>{"bench.csv", "smoke.vdb"}))
-        << "there is nothing of lights to draw";
+    EXPECT_EQ(list(folder_.path() / "bench"),
+              (std::vector<std::string>{"bench.csv", "bench.png", "smoke.vdb"}));
     const auto json = nlohmann::json::parse(run_json.out);
     EXPECT_EQ(json["growth"].size(), 1u);
     std::set<std::string> quantities;
