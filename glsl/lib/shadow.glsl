@@ -16,19 +16,9 @@ float shadow_bias(vec4 origin, vec4 axis, vec3 p)
     return is_sun_view(axis) ? axis.w : axis.w * length(p - origin.xyz);
 }
 
-// Which of six views of a point light holds direction d: +x -x +y -y +z -z.
-int cube_face(vec3 d)
-{
-    vec3 a = abs(d);
-    if (a.x >= a.y && a.x >= a.z)
-        return d.x >= 0.0 ? 0 : 1;
-    if (a.y >= a.z)
-        return d.y >= 0.0 ? 2 : 3;
-    return d.z >= 0.0 ? 4 : 5;
-}
-
-// That view, and where in it d is, -1..1 over a right angle: the axes of a view as src/light/shadow_views.cpp sets
-// them, without a matrix that each point would look up for itself, or a branch, both ways of which would be run.
+// Which of six views of a point light holds direction d, +x -x +y -y +z -z, and where in it d is, -1..1 over a
+// right angle: the axes of a view as src/light/shadow_views.cpp sets them, without a matrix that each point would
+// look up for itself, or a branch, both ways of which would be run.
 vec2 on_cube_face(vec3 d, out int face)
 {
     vec3 a = abs(d);
@@ -37,4 +27,11 @@ vec2 on_cube_face(vec3 d, out int face)
     float along = x ? d.x : y ? d.y : d.z;
     face = (x ? 0 : y ? 2 : 4) + (along >= 0.0 ? 0 : 1);
     return vec2(x ? -d.y : y ? d.x : d.y, x || y ? d.z : d.x) * vec2(sign(along), 1.0) / abs(along);
+}
+
+int cube_face(vec3 d)
+{
+    int face;
+    on_cube_face(d, face);
+    return face;
 }
