@@ -82,12 +82,9 @@ LightLine light_line(Ray ray, vec3 wo, vec2 spread)
     for (int i = SUN_COUNT; i < LIGHT_COUNT; ++i) {
         vec3 to_light = u_lights.lights[i].position.xyz - ray.origin;
         float t = dot(to_light, ray.direction) / dot(ray.direction, ray.direction);
-        // 1 / d is what a line past a light sees of it. Its mean over a square of width 1 with the light behind
-        // its middle is 4 asinh(1), that of 1 / 0.284: the line sees it from no nearer.
-        float least = 0.284 * (spread.x + spread.y * t);
         vec3 from_line = to_light - ray.direction * t;
-        line.placed[i - SUN_COUNT] = vec2(t, max(sqrt(dot(from_line, from_line) + least * least),
-                                                 kLeastRange));
+        float disc = inversesqrt(kPi) * (spread.x + spread.y * t);  // as large as the square
+        line.placed[i - SUN_COUNT] = vec2(t, max(distance_of_disc(dot(from_line, from_line), disc), kLeastRange));
     }
 #endif
     return line;
