@@ -14,6 +14,10 @@
 //                    of each step; else only where media are, each step cut exactly at both ends
 //   MEDIA_DEPTH      work out a depth that stands for the ray's media, for march_history.frag
 //   COUNT_SAMPLES    write the number of media evaluations instead
+//   LIT_TILES        1: these tiles are lit: surfaces are not asked
+#if defined(LIT_TILES) && LIT_TILES == 1
+#undef SURFACE_SHADOWS
+#endif
 #include "lib/step_lattice.glsl"
 #include "scene/in_scattering.glsl"
 
@@ -87,10 +91,15 @@ void march(inout Layer layer, MediaLine line, LightLine light, float length_per_
     layer.transmittance *= exp(-tau);
 }
 
+// Splits of a slot, as a power of two; and the slot that holds one.
+int slot_width() { return int(tile.w >> 16u) & 255; }
+int slot_of(int split) { return clamp((split - int(tile.w & 0xffffu)) >> slot_width(), 0, 31); }
+
 // Splits of the lattice that the step at one of them takes.
 int stride_at(int split)
 {
-    return split < int(tile.w & 0xffffu) ? 4 : split < int(tile.w >> 16u) ? 2 : 1;
+    int slot = slot_of(split);
+    return ((tile.y >> slot) & 1u) != 0u ? 4 : ((tile.z >> slot) & 1u) != 0u ? 2 : 1;
 }
 
 void main()
@@ -149,8 +158,8 @@ void main()
         int slot = findLSB(slots);
         int beyond = slot + findLSB(~(slots >> uint(slot)));
         slots &= ~0u << uint(beyond);
-        int first = max(int(tile.y) + slot * int(tile.z), entry);
-        int last = min(int(tile.y) + beyond * int(tile.z), steps);
+        int first = max(int(tile.w & 0xffffu) + (slot << slot_width()), entry);
+        int last = min(int(tile.w & 0xffffu) + (beyond << slot_width()), steps);
         float z = max(step_split(float(first) / float(steps), range, octaves, lambda), inside.x);
         for (int i = first; i < last && z < inside.y && most(layer.transmittance) > enough;) {
             int stride = stride_at(i);

@@ -1,8 +1,10 @@
 // One point a tile: a square of pixels, drawn where there is something to draw.
-//   in   a texel a tile, as src/pass/step_tiles.cpp sets them
-//   out  tile  x: slots of the step lattice that hold something, as bits; y: first step of slot 0; z: steps of
-//              a slot; w: splits before which four (low 16 bits), and two (high), are one step
+//   in   a texel a tile, as StepSlots::tile() of src/pass/step_slots.h makes it
+//   out  tile  x: slots of the step lattice that hold something, as bits; y, z: those whose splits are taken four
+//              and two at a time; w: split where slot 0 begins, low 16 bits; log2 of splits of a slot, 8 bits; and
+//              the highest: no surface hides a light from it
 //   TILE_PIXELS  along its edge
+//   LIT_TILES    1: only those that no surface shades; 0: only the others
 #include "shared/bindings.h"
 
 layout(binding = STEP_TILES_UNIT) uniform usampler2D u_tiles_tx;
@@ -13,6 +15,10 @@ void main()
     ivec2 count = textureSize(u_tiles_tx, 0);
     ivec2 at = ivec2(gl_VertexID % count.x, gl_VertexID / count.x);
     tile = texelFetch(u_tiles_tx, at, 0);
+    bool drawn = tile.x != 0u;
+#ifdef LIT_TILES
+    drawn = drawn && (tile.w >> 31u) == uint(LIT_TILES);
+#endif
     gl_PointSize = float(TILE_PIXELS);
-    gl_Position = vec4(tile.x != 0u ? (vec2(at) + 0.5) / vec2(count) * 2.0 - 1.0 : vec2(2.0), 0.0, 1.0);
+    gl_Position = vec4(drawn ? (vec2(at) + 0.5) / vec2(count) * 2.0 - 1.0 : vec2(2.0), 0.0, 1.0);
 }

@@ -208,4 +208,14 @@ std::vector<float> read_texture(const Device& gl, TextureView texture, int chann
     return texels;
 }
 
+std::vector<float> read_depth_layer(const Device& gl, TextureView texture, int layer)
+{
+    std::vector<float> texels(static_cast<std::size_t>(texture.size.x) * texture.size.y);
+    const TightTransfer tight(gl, TightTransfer::Direction::pack);
+    gl->GetTextureSubImage(texture.id, 0, 0, 0, layer, texture.size.x, texture.size.y, 1,
+                           GL_DEPTH_COMPONENT, GL_FLOAT,
+                           static_cast<GLsizei>(texels.size() * sizeof(float)), texels.data());
+    return texels;
+}
+
 }  // namespace fumarole::gl

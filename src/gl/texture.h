@@ -67,4 +67,7 @@ private:
 std::vector<float> read_texture(const Device& device, TextureView texture, int channels,
                                 bool depth = false);
 
+/// The depths of one layer of an array, 0..1, first row first.
+std::vector<float> read_depth_layer(const Device& device, TextureView texture, int layer);
+
 }  // namespace fumarole::gl

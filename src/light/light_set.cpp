@@ -138,6 +138,13 @@ void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, cons
     shadow_map_ = painter_.draw(views_, surfaces, map_size);
 }
 
+LightSet::SunShadow LightSet::read_sun_shadow(int i) const
+{
+    const int view = first_view_[static_cast<std::size_t>(i)];
+    return {views_[static_cast<std::size_t>(view)],
+            gl::read_depth_layer(device_, shadow_map_.view(), view), shadow_map_.size().x};
+}
+
 gl::Defines LightSet::defines() const
 {
     gl::Defines defines{{"SUN_COUNT", fmt::format("{}", suns_)},

@@ -53,6 +53,15 @@ public:
     [[nodiscard]] int shadow_views() const { return static_cast<int>(views_.size()); }
     [[nodiscard]] glm::vec3 world_radiance() const { return world_radiance_; }
 
+    /// What surfaces hide of sun i from the media: the view that holds all of them.
+    struct SunShadow {
+        View view;
+        std::vector<float> texels;  ///< depths, size * size, row by row
+        int size = 0;
+    };
+    /// Read back, so it waits for the GPU. Only where there are shadow views.
+    [[nodiscard]] SunShadow read_sun_shadow(int i) const;
+
 private:
     void add_sun_views(const SunLight& sun, const surface::SurfaceSet& surfaces,
                        const Bounds& media, int map_size);

@@ -94,6 +94,21 @@ double depth_reach(const Eye& eye, glm::dvec2 media_range)
     return eye.perspective ? 0.0 : std::max(media_range.y - media_range.x, 1e-30);
 }
 
+int layer_scale(const Frame& frame, const Eye& eye, const Bounds& media, double detail, double g)
+{
+    constexpr int kSmall = 4, kUsual = 2;
+    // Shares of a phase's lobe, 1 - g radians wide, and of the media's detail, that a texel may
+    // span. What a texel leaves out grows with the square of its width: at these it is less than
+    // the grain that steps leave.
+    constexpr double kOfLobe = 0.05, kOfDetail = 0.25;
+    const double pixel = 2 / (std::abs(frame.clip_from_view[1][1]) * frame.color.size.y);
+    const double texel = kSmall * pixel;  // rad, or metres
+    const double farthest = eye.perspective ? media_range(eye, media).y : 1;
+    const bool smooth =
+        texel * farthest <= kOfDetail * detail && (!eye.perspective || texel <= kOfLobe * (1 - g));
+    return smooth ? kSmall : kUsual;
+}
+
 int layer_guard(const Settings& settings)
 {
     if (settings.resolution == 1)
@@ -145,10 +160,8 @@ float format_limit(Settings::Format format)
     }
 }
 
-shared::FrameParams make_frame_params(const Frame& frame, const Eye& eye, const Bounds& media,
-                                      const Settings& settings)
+CameraRays camera_rays(const Frame& frame, const Eye& eye)
 {
-    shared::FrameParams params{};
     // Two points on a pixel's ray in view space; any two depths do, these are always finite.
     const glm::dmat4 view_from_clip = glm::inverse(frame.clip_from_view);
     const glm::dmat4& p = frame.clip_from_view;
@@ -168,13 +181,31 @@ shared::FrameParams make_frame_params(const Frame& frame, const Eye& eye, const 
     const auto [origin, direction] = ray(0, 0);
     const auto [origin_x, direction_x] = ray(1, 0);
     const auto [origin_y, direction_y] = ray(0, 1);
+    CameraRays rays;
+    rays.direction = direction;
+    if (eye.perspective) {
+        rays.direction_dx = direction_x - direction;
+        rays.direction_dy = direction_y - direction;
+    } else {
+        rays.origin = origin;
+        rays.origin_dx = origin_x - origin;
+        rays.origin_dy = origin_y - origin;
+    }
+    return rays;
+}
+
+shared::FrameParams make_frame_params(const Frame& frame, const Eye& eye, const Bounds& media,
+                                      const Settings& settings)
+{
+    shared::FrameParams params{};
+    const CameraRays rays = camera_rays(frame, eye);
     const auto vec = [](glm::dvec3 v) { return glm::vec4(glm::vec3(v), 0.0f); };
-    params.ray_origin = vec(eye.perspective ? glm::dvec3(0) : origin);
-    params.ray_origin_dx = vec(eye.perspective ? glm::dvec3(0) : origin_x - origin);
-    params.ray_origin_dy = vec(eye.perspective ? glm::dvec3(0) : origin_y - origin);
-    params.ray_direction = vec(direction);
-    params.ray_direction_dx = vec(eye.perspective ? direction_x - direction : glm::dvec3(0));
-    params.ray_direction_dy = vec(eye.perspective ? direction_y - direction : glm::dvec3(0));
+    params.ray_origin = vec(rays.origin);
+    params.ray_origin_dx = vec(rays.origin_dx);
+    params.ray_origin_dy = vec(rays.origin_dy);
+    params.ray_direction = vec(rays.direction);
+    params.ray_direction_dx = vec(rays.direction_dx);
+    params.ray_direction_dy = vec(rays.direction_dy);
 
     params.view_z_from_depth = glm::vec4(view_z_from_depth(frame));
     params.sky_depth.x = frame.depth_convention.reversed ? 0.0f : 1.0f;

@@ -18,11 +18,20 @@ struct Eye {
     bool perspective = true;
 };
 
+/// A pixel's ray, p(view_z) = origin + direction * view_z in metres of eye-centred world; both are
+/// affine in NDC: centre + x * dx + y * dy. Depth grows by 1 along a direction.
+struct CameraRays {
+    glm::dvec3 origin{0}, origin_dx{0}, origin_dy{0};
+    glm::dvec3 direction{0}, direction_dx{0}, direction_dy{0};
+};
+
 /// Whether something of the frame is kept for the next one of its view.
 bool keeps_history(const Frame& frame, const Settings& settings);
 
 /// @throws Error if the projection is neither perspective nor orthographic or can't be inverted.
 Eye make_eye(const Frame& frame);
+
+CameraRays camera_rays(const Frame& frame, const Eye& eye);
 
 /// Nearest and farthest view_z of a box [m].
 glm::dvec2 view_z_range(const Eye& eye, const Bounds& bounds);
@@ -45,6 +54,11 @@ GLenum gl_format(Settings::Format format);
 /// The frame's block. media: world bounds of all media, not empty.
 shared::FrameParams make_frame_params(const Frame& frame, const Eye& eye, const Bounds& media,
                                       const Settings& settings);
+
+/// Pixels along the edge of a texel of the volume layer, where that is left open: four where
+/// neither a medium nor its light changes much within so many, else two.
+/// @param detail metres within which the media change @param g the largest |g| of them
+int layer_scale(const Frame& frame, const Eye& eye, const Bounds& media, double detail, double g);
 
 /// Texels of the volume layer beyond the picture on each side, so that the upsample finds all its
 /// taps at the picture's edge; 2017 had none and repeated its last.

@@ -100,7 +100,7 @@ const MarchHistory::Layer& MarchHistory::add(const PassFrame& frame, const StepT
     gl->ClearNamedFramebufferfv(mean.framebuffer.id(), GL_COLOR, 0, kNothing.data());
     gl->ClearNamedFramebufferfv(mean.framebuffer.id(), GL_COLOR, 1,
                                 (view.shape.monochrome ? kState : kAll).data());
-    tiles.draw_march("pass/march_history.frag", defines);
+    tiles.draw_tiles("pass/march_history.frag", defines);
     view.last = now;
     view.last_media_range = media_range(frame.eye, frame.media);
     view.last_offset = frame.host.layer_offset;

@@ -15,13 +15,20 @@ namespace {
 
 /// How long a step may be [m] in a medium that changes within `detail` metres and extinguishes
 /// `most` per metre: as long as its detail asks, or longer where there is next to nothing of it.
-double longest_step(double detail, double most, bool shafts)
+double longest_step(double detail, double most)
 {
     constexpr double kDetail = 2;    // of what it changes within
     constexpr double kFaint = 0.02;  // optical depth of a step that changes are lost in
     constexpr double kThick = 0.3;   // that a step is to have at most
-    constexpr double kShaft = 0.08;  // likewise: shafts of shadow change within any step
-    return std::min(std::max(kDetail * detail, kFaint / most), (shafts ? kShaft : kThick) / most);
+    return std::min(std::max(kDetail * detail, kFaint / most), kThick / most);
+}
+
+/// Likewise where a surface's shadow ends: it may do so anywhere in a step.
+/// What it misses is grain, which shows the more the more pixels a texel's edge has, `scale`.
+double longest_in_shaft(double most, int scale)
+{
+    constexpr double kShaft = 0.16;  // optical depth times pixels
+    return kShaft / (std::max(scale, 2) * most);
 }
 
 /// Where a convex body is in the picture and in depth.
@@ -105,87 +112,9 @@ private:
     double least_ = 0;   ///< of a light behind the eye
 };
 
-constexpr glm::uvec4 kEmptyTile(0, 0, 0, 0);
-constexpr glm::uvec4 kDrawnTile(1, 0, 0, 1);
+constexpr glm::uvec4 kEmptyTile(0), kDrawnTile(1, 0, 0, 0);
 
 }  // namespace
-
-/// The steps' lattice, in up to 64 slots of a power of two of steps.
-class StepTiles::Slots {
-public:
-    explicit Slots(const PassFrame& frame)
-        : steps_{frame.settings.steps}, width_{power_of_two((steps_ + kMost - 1) / kMost)}
-    {
-        const glm::dvec2 range = step_range(frame.eye, frame.media, frame.settings);
-        const double lambda = frame.eye.perspective ? frame.settings.distribution : 0;
-        for (int i = 0; i < steps_ + width_; i += width_) {
-            // glsl/lib/step_lattice.glsl
-            const double progress = std::min(1.0, static_cast<double>(i) / steps_);
-            const double bent = range.x * std::pow(range.y / range.x, lambda > 0 ? progress : 0);
-            ends_.push_back(glm::mix(glm::mix(range.x, range.y, progress), bent, lambda));
-            if (i > 0)
-                lengths_.push_back((ends_.back() - ends_.end()[-2]) /
-                                   std::min(width_, steps_ - i + width_));
-        }
-    }
-
-    /// Of those that view_z from low to high lies in. Outside the range the first and the last.
-    [[nodiscard]] std::uint64_t between(double low, double high) const
-    {
-        const auto first = std::upper_bound(ends_.begin() + 1, ends_.end() - 1, low);
-        const auto last = std::lower_bound(first, ends_.end() - 1, high);
-        const auto bits = [&](auto end) {
-            return ~std::uint64_t{0} >> (63 - (end - ends_.begin() - 1));
-        };
-        return bits(last) & ~(bits(first) >> 1);
-    }
-
-    [[nodiscard]] std::uint64_t all() const { return between(ends_.front(), ends_.back()); }
-
-    /// Texel of a tile whose steps in `slots` may be `longest` metres long; spaced: or are as they
-    /// are.
-    [[nodiscard]] glm::uvec4 tile(std::uint64_t slots, double longest, bool spaced) const
-    {
-        if (slots == 0)
-            return kEmptyTile;
-        const int first = std::countr_zero(slots), end = 64 - std::countl_zero(slots);
-        const int fours = spaced ? joined_until(4, longest) : 0;
-        const int twos = spaced ? joined_until(2, longest) : 0;
-        const int begin = first * width_;
-        int width = std::max(width_, begin < fours ? 4 : begin < twos ? 2 : 1);
-        const auto base = [&] { return begin & -width; };
-        while (end * width_ - base() > kTileSlots * width)
-            width *= 2;
-        std::uint32_t bits = 0;
-        for (int i = first; i < end; ++i)
-            if ((slots >> i & 1) != 0)
-                bits |= 1u << ((i * width_ - base()) / width);
-        return glm::uvec4(bits, base(), width, fours | twos << 16);
-    }
-
-private:
-    static constexpr int kMost = 64;
-    static constexpr int kTileSlots = 31;  ///< of 32: the shader looks for the end of a row of bits
-
-    static int power_of_two(int least)
-    {
-        return static_cast<int>(std::bit_ceil(static_cast<unsigned>(least)));
-    }
-
-    /// Before which split of the lattice so many in one are no longer than `longest`: splits grow
-    /// with depth.
-    [[nodiscard]] int joined_until(int many, double longest) const
-    {
-        const auto end = std::partition_point(lengths_.begin(), lengths_.end(), [&](double length) {
-            return many * length <= longest;
-        });
-        return static_cast<int>(end - lengths_.begin()) * width_ & -many;
-    }
-
-    int steps_, width_;
-    std::vector<double> ends_;     ///< view_z [m], from the first slot's begin
-    std::vector<double> lengths_;  ///< of a slot's splits [m]
-};
 
 void StepTiles::set(const PassFrame& frame)
 {
@@ -193,24 +122,28 @@ void StepTiles::set(const PassFrame& frame)
     const glm::ivec2 picture(frame.host.color.size);
     march_.count = depth_.count = tiles_of(layer_size(picture, frame.settings), kLayerTile);
     picture_.count = tiles_of(picture, kPictureTile);
-    const bool skip = frame.settings.skip && frame.settings.range == Settings::Range::media;
+    const bool media = frame.settings.range == Settings::Range::media;
+    const bool skip = frame.settings.skip && media;
     for (Tiles* tiles : {&march_, &depth_, &picture_})
         tiles->texels.assign(static_cast<std::size_t>(tiles->count.x) *
                                  static_cast<std::size_t>(tiles->count.y),
                              skip ? kEmptyTile : kDrawnTile);
-    const Slots slots(frame);
-    if (skip)
-        project(frame, slots);
-    else
-        std::fill(march_.texels.begin(), march_.texels.end(), slots.tile(slots.all(), 0, false));
+    lit_ = marching_ = 0;
+    if (skip) {
+        project(frame);
+    } else if (media) {
+        const StepSlots slots(frame);
+        std::fill(march_.texels.begin(), march_.texels.end(), slots.tile({.slots = slots.all()}));
+    }
     upload("tiles that march", march_);
     upload("tiles with depth", depth_);
     upload("tiles of the picture", picture_);
 }
 
-void StepTiles::project(const PassFrame& frame, const Slots& slots)
+void StepTiles::project(const PassFrame& frame)
 {
     const Settings& s = frame.settings;
+    const StepSlots slots(frame);
     const double scale = s.resolution;
     const glm::dvec2 offset = frame.host.layer_offset - glm::dvec2(layer_guard(s));
     // Of the layer's texels that a pixel is made of, those on either side of it.
@@ -218,9 +151,9 @@ void StepTiles::project(const PassFrame& frame, const Slots& slots)
     struct Seen {
         std::uint64_t slots = 0;
         double longest = std::numeric_limits<double>::infinity();  ///< step [m]
+        double most = 0;                                           ///< extinction [1/m]
     };
     std::vector<Seen> seen_in(march_.texels.size());
-    const bool shafts = tools_.lights.suns() > 0 && tools_.lights.shadow_views() > 0;
     for (const medium::Occupied& part : tools_.media.occupied()) {
         const glm::dmat4 view_from_box = frame.host.view_from_world * part.world_from_box;
         for (const medium::OccupiedBox& box : part.boxes) {
@@ -228,13 +161,15 @@ void StepTiles::project(const PassFrame& frame, const Slots& slots)
                 project_box(box.bounds, view_from_box, frame.host, frame.eye.near);
             if (seen.view_z.y <= frame.eye.near)
                 continue;
-            const double longest = longest_step(part.detail, box.most, shafts);
+            const double most = box.most, longest = longest_step(part.detail, most);
             const std::uint64_t held = slots.between(seen.view_z.x, seen.view_z.y);
             constexpr double kSlack = 0.01;  // texels, and pixels
             for_tiles(seen.low / scale - offset - kSlack, seen.high / scale - offset + kSlack,
                       kLayerTile, march_.count, [&](std::size_t i) {
-                          seen_in[i].slots |= held;
-                          seen_in[i].longest = std::min(seen_in[i].longest, longest);
+                          Seen& tile = seen_in[i];
+                          tile.slots |= held;
+                          tile.longest = std::min(tile.longest, longest);
+                          tile.most = std::max(tile.most, most);
                       });
             const double grow = reach * scale + kSlack;
             for_tiles(seen.low - grow, seen.high + grow, kPictureTile, picture_.count,
@@ -245,18 +180,40 @@ void StepTiles::project(const PassFrame& frame, const Slots& slots)
     for (const Light& light : tools_.lights.lights())
         if (const auto* point = std::get_if<PointLight>(&light))
             lights.emplace_back(point->position, frame.host, frame.eye.near);
-    // Light has detail of its own beside where it comes from.
-    for (std::size_t i = 0; i < seen_in.size() && !lights.empty(); ++i) {
+    shades_.set(tools_.lights, frame);
+    // A spot's beam has an edge where the medium has none.
+    const bool spaced = s.spacing == Settings::Spacing::medium && tools_.lights.spots() == 0;
+    const bool suns_alone = tools_.lights.count() == tools_.lights.suns();
+    // Where other lights are shaded is not looked up. Grain as large as this would show.
+    const bool shafts_anywhere =
+        !suns_alone && tools_.lights.shadow_views() > 0 && s.resolution > 2;
+    const glm::dvec2 ndc_per_pixel = 2.0 / glm::dvec2(frame.host.color.size);
+    const double pixels = scale * double{kLayerTile};
+    for (std::size_t i = 0; i < seen_in.size(); ++i) {
+        const Seen& seen = seen_in[i];
+        if (seen.slots == 0)
+            continue;
         const glm::dvec2 tile(i % static_cast<std::size_t>(march_.count.x),
                               i / static_cast<std::size_t>(march_.count.x));
         const glm::dvec2 pixel = ((tile + 0.5) * double{kLayerTile} + offset) * scale;
-        for (const NearLight& light : lights)
-            seen_in[i].longest = std::min(seen_in[i].longest, light.from_ray(pixel));
+        StepSlots::Held held{.slots = seen.slots};
+        if (shades_.any())
+            shades_.find(held, slots, pixel * ndc_per_pixel - 1.0, 0.5 * pixels * ndc_per_pixel);
+        if (shafts_anywhere)
+            held.shafts = slots.all();
+        if (spaced) {
+            held.longest = seen.longest;
+            // Light has detail of its own beside where it comes from.
+            for (const NearLight& light : lights)
+                held.longest = std::min(held.longest, light.from_ray(pixel));
+            held.longest_in_shaft =
+                std::min(held.longest, longest_in_shaft(seen.most, s.resolution));
+        }
+        held.lit = held.lit && suns_alone;
+        lit_ += held.lit ? 1 : 0;
+        ++marching_;
+        march_.texels[i] = slots.tile(held);
     }
-    // A spot's beam has an edge where the medium has none.
-    const bool spaced = s.spacing == Settings::Spacing::medium && tools_.lights.spots() == 0;
-    std::transform(seen_in.begin(), seen_in.end(), march_.texels.begin(),
-                   [&](const Seen& seen) { return slots.tile(seen.slots, seen.longest, spaced); });
     for (int y = 0; y < picture_.count.y; ++y)
         for (int x = 0; x < picture_.count.x; ++x) {
             if (picture_.texels[static_cast<std::size_t>(y * picture_.count.x + x)] == kEmptyTile)
@@ -291,9 +248,22 @@ void StepTiles::draw(const Tiles& tiles, int pixels, const char* fragment_file,
     gl->Disable(GL_PROGRAM_POINT_SIZE);
 }
 
-void StepTiles::draw_march(const char* fragment_file, gl::Defines defines) const
+void StepTiles::draw_tiles(const char* fragment_file, gl::Defines defines) const
 {
     draw(march_, kLayerTile, fragment_file, std::move(defines));
+}
+
+void StepTiles::draw_march(const char* fragment_file, gl::Defines defines) const
+{
+    if (lit_ > 0) {
+        gl::Defines lit = defines;
+        lit.emplace_back("LIT_TILES", "1");
+        draw_tiles(fragment_file, std::move(lit));
+        if (lit_ == marching_)
+            return;
+        defines.emplace_back("LIT_TILES", "0");
+    }
+    draw_tiles(fragment_file, std::move(defines));
 }
 
 void StepTiles::draw_depth(const char* fragment_file, gl::Defines defines) const

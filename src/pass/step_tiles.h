@@ -4,13 +4,16 @@
 
 #include "gl/program.h"
 #include "gl/texture.h"
+#include "pass/step_slots.h"
+#include "pass/sun_shades.h"
 #include "pass/volume_pass.h"
 
 namespace fumarole::pass {
 
 /// What of the picture and of the view's depth can hold a medium, tile by tile: the bricks that are
-/// not empty, projected. Worked out on the CPU for each frame, so that no ray looks for them; a
-/// tile that none of them reaches costs no fragment.
+/// not empty, projected; and how long its steps may be, by the medium and by where shadows end.
+/// Worked out on the CPU for each frame, so that no ray looks for them; a tile that no brick
+/// reaches costs no fragment.
 class StepTiles {
 public:
     /// Texels of the layer, and pixels of the picture, along a tile's edge.
@@ -23,26 +26,28 @@ public:
 
     /// Draws a fragment shader over the texels that march, over those whose depth is asked for, or
     /// over the pixels that see a medium. The framebuffer is bound; its viewport is changed.
+    void draw_tiles(const char* fragment_file, gl::Defines defines) const;
+    /// Likewise one that lights the media: where no surface hides a sun it is a variant that does
+    /// not ask, LIT_TILES 1, and 0 elsewhere.
     void draw_march(const char* fragment_file, gl::Defines defines) const;
     void draw_depth(const char* fragment_file, gl::Defines defines) const;
     void draw_picture(const char* fragment_file, gl::Defines defines) const;
 
 private:
-    /// A texel a tile: slots of the step lattice that hold something as bits, and of the march the
-    /// first step of slot 0, steps of a slot, and before which steps four (low 16 bits) and two
-    /// (high) are one. Without a bit it is not drawn.
+    /// A texel a tile, as StepSlots::tile() makes it. Where its first number is 0 it is not drawn.
     struct Tiles {
         glm::ivec2 count{0};
         std::vector<glm::uvec4> texels;
         gl::Texture texture;
     };
-    class Slots;
-    void project(const PassFrame& frame, const Slots& slots);
+    void project(const PassFrame& frame);
     void upload(const char* label, Tiles& tiles) const;
     void draw(const Tiles& tiles, int pixels, const char* fragment_file, gl::Defines defines) const;
 
     const Toolbox& tools_;
     Tiles march_, depth_, picture_;
+    SunShades shades_;
+    int marching_ = 0, lit_ = 0;  ///< tiles, and those of them that no surface shades
 };
 
 }  // namespace fumarole::pass

@@ -67,6 +67,31 @@ TEST_F(MarchSpeed, EmptyBricksLeftOutLeaveThePictureAsItIs)
     }
 }
 
+// Where no surface shades a tile it is not asked for. Half of the smoke lies in the shadow of a
+// board.
+TEST_F(MarchSpeed, LitTilesLeaveThePictureAsItIs)
+{
+    Scene scene = patches();
+    scene.surfaces = {
+        BoxSurface{.min = {-3, -1, 1.6}, .max = {-0.6, 6, 1.7}, .albedo = glm::vec3(0.5f)}};
+    for (const int resolution : {1, 2}) {
+        Settings settings = plain_settings(resolution);
+        const Still with = render(scene, settings);
+        settings.skip = false;
+        const Still without = render(scene, settings);
+        const Image shaded = picture_of(with, with.scattering);
+        EXPECT_LT(max_difference(shaded, picture_of(without, without.scattering)), 1e-6)
+            << "1 / " << resolution;
+        Scene bare = scene;
+        bare.surfaces[0] =
+            BoxSurface{.min = {-3, 20, 1.6}, .max = {-0.6, 26, 1.7}, .albedo = glm::vec3(0.5f)};
+        settings.skip = true;
+        const Still all_lit = render(bare, settings);
+        EXPECT_GT(max_difference(shaded, picture_of(all_lit, all_lit.scattering)), 0.1)
+            << "the board shades some of it";
+    }
+}
+
 TEST_F(MarchSpeed, NothingIsDrawnWhereNoBrickIsInView)
 {
     Scene scene = patches();

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "pass/volume_pass.h"
+
+namespace fumarole::pass {
+
+/// The march's step lattice, cut into up to 64 slots of a power of two of its splits. A set of
+/// them is 64 bits.
+class StepSlots {
+public:
+    /// What a tile has to know of them.
+    struct Held {
+        std::uint64_t slots = 0;   ///< that hold something
+        std::uint64_t shafts = 0;  ///< of whole units() in which a surface's shadow may end
+        double longest = 0;        ///< step [m]; 0: as they are
+        double longest_in_shaft = 0;
+        bool lit = false;  ///< no surface hides a light from any of them
+    };
+
+    explicit StepSlots(const PassFrame& frame);
+
+    /// Those that view_z from low to high lies in. Outside the range the first and the last.
+    [[nodiscard]] std::uint64_t between(double low, double high) const;
+    [[nodiscard]] std::uint64_t all() const { return between(ends_.front(), ends_.back()); }
+    [[nodiscard]] static std::uint64_t row(int first, int last)
+    {
+        return last > first ? ~std::uint64_t{0} >> (64 - (last - first)) << first : 0;
+    }
+
+    [[nodiscard]] int count() const { return static_cast<int>(ends_.size()) - 1; }
+    /// Slots of the longest step.
+    [[nodiscard]] int unit() const { return std::max(1, kMostJoined / width_); }
+    /// view_z [m] where a slot begins; the last ends at begin(count()).
+    [[nodiscard]] double begin(int slot) const { return ends_[static_cast<std::size_t>(slot)]; }
+
+    /// The texel of a tile. As bits of up to 31 slots of its own: x: those to march; y, z: those
+    /// whose splits are taken four and two at a time; w: split where the first slot begins (low 16
+    /// bits), log2 of splits of a slot (8 bits), whether all is lit (the highest).
+    [[nodiscard]] glm::uvec4 tile(const Held& held) const;
+
+private:
+    static constexpr int kMost = 64;
+    static constexpr int kTileSlots = 31;  ///< of 32: the shader looks for the end of a row of bits
+    static constexpr int kMostJoined = 4;
+
+    /// Those whose splits, so many in one, are no longer than `longest`: splits grow with depth.
+    [[nodiscard]] std::uint64_t joined(int many, double longest) const;
+
+    int steps_, width_;
+    std::vector<double> ends_;     ///< view_z [m], from the first slot's begin
+    std::vector<double> lengths_;  ///< of a slot's splits [m]
+};
+
+}  // namespace fumarole::pass

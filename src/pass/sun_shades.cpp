@@ -1,0 +1,101 @@
+#include "pass/sun_shades.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace fumarole::pass {
+
+CameraRays SunShade::seen(const CameraRays& rays, glm::dvec3 eye) const
+{
+    // As visibility_in() of glsl/scene/lights.glsl looks a point up.
+    const auto turned = [&](glm::dvec3 d) {
+        const glm::dvec4 clip = view_.clip_from_world * glm::dvec4(d, 0.0);
+        return glm::dvec3(glm::dvec2(clip) * 0.5, glm::dot(d, view_.axis) / view_.range);
+    };
+    CameraRays out;
+    out.origin = turned(rays.origin + eye - view_.origin) + glm::dvec3(0.5, 0.5, 0);
+    out.origin_dx = turned(rays.origin_dx);
+    out.origin_dy = turned(rays.origin_dy);
+    out.direction = turned(rays.direction);
+    out.direction_dx = turned(rays.direction_dx);
+    out.direction_dy = turned(rays.direction_dy);
+    return out;
+}
+
+Shade SunShade::over(const CameraRays& rays, glm::dvec2 ndc, glm::dvec2 reach,
+                     glm::dvec2 view_z) const
+{
+    const auto spread = [&](glm::dvec3 dx, glm::dvec3 dy) {
+        return glm::abs(dx) * reach.x + glm::abs(dy) * reach.y;
+    };
+    const glm::dvec3 origin = rays.origin + rays.origin_dx * ndc.x + rays.origin_dy * ndc.y;
+    const glm::dvec3 origin_spread = spread(rays.origin_dx, rays.origin_dy);
+    const glm::dvec3 direction =
+        rays.direction + rays.direction_dx * ndc.x + rays.direction_dy * ndc.y;
+    const glm::dvec3 direction_spread = spread(rays.direction_dx, rays.direction_dy);
+    const auto end = [&](double z) {
+        const glm::dvec3 middle = origin + direction * z;
+        const glm::dvec3 around = origin_spread + direction_spread * std::abs(z);
+        return std::pair{middle - around, middle + around};
+    };
+    const auto [low_near, high_near] = end(view_z.x);
+    const auto [low_far, high_far] = end(view_z.y);
+    const glm::dvec3 low = glm::min(low_near, low_far), high = glm::max(high_near, high_far);
+    const light::DepthPyramid::Extent kept = pyramid_.over(glm::dvec2(low), glm::dvec2(high));
+    constexpr double kRounding = 1e-5;  // of depth: floats on the GPU, doubles here
+    // A lookup clamps its depth.
+    if (std::min(high.z, 1.0) + kRounding < static_cast<double>(kept.least) || kept.least >= 1)
+        return Shade::lit;
+    if (std::min(low.z, 1.0) - kRounding > static_cast<double>(kept.most))
+        return Shade::dark;
+    return Shade::mixed;
+}
+
+void SunShades::set(const light::LightSet& lights, const PassFrame& frame)
+{
+    if (scene_id_ != frame.scene_id) {
+        scene_id_ = frame.scene_id;
+        suns_.clear();
+        for (int sun = 0; sun < lights.suns() && lights.shadow_views() > 0; ++sun) {
+            const light::LightSet::SunShadow shadow = lights.read_sun_shadow(sun);
+            suns_.push_back({SunShade(shadow.view, shadow.texels, shadow.size), {}});
+        }
+    }
+    const CameraRays rays = camera_rays(frame.host, frame.eye);
+    for (Seen& sun : suns_)
+        sun.rays = sun.shade.seen(rays, frame.eye.position);
+}
+
+void SunShades::find(StepSlots::Held& held, const StepSlots& slots, glm::dvec2 ndc,
+                     glm::dvec2 reach) const
+{
+    held.lit = true;
+    // Halves of a row of slots, until one is all of a kind.
+    const auto look = [&](const Seen& sun, int first, int last, const auto& again) {
+        if ((held.slots & StepSlots::row(first, last)) == 0)
+            return;
+        const Shade shade =
+            sun.shade.over(sun.rays, ndc, reach, {slots.begin(first), slots.begin(last)});
+        if (shade == Shade::lit)
+            return;
+        held.lit = false;
+        if (shade == Shade::dark)
+            return;
+        const int units = (last - first + slots.unit() - 1) / slots.unit();
+        if (units == 1) {
+            held.shafts |= StepSlots::row(first, last);
+            return;
+        }
+        const int middle = first + units / 2 * slots.unit();
+        again(sun, first, middle, again);
+        again(sun, middle, last, again);
+    };
+    const std::uint64_t bits = held.slots;
+    for (const Seen& sun : suns_) {
+        const int first = std::countr_zero(bits) / slots.unit() * slots.unit();
+        look(sun, first, std::min(slots.count(), 64 - std::countl_zero(bits)), look);
+    }
+}
+
+}  // namespace fumarole::pass
