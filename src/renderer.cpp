@@ -154,6 +154,18 @@ void Renderer::set_scene(const Scene& scene, const Settings& settings)
     }
 }
 
+Settings Renderer::settled(const Frame& frame, const Settings& settings) const
+{
+    Settings s = settings;
+    if (s.resolution != Settings::kAutomatic)
+        return s;
+    // A spot's beam has edges.
+    const double detail = parts_->lights.spots() > 0 ? 0 : parts_->media.detail();
+    s.resolution = pass::layer_scale(frame, pass::make_eye(frame), parts_->media.bounds(), detail,
+                                     static_cast<double>(parts_->media.traits().most_g));
+    return s;
+}
+
 void Renderer::composite(const Frame& frame, const Settings& settings)
 {
     check(frame);
@@ -162,20 +174,21 @@ void Renderer::composite(const Frame& frame, const Settings& settings)
         return;
     const gl::Device& gl = parts.device;
     const gl::StateGuard guard(gl, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
-    const auto view = parts.begin(frame, settings);
+    const Settings s = settled(frame, settings);
+    const auto view = parts.begin(frame, s);
     if (!view)
         return;
     parts.host.attach_color({frame.color});
-    parts.volume_pass(settings).draw(*view);
+    parts.volume_pass(s).draw(*view);
 
     parts.host.bind(glm::ivec2(frame.color.size));
     gl->Enablei(GL_BLEND, 0);
     gl->BlendEquationi(0, GL_FUNC_ADD);
     gl->ColorMaski(0, GL_TRUE, GL_TRUE, GL_TRUE, GL_FALSE);
-    if (parts.tools.monochrome(settings)) {
+    if (parts.tools.monochrome(s)) {
         gl->BlendFunci(0, GL_ONE, GL_SRC_ALPHA);
         parts.blend(*view, pass::Layer::scattering, "both");
-    } else if (settings.resolve_passes == 1) {
+    } else if (s.resolve_passes == 1) {
         gl->BlendFunci(0, GL_ONE, GL_SRC1_COLOR);
         parts.blend(*view, pass::Layer::both, "both");
     } else {
@@ -198,10 +211,11 @@ InspectionLegend Renderer::inspect(const Frame& frame, const Settings& settings,
     Parts& parts = *parts_;
     const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
     parts.host.attach_color({frame.color});
-    const pass::PassFrame view = parts.bind_frame(frame, settings);
+    const Settings s = settled(frame, settings);
+    const pass::PassFrame view = parts.bind_frame(frame, s);
     const bool sees_media = parts.bind_media(view);
-    const InspectionLegend legend = pass::inspect(parts.tools, parts.volume_pass(settings),
-                                                  parts.host, view, sees_media, inspection);
+    const InspectionLegend legend =
+        pass::inspect(parts.tools, parts.volume_pass(s), parts.host, view, sees_media, inspection);
     parts.device->NamedFramebufferTexture(parts.host.id(), GL_COLOR_ATTACHMENT0, 0, 0);
     return legend;
 }
@@ -216,7 +230,8 @@ LayerImages Renderer::read_layers(const Frame& frame, const Settings& settings)
     if (parts.media.empty())
         return images;
     const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
-    const auto view = parts.begin(frame, settings);
+    const Settings s = settled(frame, settings);
+    const auto view = parts.begin(frame, s);
     if (!view)
         return images;
     const gl::Texture full = gl::Texture::make_2d(parts.device, "layer at full size", size,
@@ -224,13 +239,13 @@ LayerImages Renderer::read_layers(const Frame& frame, const Settings& settings)
     gl::Framebuffer framebuffer(parts.device, "layer at full size");
     framebuffer.attach_color({full.view()});
     framebuffer.bind(size);
-    pass::VolumePass& pass = parts.volume_pass(settings);
+    pass::VolumePass& pass = parts.volume_pass(s);
     // Where no medium is in view nothing is drawn.
     constexpr std::array<GLfloat, 4> kNothing{0, 0, 0, 1}, kAll{1, 1, 1, 1};
     parts.device->ClearNamedFramebufferfv(framebuffer.id(), GL_COLOR, 0, kNothing.data());
     pass.resolve(*view, pass::Layer::scattering);
     const std::vector<float> scattering = full.read(4);
-    const bool monochrome = parts.tools.monochrome(settings);
+    const bool monochrome = parts.tools.monochrome(s);
     if (!monochrome) {
         parts.device->ClearNamedFramebufferfv(framebuffer.id(), GL_COLOR, 0, kAll.data());
         pass.resolve(*view, pass::Layer::transmittance);
@@ -251,10 +266,11 @@ double Renderer::count_samples(const Frame& frame, const Settings& settings)
     if (parts.media.empty())
         return 0;
     const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
-    const auto view = parts.begin(frame, settings);
+    const Settings s = settled(frame, settings);
+    const auto view = parts.begin(frame, s);
     if (!view)
         return 0;
-    const std::vector<float> counts = parts.volume_pass(settings).sample_counts(*view).read(1);
+    const std::vector<float> counts = parts.volume_pass(s).sample_counts(*view).read(1);
     return std::accumulate(counts.begin(), counts.end(), 0.0);
 }
 
@@ -367,6 +383,12 @@ std::vector<std::string> Renderer::explain(const Settings& settings) const
             settings.resolve_passes == 1 ? "blended at once with the scattering" : "two upsamples");
     if (!froxel && pass::march_format(parts.tools, settings) != settings.format)
         say("target format: rgba16f, since r11g11b10f has no alpha");
+    if (!froxel && settings.resolution == Settings::kAutomatic)
+        say("resolution: half{}",
+            parts.lights.spots() > 0 || parts.media.detail() == 0
+                ? ""
+                : ", or a quarter where a texel of that spans little of what the media, and the "
+                  "light that they scatter, change within");
     if (!froxel && settings.keeps_history())
         say("history: a view's layer is reprojected and weighs {} while the view moves, and is the "
             "mean of all frames while it stands; a frame of no view has none",

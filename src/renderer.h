@@ -110,6 +110,10 @@ public:
     InspectionLegend inspect(const Frame& frame, const Settings& settings,
                              const Inspection& inspection);
 
+    /// The settings with what `frame` decides, resolution where it is automatic, chosen for it.
+    /// @throws Error if its projection is neither perspective nor orthographic
+    [[nodiscard]] Settings settled(const Frame& frame, const Settings& settings) const;
+
     /// Evaluations of the media that the march of `frame` takes, shadows included.
     double count_samples(const Frame& frame, const Settings& settings);
 

@@ -198,7 +198,7 @@ Frame still_frame(const Camera& camera, const Settings& settings, gl::TextureVie
     frame.view_from_world = view_from_world(camera);
     frame.clip_from_view = clip_from_view(camera, glm::uvec2(color.size), subpixel_offset(i));
     frame.layer_offset =
-        settings.resolution > 1 ? layer_offset(static_cast<std::uint64_t>(i)) : glm::dvec2(0);
+        settings.resolution != 1 ? layer_offset(static_cast<std::uint64_t>(i)) : glm::dvec2(0);
     frame.jitter_offset = golden_fraction(i + 1024.0 * seed);
     frame.index = static_cast<std::uint64_t>(i) + 1024ull * seed;
     frame.history = Frame::kNoHistory;
@@ -221,6 +221,13 @@ double SceneRenderer::set_scene(const Scene& scene, const Settings& settings)
     held_.emplace(scene, of_scene);
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
         .count();
+}
+
+Settings SceneRenderer::settled(const Scene& scene, const Settings& settings)
+{
+    set_scene(scene, settings);
+    const gl::TextureView picture{0, glm::ivec3(scene.resolution, 1)};
+    return renderer_.settled(still_frame(scene.camera, settings, picture, picture, 0, 0), settings);
 }
 
 Still SceneRenderer::render(const Scene& scene, const Settings& settings,

@@ -101,6 +101,9 @@ public:
     /// who draw frames of their own call it first. @returns milliseconds
     double set_scene(const Scene& scene, const Settings& settings);
 
+    /// As Renderer::settled() for the scene's camera and size.
+    Settings settled(const Scene& scene, const Settings& settings);
+
     [[nodiscard]] Renderer& renderer() { return renderer_; }
 
 private:

@@ -80,7 +80,9 @@ struct Settings {
     int world_directions = 64;  ///< that the world's light is summed over, 8..120
 
     // the layer and the resolve
-    int resolution = 2;  ///< pixels along a texel's edge: 1 full, 2 half, 4 quarter
+    /// Pixels along a texel's edge: 1 full, 2 half, 4 quarter; kAutomatic: half, or a quarter where
+    /// no medium has detail of its own.
+    int resolution = kAutomatic;
     Upsample upsample = Upsample::bilinear2x2;
     float depth_threshold = 0.05f;  ///< relative to depth; metres with box4x4
     LayerDepth layer_depth = LayerDepth::checkerboard;

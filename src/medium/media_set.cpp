@@ -234,6 +234,7 @@ void MediaSet::set(const Scene& scene, Layout layout, Storage storage)
         traits_.isotropic &= entry.params.sigma_s.a == 0.0f;
         traits_.mixed_g |= traits_.scatters && entry.params.sigma_s.a != g;
         traits_.scatters = true;
+        traits_.most_g = std::max(traits_.most_g, std::abs(entry.params.sigma_s.a));
         g = entry.params.sigma_s.a;
     }
     // A shader that knows one g alone reads it from the first medium.
@@ -312,6 +313,14 @@ const char* MediaSet::value_name(int placed) const
     if (plan.layout == Layout::bricks)
         return plan.channels == 4 ? "bricks_rgb" : "bricks_scalar";
     return plan.channels == 4 ? "dense_rgb" : "dense_scalar";
+}
+
+double MediaSet::detail() const
+{
+    double least = std::numeric_limits<double>::infinity();
+    for (const Occupied& part : occupied_)
+        least = std::min(least, part.detail);
+    return least;
 }
 
 Bounds MediaSet::bounds() const

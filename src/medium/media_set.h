@@ -32,6 +32,7 @@ struct MediaTraits {
     bool mixed_g = false;
     bool isotropic = true;
     bool scatters = false;
+    float most_g = 0;  ///< |g| of the medium that scatters the most to one side
 };
 
 /// A frame to lay volumes out in that follow the media: the voxels of the largest marched medium
@@ -69,6 +70,8 @@ public:
     /// The media's boxes, or, of grids, those of their bricks that are not empty, few enough to be
     /// projected each frame; most: of the channel that is dimmed most, infinite of what glows.
     [[nodiscard]] const std::vector<Occupied>& occupied() const { return occupied_; }
+    /// The least of their details.
+    [[nodiscard]] double detail() const;
 
     [[nodiscard]] VoxelFrame voxel_frame() const;
     /// The colour that all marched media's extinction has, its mean 1; nothing if they differ.

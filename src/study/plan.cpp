@@ -129,6 +129,7 @@ private:
     void draw_first()
     {
         tell("first pictures");
+        options_.start = renderer_.settled(scene_, options_.start);
         start_ = glance(options_.start);
         setup_s_ = 1e-3 * start_.setup_ms;
         glance_s_ = kFrameSeconds + 3e-3 * glance_ms_;  // the first one compiled its shaders too
@@ -447,7 +448,7 @@ private:
     const Scene& scene_;
     SceneRenderer& renderer_;
     const PlanGoal& goal_;
-    const PlanOptions& options_;
+    PlanOptions options_;
     const Clock::time_point begin_ = Clock::now();
 
     Plan plan_;

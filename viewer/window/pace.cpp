@@ -67,7 +67,8 @@ Settings settings_at(const Settings& asked, const Effort& effort, bool content_c
     };
     s.steps = fewer(asked.steps, 8);
     s.slices = fewer(asked.slices, 16);
-    s.resolution = std::max(asked.resolution, effort.resolution);
+    if (effort.resolution > 1)
+        s.resolution = std::max(asked.resolution, effort.resolution);
     if (content_changes) {
         const auto cap = [](int nodes, int most) {
             return nodes == Settings::kAutomatic ? most : std::min(nodes, most);
