@@ -6,13 +6,13 @@
 #include <fmt/format.h>
 
 #include "asset/scene_file.h"
-#include "host_picture.h"
+#include "history_test.h"
 #include "study/metrics.h"
 
 namespace fumarole::test {
 namespace {
 
-class Froxel : public ImageTest {
+class Froxel : public HistoryTest {
 protected:
     /// The eye in uniform fog that scatters and glows, a wall of steps in it from 2 to 12 m.
     static Scene stairs_in_fog(Camera::Projection projection)
@@ -37,21 +37,7 @@ protected:
     }
     static constexpr glm::vec3 kSigma{0.0f, 0.2f, 0.9f};
     static constexpr glm::vec3 kEmission{0.3f, 0.2f, 0.1f};
-
-    /// Frames of one view, by a host that keeps its froxels. @returns the last report.
-    FrameReport run(Renderer& renderer, const Scene& scene, const Settings& settings, int frames,
-                    std::uint64_t first = 0);
-    LayerImages layers;
 };
-
-FrameReport Froxel::run(Renderer& renderer, const Scene& scene, const Settings& settings,
-                        int frames, std::uint64_t first)
-{
-    HostPicture picture(gl(), glm::ivec2(scene.resolution));
-    const FrameReport report = draw_frames(renderer, picture, scene, settings, frames, first);
-    layers = renderer.read_layers(picture.frame, settings);
-    return report;
-}
 
 // Fog is what it is at every pixel's own depth and along its own ray, wherever columns and slices
 // lie, at the corners of the picture too.
@@ -277,37 +263,16 @@ TEST_F(Froxel, AStillConvergesAndDoesNotStall)
 
 TEST_F(Froxel, HistoryIsDroppedForAReasonThatIsTold)
 {
-    Scene scene = lump_scene(24);
     Settings settings = gathering(4);
-    Renderer renderer(get_proc());
-    renderer.set_scene(scene, settings);
-    run(renderer, scene, settings, 3);
-    const auto fresh = [&](const Scene& what, const Settings& how, std::uint64_t index) {
-        Renderer other(get_proc());
-        other.set_scene(what, how);
-        LayerImages kept = std::move(layers);
-        run(other, what, how, 1, index);
-        std::swap(kept, layers);
-        return kept;
-    };
-    const auto expect_dropped = [&](const char* why, std::uint64_t index) {
-        EXPECT_EQ(run(renderer, scene, settings, 1, index).history, why);
-        EXPECT_EQ(layers.scattering, fresh(scene, settings, index).scattering) << why;
-    };
-    scene.camera.look_at = {0.45, -1, 0};  // 24 degrees
-    expect_dropped("dropped: a cut", 5);
-    scene.camera.position = {-2, 0, 0};  // most of the cloud's depth
-    scene.camera.look_at = {0, -5, 0};
-    expect_dropped("dropped: a cut", 6);
-    std::get<SunLight>(scene.lights[0]).irradiance = glm::vec3(1);
-    renderer.set_scene(scene, settings);
-    expect_dropped("dropped: scene, light or media changed", 7);
-    settings.shadow_steps = 4;
-    expect_dropped("dropped: settings changed", 8);
-    renderer.reset_history(0);
-    expect_dropped("none: first frame", 9);
-    EXPECT_EQ(run(renderer, scene, settings, 1, 10).history, "kept: nothing moved");
-    EXPECT_NE(layers.scattering, fresh(scene, settings, 10).scattering) << "two frames' mean";
+    Settings others = settings;
+    others.shadow_steps = 4;
+    expect_dropped_for_reasons(lump_scene(24), settings, others,
+                               [&](const Scene& scene, const Settings& how, std::uint64_t number) {
+                                   Renderer renderer(get_proc());
+                                   renderer.set_scene(scene, how);
+                                   run(renderer, scene, how, 1, number);
+                                   return layers.scattering;
+                               });
 }
 
 // In fog that changes slowly from place to place, what is reprojected is what is there: no ghost of

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "halton.h"
-#include "host_picture.h"
+#include "history_test.h"
 #include "study/metrics.h"
 
 namespace fumarole::test {
@@ -48,17 +48,8 @@ Settings temporal(int steps)
     return settings;
 }
 
-class MarchHistory : public ImageTest {
+class MarchHistory : public HistoryTest {
 protected:
-    /// Frames of one view; layers_ are the last one's. @returns its report.
-    FrameReport run(Renderer& renderer, const Scene& scene, const Settings& settings,
-                    int frames = 1, std::uint64_t first = 0)
-    {
-        HostPicture picture(gl(), glm::ivec2(scene.resolution));
-        const FrameReport report = draw_frames(renderer, picture, scene, settings, frames, first);
-        layers_ = renderer.read_layers(picture.frame, settings);
-        return report;
-    }
     /// A picture on its own, with the jitter of a view's frame of that number.
     LayerImages alone(Renderer& renderer, const Scene& scene, Settings settings,
                       std::uint64_t number)
@@ -70,8 +61,6 @@ protected:
         draw_frames(renderer, picture, scene, settings, 1, number);
         return renderer.read_layers(picture.frame, settings);
     }
-
-    LayerImages layers_;
 };
 
 TEST_F(MarchHistory, TheFirstFrameIsThePlainMarch)
@@ -85,8 +74,8 @@ TEST_F(MarchHistory, TheFirstFrameIsThePlainMarch)
             renderer.set_scene(scene, settings);
             const LayerImages plain = alone(renderer, scene, settings, 3);
             EXPECT_EQ(run(renderer, scene, settings, 1, 3).history, "none: first frame");
-            EXPECT_EQ(layers_.scattering, plain.scattering) << resolution;
-            EXPECT_EQ(layers_.transmittance, plain.transmittance) << resolution;
+            EXPECT_EQ(layers.scattering, plain.scattering) << resolution;
+            EXPECT_EQ(layers.transmittance, plain.transmittance) << resolution;
         }
     }
 }
@@ -112,8 +101,8 @@ TEST_F(MarchHistory, AStillIsTheMeanOfItsFrames)
         EXPECT_EQ(run(renderer, scene, settings, kFrames).history, "kept: nothing moved");
         double moved = 0;
         for (std::size_t k = 0; k < scattering.size(); ++k) {
-            ASSERT_NEAR(layers_.scattering[k], scattering[k], 1e-5 * (1 + scattering[k])) << k;
-            ASSERT_NEAR(layers_.transmittance[k], transmittance[k], 1e-5) << k;
+            ASSERT_NEAR(layers.scattering[k], scattering[k], 1e-5 * (1 + scattering[k])) << k;
+            ASSERT_NEAR(layers.transmittance[k], transmittance[k], 1e-5) << k;
             moved = std::max(moved, std::abs(double(one.scattering[k]) - scattering[k]));
         }
         EXPECT_GT(moved, 0.01) << "or there was nothing to average";
@@ -130,8 +119,8 @@ TEST_F(MarchHistory, AMovingViewHasAQuarterOfTheError)
     constexpr int kSteps = 8, kFrames = 20;
     Settings many = temporal(512);
     many.jitter = Settings::Jitter::none;
-    const auto error = [&](const LayerImages& layers, const LayerImages& truth) {
-        return study::compare(layers.scattering, truth.scattering).relmse;
+    const auto error = [&](const LayerImages& shown, const LayerImages& truth) {
+        return study::compare(shown.scattering, truth.scattering).relmse;
     };
     Renderer renderer(get_proc());
     renderer.set_scene(scene, many);
@@ -142,7 +131,7 @@ TEST_F(MarchHistory, AMovingViewHasAQuarterOfTheError)
         if (i + 6 < kFrames)
             continue;
         EXPECT_EQ(report.history, "reprojected");
-        const LayerImages mean = layers_;
+        const LayerImages mean = layers;
         Renderer other(get_proc());
         other.set_scene(scene, many);
         const LayerImages truth = alone(other, scene, many, 0);
@@ -199,31 +188,15 @@ TEST_F(MarchHistory, WhatIsUncoveredHasNoTrail)
 
 TEST_F(MarchHistory, IsDroppedForAReasonThatIsTold)
 {
-    Scene scene = lump_scene(kGrey);
     Settings settings = temporal(12);
-    Renderer renderer(get_proc());
-    renderer.set_scene(scene, settings);
-    run(renderer, scene, settings, 3);
-    const auto fresh = [&](std::uint64_t number) {
-        Renderer other(get_proc());
-        other.set_scene(scene, settings);
-        return alone(other, scene, settings, number).scattering;
-    };
-    const auto expect_dropped = [&](const char* why, std::uint64_t number) {
-        EXPECT_EQ(run(renderer, scene, settings, 1, number).history, why);
-        EXPECT_EQ(layers_.scattering, fresh(number)) << why;
-    };
-    scene.camera.look_at = {0.45, -1, 0};  // 24 degrees
-    expect_dropped("dropped: a cut", 5);
-    std::get<SunLight>(scene.lights[0]).irradiance = glm::vec3(1);
-    renderer.set_scene(scene, settings);
-    expect_dropped("dropped: scene, light or media changed", 6);
-    settings.early_end = 0.01f;
-    expect_dropped("dropped: settings changed", 7);
-    renderer.reset_history(0);
-    expect_dropped("none: first frame", 8);
-    EXPECT_EQ(run(renderer, scene, settings, 1, 9).history, "kept: nothing moved");
-    EXPECT_NE(layers_.scattering, fresh(9)) << "two frames' mean";
+    Settings others = settings;
+    others.early_end = 0.01f;
+    expect_dropped_for_reasons(lump_scene(kGrey), settings, others,
+                               [&](const Scene& scene, const Settings& how, std::uint64_t number) {
+                                   Renderer renderer(get_proc());
+                                   renderer.set_scene(scene, how);
+                                   return alone(renderer, scene, how, number).scattering;
+                               });
 }
 
 TEST_F(MarchHistory, ViewsKeepTheirOwn)
@@ -235,7 +208,7 @@ TEST_F(MarchHistory, ViewsKeepTheirOwn)
     Renderer renderer(get_proc());
     renderer.set_scene(scene, settings);
     run(renderer, scene, settings, 4);
-    const LayerImages alone = layers_;
+    const LayerImages alone = layers;
     renderer.set_scene(scene, settings);
     HostPicture left(gl(), glm::ivec2(48)), right(gl(), glm::ivec2(48));
     right.frame.history = 1;
@@ -260,9 +233,9 @@ TEST_F(MarchHistory, WhatIsNoNumberDoesNotLiveOn)
             for (std::uint64_t i = 0; i < 6; ++i) {
                 orbit(scene.camera, 0.5 * static_cast<double>(std::min<std::uint64_t>(i, 3)));
                 run(renderer, scene, settings, 1, i);
-                for (const float v : layers_.scattering)
+                for (const float v : layers.scattering)
                     ASSERT_TRUE(std::isfinite(v)) << irradiance << ", frame " << i;
-                for (const float v : layers_.transmittance)
+                for (const float v : layers.transmittance)
                     ASSERT_TRUE(v >= 0 && v <= 1) << irradiance << ", frame " << i;
             }
         }
