@@ -41,6 +41,7 @@ public:
     /// whose splits are taken four and two at a time; w: split where the first slot begins (low 16
     /// bits), log2 of splits of a slot (8 bits), whether all is lit (the highest).
     [[nodiscard]] glm::uvec4 tile(const Held& held) const;
+    [[nodiscard]] static bool is_lit(const glm::uvec4& tile) { return (tile.w >> 31) != 0; }
 
 private:
     static constexpr int kMost = 64;

@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
 #include <limits>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
 #include "pass/frame_setup.h"
 
@@ -112,9 +114,18 @@ private:
     double least_ = 0;   ///< of a light behind the eye
 };
 
+constexpr std::size_t kGrain = 128;  // tiles or boxes for a thread at once
+
 constexpr glm::uvec4 kEmptyTile(0), kDrawnTile(1, 0, 0, 0);
 
 }  // namespace
+
+StepTiles::View::View(const PassFrame& of)
+    : frame{of}, slots{of}, scale{static_cast<double>(of.settings.resolution)},
+      offset{of.host.layer_offset - glm::dvec2(layer_guard(of.settings))},
+      reach{of.settings.upsample == Settings::Upsample::bilinear2x2 ? 1.0 : 2.0}
+{
+}
 
 void StepTiles::set(const PassFrame& frame)
 {
@@ -128,79 +139,91 @@ void StepTiles::set(const PassFrame& frame)
         tiles->texels.assign(static_cast<std::size_t>(tiles->count.x) *
                                  static_cast<std::size_t>(tiles->count.y),
                              skip ? kEmptyTile : kDrawnTile);
-    lit_ = marching_ = 0;
-    if (skip) {
-        project(frame);
-    } else if (media) {
-        const StepSlots slots(frame);
-        std::fill(march_.texels.begin(), march_.texels.end(), slots.tile({.slots = slots.all()}));
+    if (media) {
+        const View view(frame);
+        if (skip) {
+            see_media(view);
+            choose_steps(view);
+            want_depths(view);
+        } else {
+            std::fill(march_.texels.begin(), march_.texels.end(),
+                      view.slots.tile({.slots = view.slots.all()}));
+        }
     }
+    const auto marching = [](const glm::uvec4& tile) { return tile.x != 0; };
+    const auto lit = [](const glm::uvec4& tile) { return StepSlots::is_lit(tile); };
+    const std::vector<glm::uvec4>& texels = march_.texels;
+    lit_ = std::any_of(texels.begin(), texels.end(), lit);
+    shaded_ = std::any_of(texels.begin(), texels.end(),
+                          [&](const glm::uvec4& tile) { return marching(tile) && !lit(tile); });
     upload("tiles that march", march_);
     upload("tiles with depth", depth_);
     upload("tiles of the picture", picture_);
 }
 
-void StepTiles::project(const PassFrame& frame)
+void StepTiles::see_media(const View& view)
 {
-    const Settings& s = frame.settings;
-    const StepSlots slots(frame);
-    const double scale = s.resolution;
-    const glm::dvec2 offset = frame.host.layer_offset - glm::dvec2(layer_guard(s));
-    // Of the layer's texels that a pixel is made of, those on either side of it.
-    const double reach = s.upsample == Settings::Upsample::bilinear2x2 ? 1 : 2;
-    struct Seen {
-        std::uint64_t slots = 0;
-        double longest = std::numeric_limits<double>::infinity();  ///< step [m]
-        double most = 0;                                           ///< extinction [1/m]
-    };
-    std::vector<Seen> seen_in(march_.texels.size());
+    const PassFrame& frame = view.frame;
+    seen_.assign(march_.texels.size(), {});
+    std::vector<Projected> projected;
     for (const medium::Occupied& part : tools_.media.occupied()) {
         const glm::dmat4 view_from_box = frame.host.view_from_world * part.world_from_box;
-        for (const medium::OccupiedBox& box : part.boxes) {
-            const Projected seen =
-                project_box(box.bounds, view_from_box, frame.host, frame.eye.near);
-            if (seen.view_z.y <= frame.eye.near)
+        projected.resize(part.boxes.size());
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, part.boxes.size(), kGrain),
+                          [&](const tbb::blocked_range<std::size_t>& range) {
+                              for (std::size_t i = range.begin(); i < range.end(); ++i)
+                                  projected[i] = project_box(part.boxes[i].bounds, view_from_box,
+                                                             frame.host, frame.eye.near);
+                          });
+        for (std::size_t k = 0; k < projected.size(); ++k) {
+            const Projected& box = projected[k];
+            if (box.view_z.y <= frame.eye.near)
                 continue;
-            const double most = box.most, longest = longest_step(part.detail, most);
-            const std::uint64_t held = slots.between(seen.view_z.x, seen.view_z.y);
+            const double most = part.boxes[k].most, longest = longest_step(part.detail, most);
+            const std::uint64_t held = view.slots.between(box.view_z.x, box.view_z.y);
             constexpr double kSlack = 0.01;  // texels, and pixels
-            for_tiles(seen.low / scale - offset - kSlack, seen.high / scale - offset + kSlack,
-                      kLayerTile, march_.count, [&](std::size_t i) {
-                          Seen& tile = seen_in[i];
+            for_tiles(box.low / view.scale - view.offset - kSlack,
+                      box.high / view.scale - view.offset + kSlack, kLayerTile, march_.count,
+                      [&](std::size_t i) {
+                          Seen& tile = seen_[i];
                           tile.slots |= held;
                           tile.longest = std::min(tile.longest, longest);
                           tile.most = std::max(tile.most, most);
                       });
-            const double grow = reach * scale + kSlack;
-            for_tiles(seen.low - grow, seen.high + grow, kPictureTile, picture_.count,
+            const double grow = view.reach * view.scale + kSlack;
+            for_tiles(box.low - grow, box.high + grow, kPictureTile, picture_.count,
                       [&](std::size_t i) { picture_.texels[i] = kDrawnTile; });
         }
     }
+}
+
+void StepTiles::choose_steps(const View& view)
+{
+    const Settings& s = view.frame.settings;
     std::vector<NearLight> lights;
     for (const Light& light : tools_.lights.lights())
         if (const auto* point = std::get_if<PointLight>(&light))
-            lights.emplace_back(point->position, frame.host, frame.eye.near);
-    shades_.set(tools_.lights, frame);
+            lights.emplace_back(point->position, view.frame.host, view.frame.eye.near);
+    shades_.set(tools_.lights, view.frame);
     // A spot's beam has an edge where the medium has none.
     const bool spaced = s.spacing == Settings::Spacing::medium && tools_.lights.spots() == 0;
     const bool suns_alone = tools_.lights.count() == tools_.lights.suns();
     // Where other lights are shaded is not looked up. Grain as large as this would show.
     const bool shafts_anywhere =
         !suns_alone && tools_.lights.shadow_views() > 0 && s.resolution > 2;
-    const glm::dvec2 ndc_per_pixel = 2.0 / glm::dvec2(frame.host.color.size);
-    const double pixels = scale * double{kLayerTile};
-    for (std::size_t i = 0; i < seen_in.size(); ++i) {
-        const Seen& seen = seen_in[i];
-        if (seen.slots == 0)
-            continue;
+    const glm::dvec2 ndc_per_pixel = 2.0 / glm::dvec2(view.frame.host.color.size);
+    const double pixels = view.scale * double{kLayerTile};
+    const auto choose = [&](std::size_t i) {
+        const Seen& seen = seen_[i];
         const glm::dvec2 tile(i % static_cast<std::size_t>(march_.count.x),
                               i / static_cast<std::size_t>(march_.count.x));
-        const glm::dvec2 pixel = ((tile + 0.5) * double{kLayerTile} + offset) * scale;
+        const glm::dvec2 pixel = ((tile + 0.5) * double{kLayerTile} + view.offset) * view.scale;
         StepSlots::Held held{.slots = seen.slots};
         if (shades_.any())
-            shades_.find(held, slots, pixel * ndc_per_pixel - 1.0, 0.5 * pixels * ndc_per_pixel);
+            shades_.find(held, view.slots, pixel * ndc_per_pixel - 1.0,
+                         0.5 * pixels * ndc_per_pixel);
         if (shafts_anywhere)
-            held.shafts = slots.all();
+            held.shafts = view.slots.all();
         if (spaced) {
             held.longest = seen.longest;
             // Light has detail of its own beside where it comes from.
@@ -210,17 +233,27 @@ void StepTiles::project(const PassFrame& frame)
                 std::min(held.longest, longest_in_shaft(seen.most, s.resolution));
         }
         held.lit = held.lit && suns_alone;
-        lit_ += held.lit ? 1 : 0;
-        ++marching_;
-        march_.texels[i] = slots.tile(held);
-    }
+        march_.texels[i] = view.slots.tile(held);
+    };
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, seen_.size(), kGrain),
+                      [&](const tbb::blocked_range<std::size_t>& range) {
+                          for (std::size_t i = range.begin(); i < range.end(); ++i)
+                              if (seen_[i].slots != 0)
+                                  choose(i);
+                      });
+}
+
+void StepTiles::want_depths(const View& view)
+{
     for (int y = 0; y < picture_.count.y; ++y)
         for (int x = 0; x < picture_.count.x; ++x) {
             if (picture_.texels[static_cast<std::size_t>(y * picture_.count.x + x)] == kEmptyTile)
                 continue;
-            const glm::dvec2 low = glm::dvec2(x, y) * double{kPictureTile} / scale - offset;
-            for_tiles(low - reach - 1.0, low + kPictureTile / scale + reach + 1.0, kLayerTile,
-                      depth_.count, [&](std::size_t i) { depth_.texels[i] = kDrawnTile; });
+            const glm::dvec2 low =
+                glm::dvec2(x, y) * double{kPictureTile} / view.scale - view.offset;
+            for_tiles(low - view.reach - 1.0, low + kPictureTile / view.scale + view.reach + 1.0,
+                      kLayerTile, depth_.count,
+                      [&](std::size_t i) { depth_.texels[i] = kDrawnTile; });
         }
 }
 
@@ -255,15 +288,14 @@ void StepTiles::draw_tiles(const char* fragment_file, gl::Defines defines) const
 
 void StepTiles::draw_march(const char* fragment_file, gl::Defines defines) const
 {
-    if (lit_ > 0) {
+    if (lit_) {
         gl::Defines lit = defines;
         lit.emplace_back("LIT_TILES", "1");
         draw_tiles(fragment_file, std::move(lit));
-        if (lit_ == marching_)
-            return;
         defines.emplace_back("LIT_TILES", "0");
     }
-    draw_tiles(fragment_file, std::move(defines));
+    if (shaded_)
+        draw_tiles(fragment_file, std::move(defines));
 }
 
 void StepTiles::draw_depth(const char* fragment_file, gl::Defines defines) const

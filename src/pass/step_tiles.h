@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "gl/program.h"
@@ -40,14 +41,32 @@ private:
         std::vector<glm::uvec4> texels;
         gl::Texture texture;
     };
-    void project(const PassFrame& frame);
+    /// A frame, and what of it all steps ask for.
+    struct View {
+        explicit View(const PassFrame& of);
+        const PassFrame& frame;
+        StepSlots slots;
+        double scale;       ///< pixels of a texel
+        glm::dvec2 offset;  ///< of the layer's first texel from the picture's, in texels
+        double reach;       ///< of the layer's texels that a pixel is made of, those on either side
+    };
+    /// What a tile of the march sees of the media.
+    struct Seen {
+        std::uint64_t slots = 0;
+        double longest = std::numeric_limits<double>::infinity();  ///< step [m]
+        double most = 0;                                           ///< extinction [1/m]
+    };
+    void see_media(const View& view);
+    void choose_steps(const View& view);
+    void want_depths(const View& view);
     void upload(const char* label, Tiles& tiles) const;
     void draw(const Tiles& tiles, int pixels, const char* fragment_file, gl::Defines defines) const;
 
     const Toolbox& tools_;
     Tiles march_, depth_, picture_;
+    std::vector<Seen> seen_;
     SunShades shades_;
-    int marching_ = 0, lit_ = 0;  ///< tiles, and those of them that no surface shades
+    bool lit_ = false, shaded_ = false;  ///< whether there are tiles that no surface shades; others
 };
 
 }  // namespace fumarole::pass
