@@ -247,7 +247,7 @@ std::span<const AblatedStep> ablated_steps()
         AblatedStep{"shadow-cache", "0"},     AblatedStep{"skip", "off"},
         AblatedStep{"step-spacing", "fixed"}, AblatedStep{"falloff", "sampled"},
         AblatedStep{"resolve-passes", "2"},   AblatedStep{"targets", "two"},
-        AblatedStep{"upsample", "4x4"},
+        AblatedStep{"upsample", "4x4"},       AblatedStep{"resolution", "half"},
     };
     return kSteps;
 }
