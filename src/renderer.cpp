@@ -214,7 +214,7 @@ InspectionLegend Renderer::inspect(const Frame& frame, const Settings& settings,
     const Settings s = settled(frame, settings);
     const pass::PassFrame view = parts.bind_frame(frame, s);
     const bool sees_media = parts.bind_media(view);
-    const InspectionLegend legend =
+    InspectionLegend legend =
         pass::inspect(parts.tools, parts.volume_pass(s), parts.host, view, sees_media, inspection);
     parts.device->NamedFramebufferTexture(parts.host.id(), GL_COLOR_ATTACHMENT0, 0, 0);
     return legend;

@@ -245,9 +245,10 @@ void StepTiles::choose_steps(const View& view)
 
 void StepTiles::want_depths(const View& view)
 {
+    auto tile = picture_.texels.begin();
     for (int y = 0; y < picture_.count.y; ++y)
         for (int x = 0; x < picture_.count.x; ++x) {
-            if (picture_.texels[static_cast<std::size_t>(y * picture_.count.x + x)] == kEmptyTile)
+            if (*tile++ == kEmptyTile)
                 continue;
             const glm::dvec2 low =
                 glm::dvec2(x, y) * double{kPictureTile} / view.scale - view.offset;
