@@ -98,19 +98,23 @@ void print_grids(const BenchReport& report)
         };
         if (std::none_of(report.figures.begin(), report.figures.end(), is_size))
             continue;
-        fmt::print("\n{:<24}{:<10}{:>16}{:>26}{:>26}\n", group, "layout", "active voxels",
-                   "bytes per active voxel", "times the stored values");
+        fmt::print("\n{:<24}{:<10}{:>16}{:>26}{:>26}{:>18}\n", group, "layout", "active voxels",
+                   "bytes per active voxel", "times the stored values", "bytes in a file");
         for (const BenchFigure& f : report.figures) {
             if (!is_size(f))
                 continue;
-            const auto bytes =
-                std::find_if(report.figures.begin(), report.figures.end(), [&](const auto& b) {
-                    return b.group == f.group && b.scene == f.scene && b.name == f.name &&
-                           b.at == f.at && b.quantity == "bytes per active voxel";
-                });
-            fmt::print("{:<24}{:<10}{:>16}{:>26.2f}{:>26.2f}\n", f.scene, f.name,
-                       f.axis.empty() ? "" : fmt::format("{:.0f}", f.at), bytes->value.median,
-                       f.value.median);
+            const auto of = [&](const char* quantity) {
+                return std::find_if(report.figures.begin(), report.figures.end(),
+                                    [&](const auto& b) {
+                                        return b.group == f.group && b.scene == f.scene &&
+                                               b.name == f.name && b.at == f.at &&
+                                               b.quantity == quantity;
+                                    })
+                    ->value.median;
+            };
+            fmt::print("{:<24}{:<10}{:>16}{:>26.2f}{:>26.2f}{:>18.0f}\n", f.scene, f.name,
+                       f.axis.empty() ? "" : fmt::format("{:.0f}", f.at),
+                       of("bytes per active voxel"), f.value.median, of("bytes of a stored value"));
         }
     }
 }

@@ -30,8 +30,9 @@ std::vector<BenchGoal> bench_goals(std::span<const BenchFigure> figures,
     }
     for (const BenchFigure& f : figures) {
         if (f.group == "memory" && f.name == "auto" && f.quantity == "times the stored values")
-            goals.push_back({fmt::format("{}: bytes at most 1.5 times its active values'", f.scene),
-                             f.value.median, 1.5, false});
+            goals.push_back(
+                {fmt::format("{}: bytes at most 1.5 times its active values' in the file", f.scene),
+                 f.value.median, 1.5, false});
         if (f.group == "programs" && f.name == kFirstPicture)
             goals.push_back({fmt::format("{}: first picture within 1500 ms", f.scene),
                              f.value.median, 1500, false});

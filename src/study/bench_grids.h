@@ -13,7 +13,8 @@ namespace fumarole::study {
 double free_memory();
 
 /// Bytes that a grid takes on the GPU in each layout, against its active voxels and against what
-/// those alone would take in the format that is stored: rows of the group `memory`.
+/// those alone take in its file (all channels of a voxel: 2 bytes each where the file holds halves,
+/// else 4), which is not the GPU's storage: rows of the group `memory`.
 std::vector<BenchFigure> memory_figures(const VoxelGrid& grid, const std::string& scene);
 
 /// One smoke cut into 64^3 voxels, 128^3, ... until a grid would need more than a quarter of the

@@ -277,9 +277,16 @@ TEST(BenchMemory, CountsBytesAgainstActiveVoxels)
         };
         EXPECT_NEAR(of("bytes per active voxel") * static_cast<double>(grid.active_voxels),
                     of("grid on the GPU"), 1);
-        EXPECT_NEAR(of("times the stored values") * 2, of("bytes per active voxel"), 1e-9)
-            << "half floats";
+        EXPECT_EQ(of("bytes of a stored value"), 4) << "made and written as floats";
+        EXPECT_NEAR(of("times the stored values") * 4, of("bytes per active voxel"), 1e-9)
+            << "whatever the GPU stores";
     }
+    VoxelGrid halves = grid;
+    halves.stored_as_half = true;
+    EXPECT_EQ(find_figure(memory_figures(halves, "smoke"), "memory", "smoke", "auto",
+                          "bytes of a stored value")
+                  ->value.median,
+              2);
     EXPECT_GT(free_memory(), 1e6);
     EXPECT_TRUE(memory_figures(VoxelGrid{}, "empty").empty());
 }
