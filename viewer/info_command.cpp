@@ -16,23 +16,23 @@ using Json = nlohmann::ordered_json;
 /// What a grid will take on the GPU, or why it can't go there.
 struct GpuPlan {
     std::uint64_t bytes = 0;
-    std::string layout, storage, refusal;
+    std::string layout, storage, storage_reason, refusal;
 };
 
 GpuPlan plan(const std::filesystem::path& file, const asset::GridInfo& grid)
 {
     if (!grid.refusal.empty())
-        return {0, "", "", grid.refusal};
+        return {0, "", "", "", grid.refusal};
     if (grid.active_voxels == 0)
-        return {0, "", "", "empty"};
+        return {0, "", "", "", "empty"};
     try {
         const asset::LoadedGrid loaded = asset::load_grid(file, grid.name);
         const medium::GridLayout layout = medium::plan_layout(
             loaded.grid, medium::Layout::automatic, medium::Storage::automatic, medium::Limits{});
         return {layout.gpu_bytes(), layout.layout == medium::Layout::dense ? "dense" : "bricks",
-                std::string(medium::storage_name(layout.storage)), ""};
+                std::string(medium::storage_name(layout.storage)), layout.storage_reason, ""};
     } catch (const Error& error) {
-        return {0, "", "", error.what()};
+        return {0, "", "", "", error.what()};
     }
 }
 
@@ -77,6 +77,7 @@ Json to_json(const asset::GridInfo& grid, const GpuPlan& gpu)
             {"gpu_bytes", gpu.bytes},
             {"gpu_layout", gpu.layout},
             {"gpu_storage", gpu.storage},
+            {"gpu_storage_reason", gpu.storage_reason},
             {"refusal", gpu.refusal}};
 }
 
@@ -102,8 +103,9 @@ void print(const asset::GridInfo& grid, const GpuPlan& gpu)
         fmt::print("  unusual        {} NaN, {} infinite, {} negative\n", grid.nan_count,
                    grid.inf_count, grid.negative_count);
     if (gpu.refusal.empty())
-        fmt::print("  on the GPU     {:.2f} MB, {} in {}, {:.2f} bytes an active voxel\n",
+        fmt::print("  on the GPU     {:.2f} MB, {} in {} ({}), {:.2f} bytes an active voxel\n",
                    static_cast<double>(gpu.bytes) * 1e-6, gpu.layout, gpu.storage,
+                   gpu.storage_reason,
                    static_cast<double>(gpu.bytes) / static_cast<double>(grid.active_voxels));
     else
         fmt::print("  on the GPU     nothing: {}\n", gpu.refusal);

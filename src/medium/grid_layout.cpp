@@ -11,8 +11,10 @@
 #include <cmath>
 #include <cstring>
 #include <fmt/format.h>
+#include <functional>
 #include <glm/gtc/type_precision.hpp>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "errors.h"
@@ -23,13 +25,21 @@ namespace {
 
 constexpr int kBrickDim = VoxelGrid::kBrickDim;
 constexpr int kCellVoxels = kAtlasBrickDim * kAtlasBrickDim * kAtlasBrickDim;
-constexpr int kMaxSlotsPerAxis = 1023;  // 10 bits of a page each
+constexpr int kScaleShift = 24;      // where a page has its brick's scale
+constexpr int kScaleStepShift = 20;  // a step in a float's bits
+constexpr std::uint32_t kOneBits = std::bit_cast<std::uint32_t>(1.0f);
 constexpr float kHalfMax = 65504.0f;
 constexpr float kHalfMinNormal = 0x1p-14f;
 
 // Filtering and scaling on the GPU round to float once or twice each, so a sample may stand a few
 // 2^-24 above the largest value it was made of; a bound has to stand above that.
 constexpr float kMaximaMargin = 1.0f + 0x1p-20f;
+
+// What automatic takes for small. RMS is what a picture shows, where the errors of a ray's voxels,
+// of either sign, nearly cancel; a march errs by 2 % itself. But RMS does not see a few huge values
+// flatten what is around them, which a coefficient brings back to sight: so what a value loses of
+// itself is bounded too, on the mean. Smoke, fire and clouds have 0.1 to 0.3 % and 0.4 to 3.4 %.
+constexpr double kSmallRms = 0.005, kSmallMean = 0.05;
 
 std::int64_t floor_div(std::int64_t a, std::int64_t b)
 {
@@ -107,6 +117,16 @@ float float_from_half(std::uint16_t half)
     return exponent == 0 ? std::ldexp(mantissa, -24) : std::ldexp(mantissa + 1024, exponent - 25);
 }
 
+/// Of values rounded to bytes: what a ByteError is made of.
+struct ByteSums {
+    double error2 = 0, value2 = 0, relative = 0, values = 0;
+
+    ByteSums operator+(const ByteSums& b) const
+    {
+        return {error2 + b.error2, value2 + b.value2, relative + b.relative, values + b.values};
+    }
+};
+
 /// From the grid's values to texels.
 class Encoder {
 public:
@@ -120,8 +140,21 @@ public:
         return bytes_per_value(storage_) * (channels_ == 3 ? 4 : 1);
     }
 
+    /// For the texels of a brick of that scale.
+    [[nodiscard]] Encoder of_brick(float brick_scale) const
+    {
+        return {storage_, channels_,
+                std::max(value_scale_ * brick_scale, std::numeric_limits<float>::denorm_min())};
+    }
+
     /// What a fetch of this value gives, times value_scale. Grows with `value`.
     [[nodiscard]] float decoded(float value) const { return stored(value) * value_scale_; }
+
+    /// What a page that is all this value gives: a page is no texel, so bytes need not round it.
+    [[nodiscard]] float constant(float value) const
+    {
+        return storage_ == Storage::r8 ? value / value_scale_ : stored(value);
+    }
 
     /// What a fetch of this value gives.
     [[nodiscard]] float stored(float value) const
@@ -134,6 +167,25 @@ public:
         default:
             return to_float(value);
         }
+    }
+
+    /// Of r8, what rounding does to these voxels, whose scale is `unit` of the sums' own.
+    [[nodiscard]] ByteSums byte_sums(const float* values, int voxels, double unit) const
+    {
+        float error2 = 0, value2 = 0, relative = 0;
+        int count = 0;
+        for (int i = 0; i < voxels * channels_; ++i) {
+            const float value = values[i] / value_scale_;
+            const float error = static_cast<float>(to_unorm(values[i])) / 255.0f - value;
+            error2 += error * error;
+            value2 += value * value;
+            if (value > 0) {
+                relative += std::abs(error) / value;
+                ++count;
+            }
+        }
+        const double unit2 = unit * unit;
+        return {error2 * unit2, value2 * unit2, double{relative}, double(count)};
     }
 
     void encode(const float* values, int voxels, std::uint8_t* texels) const
@@ -190,6 +242,13 @@ struct Cell {
     bool uniform;                                            ///< then values[0..2] alone are set
     float max;                                               ///< over all channels
 };
+
+/// Of a uniform vec3 cell, the first values to all.
+void spread_vec3(Cell& cell)
+{
+    for (std::size_t v = 3; v < cell.values.size(); ++v)
+        cell.values[v] = cell.values[v - 3];
+}
 
 /// Where a cell's field, between its values, is not 0.
 GridLayout::Extent extent_of(const Cell& cell, int channels)
@@ -337,10 +396,11 @@ float half_value_scale(float max_value)
     return std::ldexp(1.0f, std::max(exponent, std::numeric_limits<float>::min_exponent - 1));
 }
 
-/// r16f, unless most of what the grid holds lies under the range in which half has its 11 bits: a
-/// few voxels 10^9 times the rest (a spike in an emission grid, say) would cost the rest its shape.
-/// A faint tail under a normal grid is no such case: it is 2^-29 of the largest value and unseen.
-Storage automatic_storage(const VoxelGrid& grid)
+/// Where texels are floats: r16f, unless most of what the grid holds lies under the range in which
+/// half has its 11 bits: a few voxels 10^9 times the rest (a spike in an emission grid, say) would
+/// cost the rest its shape. A faint tail under a normal grid is no such case: it is 2^-29 of the
+/// largest value and unseen.
+Storage float_storage(const VoxelGrid& grid)
 {
     if (grid.stored_as_half)
         return Storage::r16f;
@@ -371,6 +431,22 @@ Storage automatic_storage(const VoxelGrid& grid)
     return all.faint > 0.5 * all.present ? Storage::r32f : Storage::r16f;
 }
 
+std::string automatic_reason(Storage storage, const std::optional<ByteError>& error)
+{
+    if (error)
+        return fmt::format("{} {:.2g} % of the RMS, {:.2g} % of a value",
+                           storage == Storage::r8 ? "errs" : "R8 would err", 100 * error->rms,
+                           100 * error->mean);
+    return storage == Storage::r32f ? "most values are too faint for half floats beside the largest"
+                                    : "a dense texture";
+}
+
+/// From the largest value of what is stored, that of what is sampled.
+float bound(float stored_max)
+{
+    return std::min(stored_max * kMaximaMargin, std::numeric_limits<float>::max());
+}
+
 float value_scale(Storage storage, float max_value)
 {
     switch (storage) {
@@ -385,7 +461,7 @@ float value_scale(Storage storage, float max_value)
 
 int max_slots_per_axis(const Limits& limits)
 {
-    return std::min(kMaxSlotsPerAxis, limits.max_texture_3d / kAtlasBrickDim);
+    return std::min(kMostSlotsPerAxis, limits.max_texture_3d / kAtlasBrickDim);
 }
 
 /// Bricks along x, y and z of an atlas with room for `slots`: the least unused room, then the most
@@ -412,28 +488,41 @@ glm::ivec3 atlas_bricks(std::uint64_t slots, int max_per_axis)
     return best;
 }
 
-/// 30 bits of a float, rounded to the nearest.
+/// 31 bits of a float >= 0, rounded.
 std::uint32_t constant_page(float stored)
 {
     const auto bits = std::bit_cast<std::uint32_t>(stored);
-    const std::uint32_t rounded = bits + 2 < 0x7f800000u ? bits + 2 : bits;  // never to infinity
-    return static_cast<std::uint32_t>(kPageConstant) << 30 | rounded >> 2;
+    const std::uint32_t rounded = bits + 1 < 0x7f800000u ? bits + 1 : bits;  // never to infinity
+    return rounded >> 1;
 }
 
-std::uint32_t brick_page(const glm::ivec3& slot)
+std::uint32_t brick_page(const glm::ivec3& slot, int scale_step)
 {
-    return static_cast<std::uint32_t>(kPageBrick) << 30 | static_cast<std::uint32_t>(slot.x) |
-           static_cast<std::uint32_t>(slot.y) << 10 | static_cast<std::uint32_t>(slot.z) << 20;
+    return kPageBrick | static_cast<std::uint32_t>(scale_step) << kScaleShift |
+           static_cast<std::uint32_t>(slot.x) | static_cast<std::uint32_t>(slot.y) << 8 |
+           static_cast<std::uint32_t>(slot.z) << 16;
 }
 
 glm::ivec3 slot_of(std::uint32_t page)
 {
-    return {page & 1023u, page >> 10 & 1023u, page >> 20 & 1023u};
+    return {page & 255u, page >> 8 & 255u, page >> 16 & 255u};
+}
+
+/// Of the least scale that is not under `ratio`, 0..1 of the largest.
+int scale_step(float ratio)
+{
+    const std::uint32_t below = kOneBits - std::bit_cast<std::uint32_t>(std::min(ratio, 1.0f));
+    return std::min(static_cast<int>(below >> kScaleStepShift), kScaleSteps);
+}
+
+float scale_of(std::uint32_t page)
+{
+    return brick_scale(static_cast<int>(page >> kScaleShift & kScaleSteps));
 }
 
 bool is_brick(std::uint32_t page)
 {
-    return page >> 30 == kPageBrick;
+    return page >= kPageBrick;
 }
 
 std::string bytes_text(double bytes)
@@ -475,6 +564,33 @@ struct Choice {
         bytes_text(static_cast<double>(limits.max_bytes)), limits.max_texture_3d, remedy));
 }
 
+/// What becomes of the grid's bricks as bytes, of the pages that take texels.
+ByteError byte_error(const VoxelGrid& grid, const CellReader& cells, const GridLayout& layout)
+{
+    const Encoder encoder(Storage::r8, grid.channels, value_scale(Storage::r8, grid.max_value));
+    // Deterministic: the same grid always gets the same storage.
+    const ByteSums sums = tbb::parallel_deterministic_reduce(
+        tbb::blocked_range<std::size_t>(0, layout.pages.size(), 64), ByteSums{},
+        [&](const auto& range, ByteSums sum) {
+            Cell cell;
+            for (std::size_t i = range.begin(); i != range.end(); ++i) {
+                if (!is_brick(layout.pages[i]))
+                    continue;
+                cells.read(unlinear(i, layout.page_count), cell);
+                if (cell.uniform)
+                    spread_vec3(cell);
+                const float scale = brick_scale(scale_step(cell.max / grid.max_value));
+                sum = sum + encoder.of_brick(scale).byte_sums(cell.values.data(), kCellVoxels,
+                                                              double{scale});
+            }
+            return sum;
+        },
+        std::plus<>());
+    if (sums.values == 0)
+        return {};  // constants alone
+    return {std::sqrt(sums.error2 / sums.value2), sums.relative / sums.values};
+}
+
 /// All of a layout but its texels.
 struct Draft {
     GridLayout layout;
@@ -485,20 +601,22 @@ struct Draft {
 Draft draft(const VoxelGrid& grid, Layout asked, Storage storage, const Limits& limits)
 {
     const Frame frame(grid);
-    if (storage == Storage::automatic)
-        storage = automatic_storage(grid);
-    const float scale = value_scale(storage, grid.max_value);
-    const Encoder encoder(storage, grid.channels, scale);
-    const auto texel_bytes = static_cast<double>(encoder.texel_bytes());
+    const bool is_automatic = storage == Storage::automatic;
+    if (is_automatic)
+        storage = float_storage(grid);
     const auto max_bytes = static_cast<double>(limits.max_bytes);
     const auto edges_fit = [&](const glm::i64vec3& size) {
         return glm::all(glm::lessThanEqual(size, glm::i64vec3(limits.max_texture_3d)));
     };
+    const auto texel_bytes = [&](Storage s) {
+        return static_cast<double>(Encoder(s, grid.channels, 1).texel_bytes());
+    };
+    const double page_bytes = sizeof(std::uint32_t) * volume(frame.page_count);
 
     Choice choice;
-    choice.dense_bytes = texel_bytes * volume(frame.dense_size);
+    choice.dense_bytes = texel_bytes(storage) * volume(frame.dense_size);
     choice.dense_fits = edges_fit(frame.dense_size) && choice.dense_bytes <= max_bytes;
-    choice.brick_bytes = sizeof(std::uint32_t) * volume(frame.page_count);
+    choice.brick_bytes = page_bytes;
     choice.bricks_fit = edges_fit(frame.page_count) && choice.brick_bytes <= max_bytes;
 
     // Before anything is allocated. What follows takes 12 bytes a page on the CPU, at most three
@@ -508,11 +626,9 @@ Draft draft(const VoxelGrid& grid, Layout asked, Storage storage, const Limits& 
             : !choice.bricks_fit && !(asked == Layout::automatic && choice.dense_fits))
         refuse(grid, asked, choice, limits);
 
-    Draft made{{}, encoder, CellReader(grid, frame)};
+    Draft made{{}, {storage, grid.channels, 1}, CellReader(grid, frame)};
     GridLayout& layout = made.layout;
-    layout.storage = storage;
     layout.channels = grid.channels == 3 ? 4 : 1;
-    layout.value_scale = scale;
     layout.field_min = frame.field_min;
     layout.field_max = frame.field_max;
     layout.maxima_origin = frame.first_page * std::int64_t{kBrickDim};
@@ -522,16 +638,14 @@ Draft draft(const VoxelGrid& grid, Layout asked, Storage storage, const Limits& 
     layout.extents.resize(volume(layout.maxima_count));
     layout.pages.resize(volume(layout.page_count));
 
+    // Of the grid itself; what is stored of it is found once the storage is known.
     for_each_page(layout.page_count, [&](std::size_t i, const glm::ivec3& page, Cell& cell) {
         made.cells.read(page, cell);
         if (cell.max <= 0)
             return;  // empty already
-        layout.maxima[i] =
-            std::min(encoder.decoded(cell.max) * kMaximaMargin, std::numeric_limits<float>::max());
+        layout.maxima[i] = cell.max;
         layout.extents[i] = extent_of(cell, grid.channels);
-        layout.pages[i] = cell.uniform && grid.channels == 1
-                              ? constant_page(encoder.stored(cell.values[0]))
-                              : brick_page({0, 0, 0});
+        layout.pages[i] = cell.uniform && grid.channels == 1 ? 0 : kPageBrick;
     });
 
     const auto slots = static_cast<std::uint64_t>(
@@ -544,30 +658,59 @@ Draft draft(const VoxelGrid& grid, Layout asked, Storage storage, const Limits& 
     else
         choice.bricks_fit = false;
     const double room = std::max(volume(glm::i64vec3(atlas)), static_cast<double>(slots));
-    choice.brick_bytes += texel_bytes * kCellVoxels * room;
+    const auto brick_bytes = [&](Storage s) {
+        return page_bytes + texel_bytes(s) * kCellVoxels * room;
+    };
+    // In the same storage: a dense texture is fetched faster, so bytes alone are no reason.
+    const bool is_dense_preferred =
+        asked == Layout::dense || (asked == Layout::automatic && choice.dense_fits &&
+                                   choice.dense_bytes <= brick_bytes(storage));
+
+    std::optional<ByteError> error;
+    if (is_automatic && storage == Storage::r16f && !is_dense_preferred && choice.bricks_fit)
+        error = byte_error(grid, made.cells, layout);
+    const Storage brick_storage = error && error->is_small() ? Storage::r8 : storage;
+    choice.brick_bytes = brick_bytes(brick_storage);
     choice.bricks_fit = choice.bricks_fit && choice.brick_bytes <= max_bytes;
 
-    layout.layout = asked;
-    if (asked == Layout::automatic)
-        layout.layout =
-            choice.dense_fits && (choice.dense_bytes <= choice.brick_bytes || !choice.bricks_fit)
-                ? Layout::dense
-                : Layout::bricks;
+    layout.layout = is_dense_preferred ||
+                            (asked == Layout::automatic && !choice.bricks_fit && choice.dense_fits)
+                        ? Layout::dense
+                        : Layout::bricks;
     if (layout.layout == Layout::bricks && !choice.bricks_fit)
         refuse(grid, asked, choice, limits);
 
+    if (layout.layout == Layout::dense)
+        error.reset();
+    layout.storage = layout.layout == Layout::bricks ? brick_storage : storage;
+    layout.storage_reason = is_automatic ? automatic_reason(layout.storage, error) : "asked for";
+    layout.value_scale = value_scale(layout.storage, grid.max_value);
+    made.encoder = Encoder(layout.storage, grid.channels, layout.value_scale);
     if (layout.layout == Layout::dense) {
         layout.origin = frame.field_min;
         layout.texture_size = frame.dense_size;
         layout.page_count = glm::ivec3{0};
         layout.pages.clear();
-    } else {
-        layout.origin = layout.maxima_origin;
-        layout.texture_size = atlas * kAtlasBrickDim;
-        std::size_t slot = 0;
-        for (std::uint32_t& page : layout.pages)
-            if (is_brick(page))
-                page = brick_page(unlinear(slot++, atlas));
+        for (float& most : layout.maxima)
+            most = bound(made.encoder.decoded(most));
+        return made;
+    }
+    layout.origin = layout.maxima_origin;
+    layout.texture_size = atlas * kAtlasBrickDim;
+    std::size_t slot = 0;
+    for (std::size_t i = 0; i < layout.pages.size(); ++i) {
+        float& most = layout.maxima[i];
+        std::uint32_t& page = layout.pages[i];
+        if (is_brick(page)) {
+            const int step =
+                layout.storage == Storage::r8 ? scale_step(most / layout.value_scale) : 0;
+            page = brick_page(unlinear(slot++, atlas), step);
+            most = bound(made.encoder.of_brick(brick_scale(step)).decoded(most));
+        } else {
+            const float stored = made.encoder.constant(most);
+            page = constant_page(stored);
+            most = bound(stored * layout.value_scale);
+        }
     }
     return made;
 }
@@ -618,11 +761,11 @@ void fill_atlas(const CellReader& cells, const Encoder& encoder, GridLayout& lay
         if (!is_brick(layout.pages[i]))
             return;
         cells.read(page, cell);
-        if (cell.uniform)  // a vec3 constant: only its first values were set
-            for (std::size_t v = 3; v < cell.values.size(); ++v)
-                cell.values[v] = cell.values[v - 3];
+        if (cell.uniform)
+            spread_vec3(cell);
         std::array<std::uint8_t, std::size_t{4} * sizeof(float) * kCellVoxels> texels;
-        encoder.encode(cell.values.data(), kCellVoxels, texels.data());
+        encoder.of_brick(scale_of(layout.pages[i]))
+            .encode(cell.values.data(), kCellVoxels, texels.data());
         const glm::ivec3 at = slot_of(layout.pages[i]) * kAtlasBrickDim;
         const std::uint8_t* from = texels.data();
         for (int z = 0; z < kAtlasBrickDim; ++z)
@@ -634,6 +777,16 @@ void fill_atlas(const CellReader& cells, const Encoder& encoder, GridLayout& lay
 }
 
 }  // namespace
+
+float brick_scale(int step)
+{
+    return std::bit_cast<float>(kOneBits - (static_cast<std::uint32_t>(step) << kScaleStepShift));
+}
+
+bool ByteError::is_small() const
+{
+    return rms <= kSmallRms && mean <= kSmallMean;
+}
 
 std::string_view storage_name(Storage storage)
 {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -28,23 +29,43 @@ struct Limits {
 /// trilinear filtering never leaves it: 9^3 texels.
 inline constexpr int kAtlasBrickDim = 9;
 
-/// A page is 32 bits: kind in the top two, the rest an atlas slot (10 bits each of x, y, z in
-/// bricks, x lowest) or the upper 30 bits of a constant's float: what a fetch would give, before
-/// value_scale, is uintBitsToFloat(page << 2). The 2 mantissa bits dropped are rounded: 2^-22
-/// relative. Constants are of scalar grids alone; a vec3 page is empty or a brick.
-enum PageKind : std::uint32_t { kPageEmpty = 0, kPageConstant = 1, kPageBrick = 2 };
+/// A page is 32 bits. Of a brick, the top one is set, then 7 bits are its scale and 8 each of z, y
+/// and x its atlas slot, in bricks. Else it is a constant, 0 where nothing is: what a fetch would
+/// give, before value_scale, is uintBitsToFloat(page << 1), whose last mantissa bit was rounded
+/// away: 2^-23 relative. Constants are of scalar grids alone; a vec3 page is 0 or a brick.
+inline constexpr std::uint32_t kPageBrick = 1u << 31;
+
+/// Slots along an axis of the atlas that a page can name: 2304 texels.
+inline constexpr int kMostSlotsPerAxis = 256;
+
+/// A brick's scale, by which its texels are multiplied besides value_scale: 1 for floats; for r8 so
+/// that 255 stands for the brick's largest value, rounded up by at most an eighth. A step is 2^20
+/// of a float's bits, an eighth of the octave it lies in, and exact on any GPU.
+inline constexpr int kScaleSteps = 127;
+
+/// 1 at step 0, 1.125 * 2^-16 at the last: fainter bricks share that one.
+float brick_scale(int step);
+
+/// What rounding to bytes does to a grid, each brick with its own scale.
+struct ByteError {
+    double rms = 0;   ///< RMS of the error / RMS of the values
+    double mean = 0;  ///< mean of the error relative to each value
+    [[nodiscard]] bool is_small() const;
+};
 
 /// How to sample it at q = p_index - origin, exactly, with linear filtering: dense at texel
-/// coordinate q + 0.5; bricks in page floor(q / 8) at slot * 9 + (q - 8 * page) + 0.5, and 0 where
-/// the page is empty or past the table. An empty grid's layout has no texels, pages, maxima or
-/// extents.
+/// coordinate q + 0.5; bricks in page floor(q / 8) at slot * 9 + (q - 8 * page) + 0.5, times the
+/// brick's scale, and 0 where the page is empty or past the table. An empty grid's layout has no
+/// texels, pages, maxima or extents.
 struct GridLayout {
     Layout layout = Layout::dense;    ///< never automatic
     Storage storage = Storage::r16f;  ///< never automatic
     int channels = 1;                 ///< 1, or 4 for a vec3 grid (RGBA, alpha 0)
 
-    /// Stored value * value_scale = the grid's value. A power of two for floats, so nothing is lost
-    /// and half floats can't overflow; the largest value for r8.
+    std::string storage_reason;  ///< why this storage, for the user
+
+    /// Stored value * value_scale (* the brick's scale) = the grid's value. A power of two for
+    /// floats, so nothing is lost and half floats can't overflow; the largest value for r8.
     float value_scale = 1;
 
     /// Index of the voxel at texel (0,0,0): one layer of zeros is part of a dense texture on each
@@ -79,8 +100,9 @@ struct GridLayout {
 
 /// The bytes and sizes a layout would take, found without making it (an `automatic` choice is
 /// resolved): GridLayout with empty vectors.
-/// Dense is chosen where it is not larger than the bricks; r16f unless most of the grid lies under
-/// 2^-29 of its largest value.
+/// Dense is chosen where it would not be larger than bricks of the same storage. Storage is r32f
+/// where most of the grid lies under 2^-29 of its largest value, else r8 for bricks whose ByteError
+/// is small, else r16f.
 /// @throws Error with the size and the remedy if neither fits `limits`, or the asked one does not.
 GridLayout plan_layout(const VoxelGrid& grid, Layout layout, Storage storage, const Limits& limits);
 

@@ -498,11 +498,12 @@ std::vector<std::string> MediaSet::describe() const
         const GridLayout& plan = grid.plan;
         const auto bytes = plan.gpu_bytes();
         lines.push_back(fmt::format(
-            "grid '{}': {} of {} x {} x {} texels in {}{}, {:.2f} MB, {:.2f} bytes an active voxel",
+            "grid '{}': {} of {} x {} x {} texels in {}{} ({}), {:.2f} MB, {:.2f} bytes an active "
+            "voxel",
             grid.source->name,
             plan.layout == Layout::dense ? "one dense texture" : "bricks in an atlas",
             plan.texture_size.x, plan.texture_size.y, plan.texture_size.z,
-            plan.channels == 4 ? "4 x " : "", storage_name(plan.storage),
+            plan.channels == 4 ? "4 x " : "", storage_name(plan.storage), plan.storage_reason,
             static_cast<double>(bytes) * 1e-6,
             static_cast<double>(bytes) /
                 static_cast<double>(std::max<std::uint64_t>(grid.source->active_voxels, 1))));

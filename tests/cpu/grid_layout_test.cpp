@@ -172,6 +172,13 @@ std::uint32_t page_at(const GridLayout& g, const glm::ivec3& page)
         static_cast<std::size_t>((page.z * g.page_count.y + page.y) * g.page_count.x + page.x));
 }
 
+double scale_of(std::uint32_t page)
+{
+    // Steps of an eighth of an octave, down from 1: 15/16, 14/16, ... 8/16, 15/32, ...
+    const int step = page >> 24 & 127u;
+    return step == 0 ? 1 : std::ldexp((15 - (step - 1) % 8) / 16.0, -(step - 1) / 8);
+}
+
 /// The shader's lookup.
 glm::dvec3 sample(const GridLayout& g, const glm::dvec3& p_index)
 {
@@ -181,16 +188,34 @@ glm::dvec3 sample(const GridLayout& g, const glm::dvec3& p_index)
         return scale * filtered(g, q + 0.5);
     const glm::ivec3 page = glm::floor(q / 8.0);
     const std::uint32_t entry = page_at(g, page);
-    switch (entry >> 30) {
-    case kPageConstant:
-        return {scale * static_cast<double>(std::bit_cast<float>(entry << 2)), 0, 0};
-    case kPageBrick: {
-        const glm::ivec3 slot{entry & 1023u, entry >> 10 & 1023u, entry >> 20 & 1023u};
-        return scale * filtered(g, glm::dvec3(slot * 9) + (q - 8.0 * glm::dvec3(page)) + 0.5);
+    if (entry < kPageBrick)
+        return {scale * static_cast<double>(std::bit_cast<float>(entry << 1)), 0, 0};
+    const glm::ivec3 slot{entry & 255u, entry >> 8 & 255u, entry >> 16 & 255u};
+    return scale * scale_of(entry) *
+           filtered(g, glm::dvec3(slot * 9) + (q - 8.0 * glm::dvec3(page)) + 0.5);
+}
+
+/// Of a page's 9^3 values.
+double largest_in(const VoxelLookup& lookup, const glm::ivec3& first)
+{
+    float most = 0;
+    for (int i = 0; i < 729; ++i) {
+        const glm::vec3 v = lookup.value(first + glm::ivec3{i % 9, i / 9 % 9, i / 81});
+        most = std::max({most, v.x, v.y, v.z});
     }
-    default:
-        return glm::dvec3{0};
-    }
+    return double{most};
+}
+
+/// What the storage's absolute error is relative to: for bricks of bytes their own largest value,
+/// rounded up by an eighth, as far down as scales go; else the grid's.
+double scale_at(const GridLayout& g, const VoxelLookup& lookup, const VoxelGrid& grid,
+                const glm::dvec3& p_index)
+{
+    const double all{grid.max_value};
+    if (g.storage != Storage::r8 || g.layout == Layout::dense)
+        return all;
+    const glm::ivec3 page = glm::floor((p_index - glm::dvec3(g.origin)) / 8.0);
+    return std::clamp(1.125 * largest_in(lookup, g.origin + 8 * page), 0x1.2p-16 * all, all);
 }
 
 double bound_at(const GridLayout& g, const glm::dvec3& p_index)
@@ -249,13 +274,13 @@ struct StorageCase {
     const char* name;
     Storage storage;
     double relative;  // of the sample
-    double absolute;  // of the largest value
+    double absolute;  // of scale_at()
 };
 
 constexpr StorageCase kStorageCases[] = {
-    // A texel is the value itself; a constant page keeps 21 of its 23 mantissa bits, rounded. The
+    // A texel is the value itself; a constant page keeps 22 of its 23 mantissa bits, rounded. The
     // emulation's texel coordinates, up to 200, carry 2^-46 of rounding into its weights.
-    {"r32f", Storage::r32f, 0x1p-22, 0x1p-44},
+    {"r32f", Storage::r32f, 0x1p-23, 0x1p-44},
     // 11 bits, rounded to nearest: half an ulp; below 2^-29 of the largest value half has a fixed
     // step of 2^-39 of it (its denormals), of which half is lost.
     {"r16f", Storage::r16f, 0x1p-11, 0x1p-39},
@@ -293,9 +318,9 @@ TEST_P(GridField, SamplesAsTheGridDoes)
         double worst = 0;
         for (const glm::dvec3& p : probe_points(grid, 20000)) {
             const glm::dvec3 want = lookup.sample(p), got = sample(g, p);
+            const double absolute = storage.absolute * scale_at(g, lookup, grid, p);
             for (int c = 0; c < 3; ++c) {
-                const double allowed =
-                    storage.relative * want[c] + storage.absolute * double{grid.max_value};
+                const double allowed = storage.relative * want[c] + absolute;
                 const double error = std::abs(got[c] - want[c]);
                 worst = std::max(worst, error / double{grid.max_value});
                 ASSERT_LE(error, allowed)
@@ -388,9 +413,11 @@ TEST(GridLayout, DenseAndBricksHoldTheSameField)
     for (const StorageCase& storage : kStorageCases) {
         const GridLayout dense = make_layout(grid, Layout::dense, storage.storage, {});
         const GridLayout bricks = make_layout(grid, Layout::bricks, storage.storage, {});
-        // Constant pages are rounded as texels are, then to 21 bits of mantissa.
+        // Constant pages are rounded as texels are, then to 22 bits of mantissa. Bytes are rounded
+        // by the grid's scale here and by the brick's there, which is no more than the grid's.
+        const double apart = storage.storage == Storage::r8 ? 1.0 / 255 * (1 + 1e-6) : 0x1p-23;
         for (const glm::dvec3& p : probe_points(grid, 20000))
-            ASSERT_NEAR(sample(dense, p).x, sample(bricks, p).x, 0x1p-22) << storage.name;
+            ASSERT_NEAR(sample(dense, p).x, sample(bricks, p).x, apart) << storage.name;
     }
 }
 
@@ -499,6 +526,151 @@ TEST(GridLayout, StorageIsHalfUnlessMostValuesAreTooFaint)
     EXPECT_EQ(plan_layout(grid, Layout::automatic, Storage::automatic, {}).storage, Storage::r16f);
 }
 
+/// Bricks apart, each a third of an octave fainter than the one before, of values 0..1 of its
+/// largest: 20 octaves in all, more than scales go down.
+VoxelGrid fading_grid(float largest)
+{
+    std::mt19937 random(21);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    std::vector<glm::ivec3> at;
+    for (int b = 0; b < 60; ++b)
+        at.push_back({2 * b, 0, 0});
+    int drawn = 0;
+    return grid_of(at, 1, [&] {
+        const int b = drawn++ / static_cast<int>(kBrickVoxels);
+        return largest * std::exp2(-static_cast<float>(b) / 3) * uniform(random);
+    });
+}
+
+TEST(GridLayout, BytesErrByTheirBricksOwnScale)
+{
+    for (const float largest : {1.0f, 100.0f, 1e30f, 1e-30f}) {
+        const VoxelGrid grid = fading_grid(largest);
+        const VoxelLookup lookup(grid);
+        const GridLayout g = make_layout(grid, Layout::bricks, Storage::r8, {});
+        const double all{grid.max_value};
+        double least_scale = 1, worst = 0;
+        for (int i = 0; i < static_cast<int>(g.pages.size()); ++i) {
+            const std::uint32_t page = g.pages[std::size_t(i)];
+            if (page < kPageBrick)
+                continue;
+            const glm::ivec3 first =
+                g.origin + 8 * glm::ivec3{i % g.page_count.x, i / g.page_count.x % g.page_count.y,
+                                          i / (g.page_count.x * g.page_count.y)};
+            const double most = largest_in(lookup, first), scale = all * scale_of(page);
+            least_scale = std::min(least_scale, scale_of(page));
+            ASSERT_GE(scale, most * (1 - 1e-7)) << "clips";
+            ASSERT_LE(scale, std::max(1.125 * (1 + 1e-6) * most, 0x1.2p-16 * all * (1 + 1e-6)));
+            ASSERT_LE(double{g.maxima[std::size_t(i)]}, (most + 0.5 / 255 * scale) * (1 + 0x1p-19));
+            const glm::ivec3 slot{page & 255u, page >> 8 & 255u, page >> 16 & 255u};
+            for (int v = 0; v < 729; ++v) {
+                const glm::ivec3 at{v % 9, v / 9 % 9, v / 81};
+                const double want{lookup.value(first + at).x};
+                const double error = std::abs(scale * texel(g, slot * 9 + at).x - want);
+                ASSERT_LE(error, 0.5 / 255 * scale * (1 + 1e-5)) << first.x << ' ' << v;
+                ASSERT_LE(scale * texel(g, slot * 9 + at).x, double{g.maxima[std::size_t(i)]});
+                worst = std::max(worst, error / scale);
+            }
+        }
+        EXPECT_EQ(least_scale, 0x1.2p-16) << "the faintest bricks share the least scale";
+        EXPECT_GT(worst, 0.4 / 255);
+    }
+}
+
+TEST(GridLayout, BytesOfValuesThatAreHardlyFloatsAreFinite)
+{
+    const VoxelGrid grid = fading_grid(1e-42f);
+    const GridLayout g = make_layout(grid, Layout::bricks, Storage::r8, {});
+    for (const glm::dvec3& p : probe_points(grid, 2000))
+        ASSERT_LE(sample(g, p).x, double{grid.max_value} * 1.2);
+    for (const float m : g.maxima)
+        ASSERT_TRUE(std::isfinite(m));
+}
+
+TEST(GridLayout, ScalesAreEighthsOfOctaves)
+{
+    for (int step = 0; step <= kScaleSteps; ++step)
+        EXPECT_EQ(double{brick_scale(step)}, scale_of(static_cast<std::uint32_t>(step) << 24));
+    EXPECT_EQ(brick_scale(0), 1.0f);
+    EXPECT_EQ(brick_scale(8), 0.5f);
+}
+
+TEST(GridLayout, FloatsHaveNoScaleOfTheirBrick)
+{
+    const VoxelGrid grid = fading_grid(1);
+    for (const Storage storage : {Storage::r16f, Storage::r32f})
+        for (const std::uint32_t page : make_layout(grid, Layout::bricks, storage, {}).pages)
+            EXPECT_EQ(page >> 24 & 127u, 0u);
+}
+
+TEST(GridLayout, AutomaticTakesBytesWhereTheyErrLittle)
+{
+    std::mt19937 random(22);
+    std::uniform_real_distribution<float> uniform(0.05f, 1);
+    std::vector<glm::ivec3> at;
+    for (int b = 0; b < 20; ++b)
+        at.push_back({2 * b, b % 3, b % 5});
+    VoxelGrid grid = grid_of(at, 1, [&] { return uniform(random); });
+    const auto plan = [&](Layout layout = Layout::automatic) {
+        return plan_layout(grid, layout, Storage::automatic, {});
+    };
+    EXPECT_EQ(plan().layout, Layout::bricks);
+    EXPECT_EQ(plan().storage, Storage::r8);
+    EXPECT_EQ(plan().storage_reason.rfind("errs 0.", 0), 0u) << plan().storage_reason;
+    EXPECT_EQ(plan(Layout::dense).storage, Storage::r16f)
+        << "bytes of one scale lose what is faint";
+
+    // Bricks of any brightness are as good as one another.
+    for (std::size_t i = 0; i < grid.values.size(); ++i)
+        grid.values[i] *= std::exp2(-0.5f * static_cast<float>(i / kBrickVoxels));
+    finish(grid);
+    EXPECT_EQ(plan().storage, Storage::r8) << plan().storage_reason;
+
+    // But a voxel that is 10^6 times its neighbours flattens them, though by RMS all is well.
+    for (std::size_t b = 0; b < at.size(); ++b)
+        grid.values[b * kBrickVoxels + 77] *= 1e6f;
+    finish(grid);
+    EXPECT_EQ(plan().storage, Storage::r16f);
+    EXPECT_EQ(plan().storage_reason.rfind("R8 would err 0.", 0), 0u) << plan().storage_reason;
+    EXPECT_EQ(plan_layout(grid, Layout::bricks, Storage::r8, {}).storage_reason, "asked for");
+}
+
+TEST(GridLayout, SmallerBricksAreNoReasonAgainstDense)
+{
+    // 8^3 bricks, full: 66^3 texels dense, 9^3 * 729 as bricks, which as bytes are the fewer bytes.
+    std::mt19937 random(23);
+    std::vector<glm::ivec3> solid;
+    for (int i = 0; i < 512; ++i)
+        solid.push_back({i % 8, i / 8 % 8, i / 64});
+    const VoxelGrid grid = grid_of(solid, 1, [&] { return float(random() % 100 + 1); });
+    const GridLayout plan = plan_layout(grid, Layout::automatic, Storage::automatic, {});
+    EXPECT_EQ(plan.layout, Layout::dense);
+    EXPECT_EQ(plan.storage, Storage::r16f);
+    const std::uint64_t bytes =
+        plan_layout(grid, Layout::bricks, Storage::automatic, {}).gpu_bytes();
+    EXPECT_LT(bytes, plan.gpu_bytes());
+    // Where dense does not fit, they are what does.
+    const GridLayout small =
+        plan_layout(grid, Layout::automatic, Storage::automatic, {2048, bytes});
+    EXPECT_EQ(small.layout, Layout::bricks);
+    EXPECT_EQ(small.storage, Storage::r8);
+}
+
+TEST(GridLayout, AtlasEndsWherePagesCanNameIt)
+{
+    // 71^3 pages of colour, all bricks, on a GL that would take an edge of 1820.
+    VoxelGrid grid;
+    grid.name = "color";
+    grid.channels = 3;
+    grid.tiles = {{{0, 0, 0}, {69, 69, 69}, {0.3f, 0.2f, 0.1f}}};
+    finish(grid);
+    const GridLayout plan =
+        plan_layout(grid, Layout::bricks, Storage::r16f, {.max_texture_3d = 16384});
+    const glm::ivec3 slots = plan.texture_size / 9;
+    EXPECT_GE(slots.x * slots.y * slots.z, 71 * 71 * 71);
+    EXPECT_LE(std::max({slots.x, slots.y, slots.z}), kMostSlotsPerAxis);
+}
+
 TEST(GridLayout, ApronReachesIntoPagesBeforeTheContent)
 {
     // One voxel, first of its brick: the field lies in 8 pages, of which 7 hold no brick.
@@ -509,7 +681,7 @@ TEST(GridLayout, ApronReachesIntoPagesBeforeTheContent)
     EXPECT_EQ(g.page_count, glm::ivec3(2));
     EXPECT_EQ(g.origin, glm::ivec3(-8));
     EXPECT_EQ(std::count_if(g.pages.begin(), g.pages.end(),
-                            [](std::uint32_t p) { return p >> 30 == kPageBrick; }),
+                            [](std::uint32_t p) { return p >= kPageBrick; }),
               8);
     EXPECT_DOUBLE_EQ(sample(g, {-0.5, -0.25, -0.5}).x, 2 * 0.5 * 0.75 * 0.5);
     // The last voxel of a brick lies in one page alone.
@@ -527,12 +699,12 @@ TEST(GridLayout, ConstantInsideOfATileTakesNoTexels)
     grid.tiles = {{{-10, -10, -10}, {9, 9, 9}, glm::vec3{0.3f}}};
     finish(grid);
     const GridLayout g = make_layout(grid, Layout::bricks, Storage::r16f, {});
-    std::size_t count[3]{};
+    std::size_t constants = 0, bricks = 0;
     for (const std::uint32_t page : g.pages)
-        ++count[page >> 30];
-    EXPECT_EQ(count[kPageEmpty], 0u);
-    EXPECT_EQ(count[kPageConstant], 19u * 19 * 19);
-    EXPECT_EQ(count[kPageBrick], 21u * 21 * 21 - 19 * 19 * 19);  // the rim to 0
+        ++(page >= kPageBrick ? bricks : constants);
+    EXPECT_EQ(std::count(g.pages.begin(), g.pages.end(), 0u), 0);
+    EXPECT_EQ(constants, 19u * 19 * 19);
+    EXPECT_EQ(bricks, 21u * 21 * 21 - 19 * 19 * 19);  // the rim to 0
     EXPECT_LT(g.gpu_bytes(), 21u * 21 * 21 * 1000);
 }
 
@@ -552,8 +724,8 @@ TEST(GridLayout, AtlasWastesLittleAndIsNearlyACube)
         EXPECT_LE(std::max({slots.x, slots.y, slots.z}), 4 * cube) << bricks;
         std::vector<std::uint32_t> used;
         for (const std::uint32_t page : g.pages)
-            if (page >> 30 == kPageBrick)
-                used.push_back(page);
+            if (page >= kPageBrick)
+                used.push_back(page & 0xffffffu);
         std::sort(used.begin(), used.end());
         EXPECT_EQ(used.size(), 8u * static_cast<std::size_t>(bricks));
         EXPECT_EQ(std::adjacent_find(used.begin(), used.end()), used.end());  // no slot twice

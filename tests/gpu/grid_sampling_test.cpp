@@ -1,6 +1,8 @@
 // A voxel grid on the GPU, in every layout and storage, against VoxelLookup in double: what is
 // uploaded, how it is bound and what glsl/lib/grid.glsl makes of it.
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
@@ -126,6 +128,75 @@ void kernel(int i) { out_data[i] = vec4(sample_media(in_data[i].xyz).sigma_s, 0.
     EXPECT_GT(inside, 6000);
     EXPECT_NEAR(mean_error / inside, 0, c.storage == Storage::r8 ? 0.5 / 255 : 1e-4)
         << "no bias past the rounding of a constant";
+    gl()->BindBufferBase(GL_UNIFORM_BUFFER, MEDIA_BLOCK, 0);
+}
+
+/// Three bricks in a row and one behind them, each a hundredth of the one before, beside each other
+/// so that their shared layers are read by both scales.
+std::shared_ptr<VoxelGrid> fading_grid()
+{
+    auto grid = std::make_shared<VoxelGrid>();
+    grid->name = "fading";
+    grid->bricks = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 1, 0}};
+    std::mt19937 random(29);
+    std::uniform_real_distribution<float> value(0.5f, 1);
+    for (float largest = 100; grid->values.size() < 4 * 512;
+         largest *= grid->values.size() % 512 == 0 ? 0.01f : 1)
+        grid->values.push_back(largest * value(random));
+    grid->index_min = {0, 0, 0};
+    grid->index_max = {23, 15, 7};
+    grid->active_voxels = 4 * 512;
+    grid->max_value = *std::max_element(grid->values.begin(), grid->values.end());
+    return grid;
+}
+
+using GridScale = GlTest;
+
+// What the GPU decodes is what each brick's own scale promises, and so never what another's would.
+TEST_F(GridScale, IsTheBricksOwn)
+{
+    const auto grid = fading_grid();
+    GridMedium medium;
+    medium.density = grid;
+    Scene scene;
+    scene.media = {medium};
+    medium::MediaSet media(gl());
+    media.set(scene, Layout::bricks, Storage::r8);
+    media.bind(glm::dvec3(0));
+    const Kernel kernel(gl(), R"(
+#include "scene/media.glsl"
+void kernel(int i) { out_data[i] = vec4(sample_media(in_data[i].xyz).sigma_s, 0.0); }
+)",
+                        1, 1, media.defines());
+    std::mt19937 random(31);
+    std::uniform_real_distribution<float> unit(0.02f, 0.98f);
+    std::vector<glm::vec4> inputs;
+    for (int z = -1; z < 8;
+         ++z)  // one point in each cell between 8 voxels, so of one page for sure
+        for (int y = -1; y < 16; ++y)
+            for (int x = -1; x < 24; ++x)
+                inputs.emplace_back(float(x) + unit(random), float(y) + unit(random),
+                                    float(z) + unit(random), 0.0f);
+    const std::vector<glm::vec4> values = kernel(inputs);
+    const VoxelLookup lookup(*grid);
+    // As in AgreesWithVoxelLookup; but of the page's largest value, rounded up by an eighth.
+    const bool software = gl().capabilities().software;
+    const double relative = 1.125 * (software ? 2.0 / 255 : 0.5 / 255 + 3.0 / 256) + 2e-4;
+    std::array<int, 4> seen{};
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+        const glm::ivec3 page = glm::floor(glm::vec3(inputs[i]) / 8.0f);
+        double most = 0;
+        for (int v = 0; v < 729; ++v)
+            most = std::max(
+                most, double{lookup.value(page * 8 + glm::ivec3{v % 9, v / 9 % 9, v / 81}).x});
+        ASSERT_NEAR(double{values[i].x}, lookup.sample(glm::dvec3(inputs[i])).x,
+                    relative * std::max(most, std::exp2(-16.0) * double{grid->max_value}))
+            << "at " << inputs[i].x << ' ' << inputs[i].y << ' ' << inputs[i].z;
+        const auto decade = static_cast<int>(-std::log10(most / double{grid->max_value}) / 2 + 0.1);
+        if (most > 0)
+            ++seen.at(static_cast<std::size_t>(std::min(decade, 3)));
+    }
+    EXPECT_GT(*std::min_element(seen.begin(), seen.end()), 100) << "all scales are met";
     gl()->BindBufferBase(GL_UNIFORM_BUFFER, MEDIA_BLOCK, 0);
 }
 

@@ -243,6 +243,49 @@ TEST_F(Invariance, StorageCostsItsRoundingAndNoMore)
     EXPECT_EQ(error(medium::Storage::r32f, "r32f"), 0);
 }
 
+// A core of 100 hides nothing of wisps of 0.01 elsewhere, though one scale for both would round
+// them to 0: what the sky loses behind them is right.
+TEST_F(Invariance, WispsBesideADenseCoreSurviveBytes)
+{
+    Scene scene = lit_scene();
+    GridMedium smoke;
+    const glm::dmat4 world_from_index(0.15, 0, 0, 0, 0, 0.15, 0, 0, 0, 0, 0.15, 0, 0, -5, 0, 1);
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> unit(0.2, 1);
+    smoke.density = make_grid({5, 2, 3}, world_from_index,
+                              [&](glm::ivec3 v) {
+                                  return unit(random) * (v.x < -8 ? 100 : v.x < 0 ? 0 : 0.01);
+                              },
+                              {-3, -1, -2});
+    smoke.sigma_a_per_density = glm::vec3(100);
+    scene.media = {smoke};
+    Settings settings = plain_settings();
+    settings.layout = medium::Layout::bricks;
+    const Still exact = render(scene, settings);
+    settings.storage = medium::Storage::r8;
+    const Still bytes = render(scene, settings);
+    // dT < dtau < sigma_t * length * what a stored value may err, 1.125 * 0.01 / 510. Of either
+    // sign along 24 voxels, so a quarter is seen, even where a rasteriser filters bytes as bytes.
+    const double bound = 0.25 * 100 * (24 * 0.15) * 1.125 * 0.01 / 510;
+    double worst = 0, faintest = 1;
+    for (int y = 0; y < exact.height; ++y)
+        for (int x = 0; x < exact.width * 4 / 10; ++x) {  // looking along -y, +x is on the left
+            const float t = pixel(exact.transmittance, exact.width, x, y).r;
+            const float error = pixel(bytes.transmittance, exact.width, x, y).r - t;
+            faintest = std::min(faintest, double{t});
+            worst = std::max(worst, double{std::abs(error)});
+        }
+    figure("worst error of T beside the core", worst);
+    EXPECT_LT(worst, bound);
+    EXPECT_LT(faintest, 0.6) << "the wisps are to be seen";
+    EXPECT_LT(pixel(exact.transmittance, exact.width, exact.width - 3, exact.height / 2).r, 1e-3)
+        << "and the core";
+    settings.layout = medium::Layout::dense;  // where all bytes have one scale
+    const Still lost = render(scene, settings);
+    EXPECT_EQ(pixel(lost.transmittance, exact.width, 4, exact.height / 2).r, 1)
+        << "the test sees what it is for";
+}
+
 TEST_F(Invariance, OneTargetOrTwoForAGreyMedium)
 {
     Scene scene = lit_scene();

@@ -40,9 +40,11 @@ protected:
 
 TEST_F(MarchSpeed, EmptyBricksLeftOutLeaveThePictureAsItIs)
 {
-    for (const int resolution : {1, 2, 4}) {
-        const Scene scene = patches();
+    const Scene scene = patches();
+    const auto compare = [&](int resolution, medium::Storage storage, medium::Layout layout) {
         Settings settings = plain_settings(resolution);
+        settings.storage = storage;
+        settings.layout = layout;
         settings.jitter = Settings::Jitter::blue;
         const auto draw = [&](bool skip, double& samples) {
             settings.skip = skip;
@@ -64,7 +66,11 @@ TEST_F(MarchSpeed, EmptyBricksLeftOutLeaveThePictureAsItIs)
         EXPECT_LT(max_difference(picture_of(with, with.transmittance),
                                  picture_of(without, without.transmittance)),
                   1e-6);
-    }
+    };
+    for (const int resolution : {1, 2, 4})
+        compare(resolution, medium::Storage::r32f, medium::Layout::automatic);
+    for (const medium::Storage storage : {medium::Storage::r8, medium::Storage::automatic})
+        compare(2, storage, medium::Layout::bricks);
 }
 
 // Where no surface shades a tile it is not asked for. Half of the smoke lies in the shadow of a
