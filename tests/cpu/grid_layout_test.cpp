@@ -635,6 +635,21 @@ TEST(GridLayout, AutomaticTakesBytesWhereTheyErrLittle)
     EXPECT_EQ(plan_layout(grid, Layout::bricks, Storage::r8, {}).storage_reason, "asked for");
 }
 
+TEST(GridLayout, AutomaticTakesBytesOfColoursToo)
+{
+    std::mt19937 random(24);
+    std::uniform_real_distribution<float> uniform(0.2f, 1);
+    VoxelGrid grid = grid_of({{0, 0, 0}, {9, 0, 0}, {0, 9, 9}}, 3, [&] { return uniform(random); });
+    const auto storage = [&] {
+        return plan_layout(grid, Layout::automatic, Storage::automatic, {}).storage;
+    };
+    EXPECT_EQ(storage(), Storage::r8);
+    for (std::size_t i = 0; i < grid.values.size(); i += 3)
+        grid.values[i] *= 1e-3f;  // red beside green and blue, whose scale it has
+    finish(grid);
+    EXPECT_EQ(storage(), Storage::r16f);
+}
+
 TEST(GridLayout, SmallerBricksAreNoReasonAgainstDense)
 {
     // 8^3 bricks, full: 66^3 texels dense, 9^3 * 729 as bricks, which as bytes are the fewer bytes.
