@@ -98,8 +98,8 @@ void print_grids(const BenchReport& report)
         };
         if (std::none_of(report.figures.begin(), report.figures.end(), is_size))
             continue;
-        fmt::print("\n{:<24}{:<10}{:>16}{:>26}{:>26}{:>18}\n", group, "layout", "active voxels",
-                   "bytes per active voxel", "times the stored values", "bytes in a file");
+        fmt::print("\n{:<24}{:<10}{:>16}{:>26}{:>26}{:>20}\n", group, "layout", "active voxels",
+                   "bytes per active voxel", "times the stored values", "times half floats");
         for (const BenchFigure& f : report.figures) {
             if (!is_size(f))
                 continue;
@@ -112,9 +112,9 @@ void print_grids(const BenchReport& report)
                                     })
                     ->value.median;
             };
-            fmt::print("{:<24}{:<10}{:>16}{:>26.2f}{:>26.2f}{:>18.0f}\n", f.scene, f.name,
+            fmt::print("{:<24}{:<10}{:>16}{:>26.2f}{:>26.2f}{:>20.2f}\n", f.scene, f.name,
                        f.axis.empty() ? "" : fmt::format("{:.0f}", f.at),
-                       of("bytes per active voxel"), f.value.median, of("bytes of a stored value"));
+                       of("bytes per active voxel"), f.value.median, of("times half floats"));
         }
     }
 }

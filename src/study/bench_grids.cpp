@@ -62,7 +62,8 @@ std::vector<BenchFigure> memory_figures(const VoxelGrid& grid, const std::string
     if (grid.empty() || grid.active_voxels == 0)
         return figures;
     const auto active = static_cast<double>(grid.active_voxels);
-    // A made smoke is floats, here as in the file that write_plume() makes of it.
+    // A made smoke is floats, here as in the file that write_plume() makes of it; another program
+    // might have written halves, so those are named too.
     const double stored = grid.channels * (grid.stored_as_half ? 2 : 4);
     for (const char* name : kLayouts) {
         Settings settings;
@@ -79,6 +80,7 @@ std::vector<BenchFigure> memory_figures(const VoxelGrid& grid, const std::string
             add("bytes per active voxel", "B", bytes / active);
             add("bytes of a stored value", "B", stored);
             add("times the stored values", "1", bytes / (active * stored));
+            add("times half floats", "1", bytes / (active * grid.channels * 2));
         } catch (const Error&) {  // no such layout for this grid: the sweep says why
             continue;
         }

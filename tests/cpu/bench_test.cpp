@@ -280,6 +280,7 @@ TEST(BenchMemory, CountsBytesAgainstActiveVoxels)
         EXPECT_EQ(of("bytes of a stored value"), 4) << "made and written as floats";
         EXPECT_NEAR(of("times the stored values") * 4, of("bytes per active voxel"), 1e-9)
             << "whatever the GPU stores";
+        EXPECT_NEAR(of("times half floats") * 2, of("bytes per active voxel"), 1e-9);
     }
     VoxelGrid halves = grid;
     halves.stored_as_half = true;
