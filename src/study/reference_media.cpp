@@ -6,6 +6,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
 
+#include "noise_gradient.h"
 #include "study/reference_quadrature.h"
 
 namespace fumarole::study {
@@ -40,48 +41,23 @@ double exp_height_integral(const ExpHeightProfile& profile, const Ray& ray, doub
 }
 
 // ----------------------------------------------------------------------------------- noise
-// As the scene format defines it: hash PCG3D of Jarzynski and Olano 2020, gradients to the edges of
-// a cube and the quintic fade of Perlin 2002.
-
-std::uint32_t hash(std::uint32_t x, std::uint32_t y, std::uint32_t z)
-{
-    x = x * 1664525u + 1013904223u;
-    y = y * 1664525u + 1013904223u;
-    z = z * 1664525u + 1013904223u;
-    x += y * z;
-    y += z * x;
-    z += x * y;
-    x ^= x >> 16u;
-    y ^= y >> 16u;
-    z ^= z >> 16u;
-    x += y * z;
-    return x;
-}
-
-double gradient(std::uint32_t h, glm::dvec3 offset)
-{
-    h >>= 16u;
-    const std::uint32_t axis = h % 3u;
-    const double a = axis == 0 ? offset.y : offset.x;
-    const double b = axis == 2 ? offset.y : offset.z;
-    return ((h & 0x1000u) != 0 ? a : -a) + ((h & 0x2000u) != 0 ? b : -b);
-}
+// Gradients as the scene format defines them, blended by the quintic fade of Perlin 2002.
 
 double gradient_noise(glm::dvec3 q, std::uint32_t seed)
 {
     const glm::dvec3 whole = glm::floor(q), f = q - whole;
     const glm::dvec3 u = f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
-    std::array<std::uint32_t, 3> cell;
+    glm::uvec3 cell;
     for (int axis = 0; axis < 3; ++axis)
-        cell[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(
+        cell[axis] = static_cast<std::uint32_t>(
             static_cast<std::int64_t>(std::fmod(whole[axis], 4294967296.0)));
     double sum = 0;
     for (std::uint32_t i = 0; i < 8; ++i) {
-        const std::uint32_t x = i & 1u, y = i >> 1u & 1u, z = i >> 2u;
-        const double weight =
-            (x != 0 ? u.x : 1 - u.x) * (y != 0 ? u.y : 1 - u.y) * (z != 0 ? u.z : 1 - u.z);
-        sum += weight * gradient(hash(cell[0] + x + seed, cell[1] + y, cell[2] + z),
-                                 f - glm::dvec3(x, y, z));
+        const glm::uvec3 step(i & 1u, i >> 1u & 1u, i >> 2u);
+        const double weight = (step.x != 0 ? u.x : 1 - u.x) * (step.y != 0 ? u.y : 1 - u.y) *
+                              (step.z != 0 ? u.z : 1 - u.z);
+        const glm::dvec3 gradient = noise_gradient(cell + step, seed);
+        sum += weight * glm::dot(gradient, f - glm::dvec3(step));
     }
     return sum;
 }
@@ -251,9 +227,8 @@ double ReferenceMedia::noise(const Entry& entry, const NoiseProfile& profile, gl
 {
     double sum = 0, amplitude = 1, frequency = 1 / profile.feature_size;
     for (int i = 0; i < profile.octaves; ++i) {
-        sum +=
-            amplitude * gradient_noise((p - time_ * profile.drift) * frequency,
-                                       profile.seed + 0x9e3779b9u * static_cast<std::uint32_t>(i));
+        sum += amplitude * gradient_noise((p - time_ * profile.drift) * frequency,
+                                          noise_octave_seed(profile.seed, i));
         amplitude *= profile.gain;
         frequency *= profile.lacunarity;
     }
