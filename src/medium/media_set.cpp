@@ -7,6 +7,8 @@
 #include <limits>
 
 #include "errors.h"
+#include "medium/noise_occupancy.h"
+#include "noise_gradient.h"
 
 namespace fumarole::medium {
 
@@ -201,12 +203,14 @@ void MediaSet::clear()
     placed_.clear();
     media_.clear();
     occupied_.clear();
+    noise_boxes_.clear();
     traits_ = {};
 }
 
 void MediaSet::set(const Scene& scene, Layout layout, Storage storage)
 {
     old_grids_ = std::move(grids_);
+    old_noise_boxes_ = std::move(noise_boxes_);
     clear();
     time_ = scene.time;
     for (const Medium& medium : scene.media) {
@@ -221,6 +225,7 @@ void MediaSet::set(const Scene& scene, Layout layout, Storage storage)
                                 media_.size(), MAX_MEDIA));
 
     find_occupied();
+    old_noise_boxes_.clear();
     traits_.media = static_cast<int>(media_.size());
     float g = 0;
     for (Entry& entry : media_) {
@@ -284,6 +289,25 @@ Occupied MediaSet::occupied_by(int placed, std::vector<OccupiedBox> boxes, float
     return {world_from_index, std::move(boxes), voxel};
 }
 
+std::vector<OccupiedBox> MediaSet::noise_boxes(const Entry& box, float per_unit)
+{
+    constexpr std::size_t kMostBoxes = 2048;
+    const auto old =
+        std::find_if(old_noise_boxes_.begin(), old_noise_boxes_.end(), [&](const NoiseBoxes& one) {
+            return one.noise == box.noise && one.bounds.min == box.bounds.min &&
+                   one.bounds.max == box.bounds.max;
+        });
+    if (old != old_noise_boxes_.end())
+        noise_boxes_.push_back(*old);
+    else
+        noise_boxes_.push_back(
+            {box.noise, box.bounds, occupied_boxes(box.noise, box.bounds, kMostBoxes)});
+    std::vector<OccupiedBox> boxes = noise_boxes_.back().boxes;
+    for (OccupiedBox& one : boxes)
+        one.most *= per_unit;
+    return boxes;
+}
+
 void MediaSet::find_occupied()
 {
     constexpr std::size_t kMostBoxes =
@@ -298,10 +322,13 @@ void MediaSet::find_occupied()
         const float most = is_zero(emission) || entry.emission >= 0
                                ? std::max({sigma_t.r, sigma_t.g, sigma_t.b})
                                : kGlows;
-        if (entry.density < 0)
-            occupied_.push_back(occupied_by(entry, most));
-        else
+        if (entry.density >= 0)
             add(entry.density, most);
+        else
+            occupied_.push_back(occupied_by(entry, most));
+        // Noise that drifts would need other boxes in each frame.
+        if (entry.is_noise && entry.noise.drift == glm::dvec3(0))
+            occupied_.back().boxes = noise_boxes(entry, most);
         if (entry.emission >= 0)
             add(entry.emission, kGlows);
     }
@@ -475,11 +502,10 @@ void MediaSet::bind(glm::dvec3 eye)
                 const glm::dvec3 q = (eye - time_ * entry.noise.drift) * frequency;
                 const glm::dvec3 whole = glm::floor(q);
                 shared::NoiseOctave& octave = params.octaves[m * MAX_OCTAVES + i];
-                // Each octave has its own seed, so octaves of an even lacunarity don't line up.
                 octave.cell_offset = {static_cast<int>(std::fmod(whole.x, 2147483648.0)),
                                       static_cast<int>(std::fmod(whole.y, 2147483648.0)),
                                       static_cast<int>(std::fmod(whole.z, 2147483648.0)),
-                                      static_cast<int>(entry.noise.seed + 0x9e3779b9u * i)};
+                                      static_cast<int>(noise_octave_seed(entry.noise.seed, i))};
                 octave.fraction = glm::vec4(glm::vec3(q - whole), static_cast<float>(frequency));
                 frequency *= entry.noise.lacunarity;
             }

@@ -67,8 +67,9 @@ public:
     /// What is not 0 of all media, world space.
     [[nodiscard]] Bounds bounds() const;
 
-    /// The media's boxes, or, of grids, those of their bricks that are not empty, few enough to be
-    /// projected each frame; most: of the channel that is dimmed most, infinite of what glows.
+    /// The media's boxes, or, of grids, those of their bricks that are not empty, or, of noise that
+    /// does not drift, those of its parts; few enough to be projected each frame; most: of the
+    /// channel that is dimmed most, infinite of what glows.
     [[nodiscard]] const std::vector<Occupied>& occupied() const { return occupied_; }
     /// The least of their details.
     [[nodiscard]] double detail() const;
@@ -100,6 +101,12 @@ private:
         Storage asked_storage = Storage::automatic;
         GridLayout plan;  ///< its texels and pages emptied after the upload
         gl::Texture texels, pages;
+    };
+    /// Boxes of a noise, kept from scene to scene: they take milliseconds.
+    struct NoiseBoxes {
+        NoiseProfile noise;
+        Bounds bounds;
+        std::vector<OccupiedBox> boxes;  ///< most: of the coefficient
     };
     /// A grid as one medium places it.
     struct PlacedGrid {
@@ -139,6 +146,7 @@ private:
     [[nodiscard]] Occupied occupied_by(const Entry& box, float per_unit) const;
     [[nodiscard]] Occupied occupied_by(int placed, std::vector<OccupiedBox> boxes,
                                        float per_unit) const;
+    [[nodiscard]] std::vector<OccupiedBox> noise_boxes(const Entry& box, float per_unit);
     void find_occupied();
 
     const gl::Device& device_;
@@ -147,6 +155,8 @@ private:
     std::vector<PlacedGrid> placed_;
     std::vector<Entry> media_;
     std::vector<Occupied> occupied_;
+    std::vector<NoiseBoxes> noise_boxes_;
+    std::vector<NoiseBoxes> old_noise_boxes_;  ///< of the scene before, while set() runs
     MediaTraits traits_;
     double time_ = 0;
     gl::UniformBuffer<shared::MediaParams> block_;

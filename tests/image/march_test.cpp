@@ -98,6 +98,39 @@ TEST_F(MarchSpeed, LitTilesLeaveThePictureAsItIs)
     }
 }
 
+TEST_F(MarchSpeed, EmptyPartsOfNoiseLeftOutLeaveEveryBitOfThePictureAsItIs)
+{
+    Scene scene = patches();
+    BoxMedium cloud{.min = {-2, 4, -1.5},
+                    .max = {2, 8, 2},
+                    .profile = NoiseProfile{.feature_size = 1.3, .octaves = 3, .threshold = 0.58},
+                    .sigma_s = {3, 4, 5}};
+    for (const int resolution : {1, 2, 4})
+        for (const bool drifts : {false, true}) {
+            std::get<NoiseProfile>(cloud.profile).drift.x = drifts ? 1 : 0;
+            scene.media = {cloud};
+            scene.time = 0.4;
+            Settings settings = plain_settings(resolution);
+            settings.jitter = Settings::Jitter::blue;
+            settings.spacing = Settings::Spacing::fixed;
+            const auto draw = [&](bool skip, double& samples) {
+                settings.skip = skip;
+                StillReport report;
+                Still still = scene_renderer().render(scene, settings, {}, &report);
+                samples = report.samples;
+                return still;
+            };
+            double samples = 0, all_samples = 0;
+            const Still with = draw(true, samples), without = draw(false, all_samples);
+            EXPECT_EQ(with.composite, without.composite) << "1 / " << resolution;
+            EXPECT_EQ(with.transmittance, without.transmittance) << "1 / " << resolution;
+            if (drifts)
+                EXPECT_EQ(samples, all_samples);
+            else
+                EXPECT_LT(samples, (resolution == 1 ? 0.85 : 1) * all_samples);
+        }
+}
+
 TEST_F(MarchSpeed, NothingIsDrawnWhereNoBrickIsInView)
 {
     Scene scene = patches();
