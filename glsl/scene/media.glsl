@@ -124,14 +124,15 @@ float profile_noise(int m, vec3 p)
     float sum = 0.0;
     float amplitude = 1.0;
     int octaves = int(medium.profile.w);
-    for (int i = 0; i < octaves; ++i) {
+    int i = 0;
+    do {  // a loop that asks first runs once more where the lanes of a processor are one
         NoiseOctave octave = u_media.octaves[m * MAX_OCTAVES + i];
         vec3 q = p * octave.fraction.w + octave.fraction.xyz;
         vec3 whole = floor(q);
         sum += amplitude * noise_at(octave.cell_offset.xyz + ivec3(whole),
                                     uint(octave.cell_offset.w), q - whole);
         amplitude *= medium.profile.y;
-    }
+    } while (++i < octaves);
     float fbm = 0.5 + 0.5 * sum * medium.profile.z;
     return max(0.0, (fbm - medium.profile.x) / (1.0 - medium.profile.x));
 }
