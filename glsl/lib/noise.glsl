@@ -18,11 +18,13 @@ uvec3 hash_pcg3d(uvec3 v)
 // Dot of an offset with one of the 12 directions to a cube's edges, of length sqrt(2).
 float noise_gradient(ivec3 cell, uint seed, vec3 offset)
 {
-    uint h = hash_pcg3d(uvec3(cell) + uvec3(seed, 0u, 0u)).x >> 16u;
-    uint axis = h % 3u;  // the coordinate that the gradient leaves out
-    float a = axis == 0u ? offset.y : offset.x;
-    float b = axis == 2u ? offset.y : offset.z;
-    return ((h & 0x1000u) != 0u ? a : -a) + ((h & 0x2000u) != 0u ? b : -b);
+    uint h = hash_pcg3d(uvec3(cell) + uvec3(seed, 0u, 0u)).x;
+    // The upper 16 bits modulo 3 are the coordinate that the gradient leaves out. Times 43691, the inverse of 3
+    // modulo 65536, what leaves 0 comes to lie in the first third of them, 2 in the second, and 1 in the last.
+    uint third = (h & 0xffff0000u) * 43691u;
+    float a = third < 0x55560000u ? offset.y : offset.x;
+    float b = third - 0x55560000u < 0x55550000u ? offset.y : offset.z;
+    return ((h & 0x10000000u) != 0u ? a : -a) + ((h & 0x20000000u) != 0u ? b : -b);
 }
 
 // Gradient noise at cell + f, f in [0, 1): in -1..1, mean 0.
