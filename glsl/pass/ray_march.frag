@@ -154,14 +154,16 @@ void main()
     int entry = step_at(inside.x, steps, range, octaves, lambda);
     entry &= -stride_at(entry);
     // Row by row of slots that hold something. Steps stay where they are whether some are left out or not.
-    while (slots != 0u) {
+    // Loops that ask first run their body once more with all lanes off where they are lanes of a processor.
+    if (slots != 0u) do {
         int slot = findLSB(slots);
         int beyond = slot + findLSB(~(slots >> uint(slot)));
         slots &= ~0u << uint(beyond);
         int first = max(int(tile.w & 0xffffu) + (slot << slot_width()), entry);
         int last = min(int(tile.w & 0xffffu) + (beyond << slot_width()), steps);
         float z = max(step_split(float(first) / float(steps), range, octaves, lambda), inside.x);
-        for (int i = first; i < last && z < inside.y && most(layer.transmittance) > enough;) {
+        int i = first;
+        if (i < last && z < inside.y && most(layer.transmittance) > enough) do {
             int stride = stride_at(i);
             float z_next = min(step_split(float(i + stride) / float(steps), range, octaves, lambda), inside.y);
             if (i + stride >= steps)
@@ -173,8 +175,8 @@ void main()
             march(layer, line, light, length_per_z, vec2(z, z_next), share, mix(z, z_next, share));
             z = z_next;
             i += stride;
-        }
-    }
+        } while (i < last && z < inside.y && most(layer.transmittance) > enough);
+    } while (slots != 0u);
 #endif
 
 #ifdef COUNT_SAMPLES
