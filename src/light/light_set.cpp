@@ -93,6 +93,7 @@ void LightSet::clear()
     first_view_.clear();
     views_.clear();
     suns_ = points_ = spots_ = 0;
+    shaded_media_ = false;
     shadow_map_ = {};
 }
 
@@ -123,6 +124,8 @@ void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, cons
         map_size = automatic_map_size(suns_, detailed);
     map_size = std::min(map_size, device_.capabilities().max_texture_2d);
     for (const Light& light : lights_) {
+        for (const auto& instance : surfaces.instances())
+            shaded_media_ |= !media.empty() && can_shade(light, instance.bounds, media);
         first_view_.push_back(static_cast<int>(views_.size()));
         if (const auto* sun = std::get_if<SunLight>(&light))
             add_sun_views(*sun, surfaces, media, map_size);

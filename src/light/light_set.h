@@ -51,6 +51,8 @@ public:
     [[nodiscard]] int spots() const { return spots_; }
     [[nodiscard]] int count() const { return suns_ + points_ + spots_; }
     [[nodiscard]] int shadow_views() const { return static_cast<int>(views_.size()); }
+    /// Whether a surface can stand between a light and the media.
+    [[nodiscard]] bool shaded_media() const { return shaded_media_; }
     [[nodiscard]] glm::vec3 world_radiance() const { return world_radiance_; }
 
     /// What surfaces hide of sun i from the media: the view that holds all of them.
@@ -72,6 +74,7 @@ private:
     std::vector<Light> lights_;    ///< suns, points, spots
     std::vector<int> first_view_;  ///< of each light
     std::vector<View> views_;
+    bool shaded_media_ = false;
     gl::Texture shadow_map_, irradiance_, environment_;
     gl::UniformBuffer<shared::LightsParams> block_;
     ShadowPainter painter_;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
+#include <limits>
 #include <tuple>
 
 namespace fumarole::light {
@@ -43,6 +44,12 @@ View perspective_view(glm::dvec3 position, glm::dvec3 forward, double tangent, d
     return view;
 }
 
+/// Whether boxes have a place in common, of more than a face.
+bool overlap(const Bounds& a, const Bounds& b)
+{
+    return glm::all(glm::lessThan(a.min, b.max)) && glm::all(glm::lessThan(b.min, a.max));
+}
+
 }  // namespace
 
 LightAxes::LightAxes(glm::dvec3 to_light) : travel{-glm::normalize(to_light)}
@@ -59,6 +66,30 @@ bool is_detail(const surface::SurfaceSet::Instance& instance, const Bounds& medi
 {
     constexpr double kLarge = 4;  // times the media
     return instance.bounds.diagonal() <= kLarge * media.diagonal();
+}
+
+bool can_shade(const Light& light, const Bounds& surface, const Bounds& media)
+{
+    // What lies between the media and the light, as a box along the world's axes.
+    Bounds between = media;
+    const auto* sun = std::get_if<SunLight>(&light);
+    if (sun == nullptr) {
+        const auto* point = std::get_if<PointLight>(&light);
+        between.add(point != nullptr ? point->position : std::get<SpotLight>(light).position);
+        return overlap(between, surface);
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        constexpr double kFar = std::numeric_limits<double>::infinity();
+        if (sun->direction_to_light[axis] > 0)
+            between.max[axis] = kFar;
+        else if (sun->direction_to_light[axis] < 0)
+            between.min[axis] = -kFar;
+    }
+    // And along the light's, whose z it fills from the media's far side on.
+    const LightAxes axes(sun->direction_to_light);
+    Bounds column = media.transformed(axes.light_from_world);
+    column.min.z = -std::numeric_limits<double>::infinity();
+    return overlap(between, surface) && overlap(column, surface.transformed(axes.light_from_world));
 }
 
 View parallel_view(const LightAxes& axes, const Bounds& covered, const Bounds& casters,

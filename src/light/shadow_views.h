@@ -37,6 +37,9 @@ struct LightAxes {
 /// over itself.
 bool is_detail(const surface::SurfaceSet::Instance& instance, const Bounds& media);
 
+/// Whether a surface within `surface` can stand between the media and a light: false is certain.
+bool can_shade(const Light& light, const Bounds& surface, const Bounds& media);
+
 /// A view along `axes` that shows `covered` and keeps the depth of all `casters`, both in the
 /// light's axes. map_size: texels along its edge.
 View parallel_view(const LightAxes& axes, const Bounds& covered, const Bounds& casters,

@@ -208,9 +208,9 @@ void StepTiles::choose_steps(const View& view)
     // A spot's beam has an edge where the medium has none.
     const bool spaced = s.spacing == Settings::Spacing::medium && tools_.lights.spots() == 0;
     const bool suns_alone = tools_.lights.count() == tools_.lights.suns();
+    const bool all_lit = tools_.lights.shadow_views() > 0 && !tools_.lights.shaded_media();
     // Where other lights are shaded is not looked up. Grain as large as this would show.
-    const bool shafts_anywhere =
-        !suns_alone && tools_.lights.shadow_views() > 0 && s.resolution > 2;
+    const bool shafts_anywhere = !suns_alone && tools_.lights.shaded_media() && s.resolution > 2;
     const glm::dvec2 ndc_per_pixel = 2.0 / glm::dvec2(view.frame.host.color.size);
     const double pixels = view.scale * double{kLayerTile};
     const auto choose = [&](std::size_t i) {
@@ -232,7 +232,7 @@ void StepTiles::choose_steps(const View& view)
             held.longest_in_shaft =
                 std::min(held.longest, longest_in_shaft(seen.most, s.resolution));
         }
-        held.lit = held.lit && suns_alone;
+        held.lit = all_lit || (held.lit && suns_alone);
         march_.texels[i] = view.slots.tile(held);
     };
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, seen_.size(), kGrain),

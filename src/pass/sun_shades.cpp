@@ -57,7 +57,7 @@ void SunShades::set(const light::LightSet& lights, const PassFrame& frame)
     if (scene_id_ != frame.scene_id) {
         scene_id_ = frame.scene_id;
         suns_.clear();
-        for (int sun = 0; sun < lights.suns() && lights.shadow_views() > 0; ++sun) {
+        for (int sun = 0; sun < lights.suns() && lights.shaded_media(); ++sun) {
             const light::LightSet::SunShadow shadow = lights.read_sun_shadow(sun);
             suns_.push_back({SunShade(shadow.view, shadow.texels, shadow.size), {}});
         }

@@ -131,6 +131,37 @@ TEST_F(MarchSpeed, EmptyPartsOfNoiseLeftOutLeaveEveryBitOfThePictureAsItIs)
         }
 }
 
+TEST_F(MarchSpeed, SurfacesThatAreNotLookedUpThrowNoShadowOnTheMedia)
+{
+    Scene scene = patches();
+    const BoxSurface ground{.min = {-30, -30, -4}, .max = {30, 30, -3}, .albedo = glm::vec3(0.4f)};
+    const BoxSurface roof{.min = {-1, 5, 3}, .max = {1, 7, 3.1}, .albedo = glm::vec3(0.4f)};
+    const glm::dvec3 above(0.3, 6, 6);
+    const std::vector<Light> lights{
+        SunLight{.direction_to_light = {0.1, -0.2, 1}, .irradiance = glm::vec3(6)},
+        PointLight{.position = above, .radiant_intensity = glm::vec3(90)},
+        SpotLight{.position = above,
+                  .direction = {0, 0, -1},
+                  .cone_deg = 120,
+                  .radiant_intensity = glm::vec3(90)}};
+    for (const Light& light : lights)
+        for (const bool roofed : {false, true}) {
+            scene.lights = {light};
+            scene.surfaces = {ground};
+            if (roofed)
+                scene.surfaces.emplace_back(roof);
+            Settings settings = plain_settings();
+            settings.spacing = Settings::Spacing::fixed;
+            const Still quick = render(scene, settings);
+            settings.skip = false;
+            const Still slow = render(scene, settings);
+            EXPECT_LT(max_difference(picture_of(quick, quick.composite),
+                                     picture_of(slow, slow.composite)),
+                      1e-6)
+                << "a light of kind " << light.index() << (roofed ? ", with a roof" : "");
+        }
+}
+
 TEST_F(MarchSpeed, NothingIsDrawnWhereNoBrickIsInView)
 {
     Scene scene = patches();
