@@ -406,8 +406,13 @@ std::vector<std::string> Renderer::explain(const Settings& settings) const
     if (parts.lights.count() > 0 && parts.lights.shadow_views() == 0)
         say("surfaces: none that could hide a light: no shadow map, no lookup");
     else if (parts.lights.count() > 0)
-        say("surfaces: {} in {} views of the shadow map, looked up at each sample",
-            parts.surfaces.instances().size(), parts.lights.shadow_views());
+        say("surfaces: {} in {} views of the shadow map, {}", parts.surfaces.instances().size(),
+            parts.lights.shadow_views(),
+            froxel || !settings.skip || settings.range == Settings::Range::camera
+                ? "looked up at each sample"
+            : !parts.lights.shaded_media()
+                ? "but none can stand between a light and the media: no lookup"
+                : "looked up where tiles are not lit all along");
     if (parts.lights.count() > 0) {
         if (!settings.volume_shadows)
             say("light through media: undimmed, as asked");
