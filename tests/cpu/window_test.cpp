@@ -193,6 +193,9 @@ TEST(Pace, FullEffortIsWhatWasAskedFor)
     EXPECT_EQ(less.steps, 50);
     EXPECT_EQ(less.resolution, 2);
     EXPECT_LT(less.world_directions, asked.world_directions);
+    asked.resolution = Settings::kAutomatic;  // half, or coarser
+    EXPECT_EQ(settings_at(asked, Effort{.resolution = 2}, false).resolution, asked.resolution);
+    EXPECT_EQ(settings_at(asked, Effort{.resolution = 4}, false).resolution, 4);
 }
 
 TEST(Playback, ShowsEachFrameForItsTimeAndLoops)

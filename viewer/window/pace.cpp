@@ -67,8 +67,10 @@ Settings settings_at(const Settings& asked, const Effort& effort, bool content_c
     };
     s.steps = fewer(asked.steps, 8);
     s.slices = fewer(asked.slices, 16);
-    if (effort.resolution > 1)
-        s.resolution = std::max(asked.resolution, effort.resolution);
+    // Where it is automatic it is half at least.
+    const int chosen = asked.resolution == Settings::kAutomatic ? 2 : asked.resolution;
+    if (effort.resolution > chosen)
+        s.resolution = effort.resolution;
     if (content_changes) {
         const auto cap = [](int nodes, int most) {
             return nodes == Settings::kAutomatic ? most : std::min(nodes, most);
