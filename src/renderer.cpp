@@ -159,6 +159,10 @@ Settings Renderer::settled(const Frame& frame, const Settings& settings) const
     Settings s = settings;
     if (s.resolution != Settings::kAutomatic)
         return s;
+    if (s.mode == Settings::Mode::froxel) {  // not its, and no reason to drop a history
+        s.resolution = 1;
+        return s;
+    }
     // A spot's beam has edges.
     const double detail = parts_->lights.spots() > 0 ? 0 : parts_->media.detail();
     s.resolution = pass::layer_scale(frame, pass::make_eye(frame), parts_->media.bounds(), detail,
