@@ -387,12 +387,14 @@ std::vector<std::string> Renderer::explain(const Settings& settings) const
             settings.resolve_passes == 1 ? "blended at once with the scattering" : "two upsamples");
     if (!froxel && pass::march_format(parts.tools, settings) != settings.format)
         say("target format: rgba16f, since r11g11b10f has no alpha");
-    if (!froxel && settings.resolution == Settings::kAutomatic)
-        say("resolution: half{}",
-            parts.lights.spots() > 0 || parts.media.detail() == 0
-                ? ""
-                : ", or a quarter where a texel of that spans little of what the media, and the "
-                  "light that they scatter, change within");
+    if (!froxel)
+        say("resolution: {}",
+            settings.resolution == 1   ? "full"
+            : settings.resolution == 2 ? "half"
+            : settings.resolution == 4
+                ? "a quarter"
+                : "half, or a quarter where a texel of that spans little of what the media, and "
+                  "the light that they scatter, change within");
     if (!froxel && settings.keeps_history())
         say("history: a view's layer is reprojected and weighs {} while the view moves, and is the "
             "mean of all frames while it stands; a frame of no view has none",

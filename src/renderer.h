@@ -117,7 +117,8 @@ public:
     /// Evaluations of the media that the march of `frame` takes, shadows included.
     double count_samples(const Frame& frame, const Settings& settings);
 
-    /// Which variant the scene and the settings need, and why: a line each.
+    /// Which variant the scene and the settings need, and why: a line each. What a frame decides is
+    /// named as such unless the settings are settled().
     [[nodiscard]] std::vector<std::string> explain(const Settings& settings) const;
 
     /// What the media of the scene have, and where they are (metres, world); for studies.

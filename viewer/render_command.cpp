@@ -256,7 +256,8 @@ void run_still(Options options, const PictureFiles& files, Settings settings,
     const Picture picture = picture_of(still);
     const float exposure_ev = write_picture(picture, files);
 
-    const std::vector<std::string> explained = renderer.renderer().explain(settings);
+    const std::vector<std::string> explained =
+        renderer.renderer().explain(renderer.settled(scene, settings));
     if (options.json) {
         Json json = picture_json(options, picture, exposure_ev, loaded.notes);
         json.update({{"frames", options.timed_frames},

@@ -435,7 +435,7 @@ private:
     /// As options of `fumarole render`.
     [[nodiscard]] std::string options_of(const Settings& settings) const
     {
-        const Settings preset = find_preset(options_.preset);
+        const Settings preset = renderer_.settled(scene_, find_preset(options_.preset));
         std::string text =
             options_.preset == "default" ? "" : fmt::format(" --preset {}", options_.preset);
         if (settings.mode != preset.mode)
