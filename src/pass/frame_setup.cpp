@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "errors.h"
 #include "halton.h"
@@ -33,6 +34,39 @@ double view_z_of(double depth, const glm::dvec4& map)
     const double view_z = (map.x * depth + map.y) / bottom;
     // An infinite far plane has bottom = 0 at its depth.
     return std::isfinite(view_z) ? view_z : std::numeric_limits<double>::infinity();
+}
+
+/// Whether a ray meets a box, at a view_z of `near` or more.
+bool meets(glm::dvec3 origin, glm::dvec3 direction, const Bounds& box, double near)
+{
+    double begin = near, end = std::numeric_limits<double>::infinity();
+    for (int axis = 0; axis < 3; ++axis) {
+        if (direction[axis] == 0) {
+            if (origin[axis] < box.min[axis] || origin[axis] > box.max[axis])
+                return false;
+            continue;
+        }
+        const double a = (box.min[axis] - origin[axis]) / direction[axis];
+        const double b = (box.max[axis] - origin[axis]) / direction[axis];
+        begin = std::max(begin, std::min(a, b));
+        end = std::min(end, std::max(a, b));
+    }
+    return begin < end;
+}
+
+/// Whether all of the picture lies within a box's outline.
+bool fills_picture(const Frame& frame, const Eye& eye, const Bounds& box)
+{
+    const CameraRays rays = camera_rays(frame, eye);
+    for (const glm::dvec2 ndc : {glm::dvec2(-1, -1), {1, -1}, {-1, 1}, {1, 1}}) {
+        const glm::dvec3 origin =
+            eye.position + rays.origin + rays.origin_dx * ndc.x + rays.origin_dy * ndc.y;
+        const glm::dvec3 direction =
+            rays.direction + rays.direction_dx * ndc.x + rays.direction_dy * ndc.y;
+        if (!meets(origin, direction, box, eye.near))
+            return false;
+    }
+    return true;
 }
 
 /// The shift of the march's jitter, 0..1. Frames that are averaged by us are turned by us.
@@ -104,8 +138,10 @@ int layer_scale(const Frame& frame, const Eye& eye, const Bounds& media, double 
     const double pixel = 2 / (std::abs(frame.clip_from_view[1][1]) * frame.color.size.y);
     const double texel = kSmall * pixel;  // rad, or metres
     const double farthest = eye.perspective ? media_range(eye, media).y : 1;
-    const bool smooth =
-        texel * farthest <= kOfDetail * detail && (!eye.perspective || texel <= kOfLobe * (1 - g));
+    // The outline of a box is an edge.
+    const bool smooth = texel * farthest <= kOfDetail * detail &&
+                        (!eye.perspective || texel <= kOfLobe * (1 - g)) &&
+                        fills_picture(frame, eye, media);
     return smooth ? kSmall : kUsual;
 }
 
