@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <future>
 #include <pty.h>
+#include <stdexcept>
 #include <string>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -77,7 +78,8 @@ inline Outcome run_program(const std::filesystem::path& folder, const Arguments&
     int err_file = mkstemp(err.data()), terminal = -1;
     if (options.terminal) {
         close(err_file);
-        openpty(&terminal, &err_file, nullptr, nullptr, nullptr);
+        if (openpty(&terminal, &err_file, nullptr, nullptr, nullptr) != 0)
+            throw std::runtime_error("no pseudo-terminal to be had: is /dev/pts mounted?");
         fcntl(terminal, F_SETFD, FD_CLOEXEC);
     }
     std::vector<char*> argv{const_cast<char*>(FUM_PROGRAM)};

@@ -36,6 +36,15 @@ protected:
         scene.lights = {SunLight{{0.3, -0.4, 0.8}, {5, 4, 3}}};
         return scene;
     }
+
+    static Still draw(const Scene& scene, Settings settings, bool skip, double& samples)
+    {
+        settings.skip = skip;
+        StillReport report;
+        Still still = scene_renderer().render(scene, settings, {}, &report);
+        samples = report.samples;
+        return still;
+    }
 };
 
 TEST_F(MarchSpeed, EmptyBricksLeftOutLeaveThePictureAsItIs)
@@ -46,15 +55,9 @@ TEST_F(MarchSpeed, EmptyBricksLeftOutLeaveThePictureAsItIs)
         settings.storage = storage;
         settings.layout = layout;
         settings.jitter = Settings::Jitter::blue;
-        const auto draw = [&](bool skip, double& samples) {
-            settings.skip = skip;
-            StillReport report;
-            Still still = scene_renderer().render(scene, settings, {}, &report);
-            samples = report.samples;
-            return still;
-        };
         double samples = 0, all_samples = 0;
-        const Still with = draw(true, samples), without = draw(false, all_samples);
+        const Still with = draw(scene, settings, true, samples),
+                    without = draw(scene, settings, false, all_samples);
         // A tile of a quarter-size layer is 32 pixels wide: here each sees some smoke.
         EXPECT_LT(samples, resolution == 4 ? all_samples + 1 : all_samples);
         // Both take the same samples of what is not 0; a place on a brick's border may round to
@@ -113,15 +116,9 @@ TEST_F(MarchSpeed, EmptyPartsOfNoiseLeftOutLeaveEveryBitOfThePictureAsItIs)
             Settings settings = plain_settings(resolution);
             settings.jitter = Settings::Jitter::blue;
             settings.spacing = Settings::Spacing::fixed;
-            const auto draw = [&](bool skip, double& samples) {
-                settings.skip = skip;
-                StillReport report;
-                Still still = scene_renderer().render(scene, settings, {}, &report);
-                samples = report.samples;
-                return still;
-            };
             double samples = 0, all_samples = 0;
-            const Still with = draw(true, samples), without = draw(false, all_samples);
+            const Still with = draw(scene, settings, true, samples),
+                        without = draw(scene, settings, false, all_samples);
             EXPECT_EQ(with.composite, without.composite) << "1 / " << resolution;
             EXPECT_EQ(with.transmittance, without.transmittance) << "1 / " << resolution;
             if (drifts)
