@@ -163,6 +163,10 @@ Settings Renderer::settled(const Frame& frame, const Settings& settings) const
         s.resolution = 1;
         return s;
     }
+    if (pass::keeps_history(frame, s)) {  // lost whenever the layer's size changed
+        s.resolution = 2;
+        return s;
+    }
     // A spot's beam has edges.
     const double detail = parts_->lights.spots() > 0 ? 0 : parts_->media.detail();
     s.resolution = pass::layer_scale(frame, pass::make_eye(frame), parts_->media.bounds(), detail,
@@ -296,6 +300,7 @@ void Renderer::draw_surfaces(const Frame& frame, const Settings& settings, bool 
     const pass::Eye eye = pass::make_eye(frame);
     Settings surface_settings = settings;
     surface_settings.shadow_steps *= kSurfaceShadowFactor;
+    surface_settings.resolution = 1;  // no layer is theirs
     if (dimmed)
         parts.tools.check_loops(1, surface_settings.shadow_steps, settings);
     parts.frame_block.write(

@@ -81,7 +81,7 @@ struct Settings {
 
     // the layer and the resolve
     /// Pixels along a texel's edge: 1 full, 2 half, 4 quarter; kAutomatic: half, or a quarter where
-    /// no medium has detail of its own.
+    /// nothing of the media changes much within a texel of it (pass::layer_scale).
     int resolution = kAutomatic;
     Upsample upsample = Upsample::bilinear2x2;
     float depth_threshold = 0.05f;  ///< relative to depth; metres with box4x4

@@ -83,7 +83,7 @@ LightLine light_line(Ray ray, vec3 wo, vec2 spread)
         vec3 to_light = u_lights.lights[i].position.xyz - ray.origin;
         float t = dot(to_light, ray.direction) / dot(ray.direction, ray.direction);
         vec3 from_line = to_light - ray.direction * t;
-        float disc = inversesqrt(kPi) * (spread.x + spread.y * t);  // as large as the square
+        float disc = inversesqrt(kPi) * max(spread.x + spread.y * t, 0.0);  // as large as the square
         line.placed[i - SUN_COUNT] = vec2(t, max(distance_of_disc(dot(from_line, from_line), disc), kLeastRange));
     }
 #endif

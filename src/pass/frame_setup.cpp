@@ -54,11 +54,13 @@ bool meets(glm::dvec3 origin, glm::dvec3 direction, const Bounds& box, double ne
     return begin < end;
 }
 
-/// Whether all of the picture lies within a box's outline.
-bool fills_picture(const Frame& frame, const Eye& eye, const Bounds& box)
+/// Whether all of the picture, and `around` pixels on each side, lie within a box's outline.
+bool fills_picture(const Frame& frame, const Eye& eye, const Bounds& box, double around)
 {
     const CameraRays rays = camera_rays(frame, eye);
-    for (const glm::dvec2 ndc : {glm::dvec2(-1, -1), {1, -1}, {-1, 1}, {1, 1}}) {
+    const glm::dvec2 corner = 1.0 + 2 * around / glm::dvec2(frame.color.size);
+    for (const glm::dvec2 side : {glm::dvec2(-1, -1), {1, -1}, {-1, 1}, {1, 1}}) {
+        const glm::dvec2 ndc = side * corner;
         const glm::dvec3 origin =
             eye.position + rays.origin + rays.origin_dx * ndc.x + rays.origin_dy * ndc.y;
         const glm::dvec3 direction =
@@ -135,13 +137,14 @@ int layer_scale(const Frame& frame, const Eye& eye, const Bounds& media, double 
     // span. What a texel leaves out grows with the square of its width: at these it is less than
     // the grain that steps leave.
     constexpr double kOfLobe = 0.05, kOfDetail = 0.25;
+    constexpr double kReach = 3;  // texels beyond the picture that its pixels are made of: guards
     const double pixel = 2 / (std::abs(frame.clip_from_view[1][1]) * frame.color.size.y);
     const double texel = kSmall * pixel;  // rad, or metres
     const double farthest = eye.perspective ? media_range(eye, media).y : 1;
     // The outline of a box is an edge.
     const bool smooth = texel * farthest <= kOfDetail * detail &&
                         (!eye.perspective || texel <= kOfLobe * (1 - g)) &&
-                        fills_picture(frame, eye, media);
+                        fills_picture(frame, eye, media, kSmall * kReach);
     return smooth ? kSmall : kUsual;
 }
 

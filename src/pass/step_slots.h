@@ -15,7 +15,7 @@ public:
     /// What a tile has to know of them.
     struct Held {
         std::uint64_t slots = 0;   ///< that hold something
-        std::uint64_t shafts = 0;  ///< of whole units() in which a surface's shadow may end
+        std::uint64_t shafts = 0;  ///< in which a surface's shadow may end
         double longest = 0;        ///< step [m]; 0: as they are
         double longest_in_shaft = 0;
         bool lit = false;  ///< no surface hides a light from any of them

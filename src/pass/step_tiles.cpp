@@ -1,7 +1,6 @@
 #include "pass/step_tiles.h"
 
 #include <algorithm>
-#include <bit>
 #include <cstdint>
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
@@ -204,10 +203,12 @@ void StepTiles::choose_steps(const View& view)
     for (const Light& light : tools_.lights.lights())
         if (const auto* point = std::get_if<PointLight>(&light))
             lights.emplace_back(point->position, view.frame.host, view.frame.eye.near);
-    shades_.set(tools_.lights, view.frame);
     // A spot's beam has an edge where the medium has none.
     const bool spaced = s.spacing == Settings::Spacing::medium && tools_.lights.spots() == 0;
     const bool suns_alone = tools_.lights.count() == tools_.lights.suns();
+    const bool asked = spaced || suns_alone;  // or nothing comes of it
+    if (asked)
+        shades_.set(tools_.lights, view.frame);
     const bool all_lit = tools_.lights.shadow_views() > 0 && !tools_.lights.shaded_media();
     // Where other lights are shaded is not looked up. Grain as large as this would show.
     const bool shafts_anywhere = !suns_alone && tools_.lights.shaded_media() && s.resolution > 2;
@@ -219,7 +220,7 @@ void StepTiles::choose_steps(const View& view)
                               i / static_cast<std::size_t>(march_.count.x));
         const glm::dvec2 pixel = ((tile + 0.5) * double{kLayerTile} + view.offset) * view.scale;
         StepSlots::Held held{.slots = seen.slots};
-        if (shades_.any())
+        if (asked && shades_.any())
             shades_.find(held, view.slots, pixel * ndc_per_pixel - 1.0,
                          0.5 * pixels * ndc_per_pixel);
         if (shafts_anywhere)
@@ -289,14 +290,16 @@ void StepTiles::draw_tiles(const char* fragment_file, gl::Defines defines) const
 
 void StepTiles::draw_march(const char* fragment_file, gl::Defines defines) const
 {
-    if (lit_) {
-        gl::Defines lit = defines;
-        lit.emplace_back("LIT_TILES", "1");
-        draw_tiles(fragment_file, std::move(lit));
-        defines.emplace_back("LIT_TILES", "0");
-    }
-    if (shaded_)
+    if (tools_.lights.shadow_views() == 0) {
         draw_tiles(fragment_file, std::move(defines));
+        return;
+    }
+    for (const bool lit : {true, false})
+        if (lit ? lit_ : shaded_) {
+            gl::Defines variant = defines;
+            variant.emplace_back("LIT_TILES", lit ? "1" : "0");
+            draw_tiles(fragment_file, std::move(variant));
+        }
 }
 
 void StepTiles::draw_depth(const char* fragment_file, gl::Defines defines) const

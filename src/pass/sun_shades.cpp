@@ -55,12 +55,13 @@ Shade SunShade::over(const CameraRays& rays, glm::dvec2 ndc, glm::dvec2 reach,
 void SunShades::set(const light::LightSet& lights, const PassFrame& frame)
 {
     if (scene_id_ != frame.scene_id) {
-        scene_id_ = frame.scene_id;
-        suns_.clear();
+        std::vector<Seen> suns;
         for (int sun = 0; sun < lights.suns() && lights.shaded_media(); ++sun) {
             const light::LightSet::SunShadow shadow = lights.read_sun_shadow(sun);
-            suns_.push_back({SunShade(shadow.view, shadow.texels, shadow.size), {}});
+            suns.push_back({SunShade(shadow.view, shadow.texels, shadow.size), {}});
         }
+        suns_ = std::move(suns);
+        scene_id_ = frame.scene_id;
     }
     const CameraRays rays = camera_rays(frame.host, frame.eye);
     for (Seen& sun : suns_)

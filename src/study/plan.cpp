@@ -129,7 +129,11 @@ private:
     void draw_first()
     {
         tell("first pictures");
-        options_.start = renderer_.settled(scene_, options_.start);
+        Settings march = options_.start;
+        march.mode = Mode::raymarch;
+        march.resolution = Settings::kAutomatic;
+        automatic_ = renderer_.settled(scene_, march).resolution;
+        options_.start = with_resolution(options_.start);
         start_ = glance(options_.start);
         setup_s_ = 1e-3 * start_.setup_ms;
         glance_s_ = kFrameSeconds + 3e-3 * glance_ms_;  // the first one compiled its shaders too
@@ -432,10 +436,18 @@ private:
             fact.saving = 1 - plan_.ms / ms;
     }
 
+    /// What an automatic resolution is in this picture.
+    [[nodiscard]] Settings with_resolution(Settings settings) const
+    {
+        if (settings.resolution == Settings::kAutomatic)
+            settings.resolution = automatic_;
+        return settings;
+    }
+
     /// As options of `fumarole render`.
     [[nodiscard]] std::string options_of(const Settings& settings) const
     {
-        const Settings preset = renderer_.settled(scene_, find_preset(options_.preset));
+        const Settings preset = with_resolution(find_preset(options_.preset));
         std::string text =
             options_.preset == "default" ? "" : fmt::format(" --preset {}", options_.preset);
         if (settings.mode != preset.mode)
@@ -449,6 +461,7 @@ private:
     SceneRenderer& renderer_;
     const PlanGoal& goal_;
     PlanOptions options_;
+    int automatic_ = 2;
     const Clock::time_point begin_ = Clock::now();
 
     Plan plan_;
