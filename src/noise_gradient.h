@@ -40,6 +40,12 @@ inline glm::vec3 noise_gradient(glm::uvec3 point, std::uint32_t seed)
     }
 }
 
+/// The weight of the farther of two neighbours, of Perlin 2002, "Improving Noise". f: 0..1.
+template <class T> T noise_fade(T f)
+{
+    return f * f * f * (f * (f * T(6) - T(15)) + T(10));
+}
+
 /// Of octave i: each has its own, so octaves of an even lacunarity don't line up.
 inline std::uint32_t noise_octave_seed(std::uint32_t seed, int octave)
 {

@@ -54,11 +54,6 @@ Nodes place_nodes(const NoiseProfile& noise, const Bounds& bounds)
     }
 }
 
-float fade(float f)
-{
-    return f * f * f * (f * (f * 6.0f - 15.0f) + 10.0f);
-}
-
 /// The places of nodes along an axis, in an octave's cells.
 struct AxisNodes {
     struct Node {
@@ -75,7 +70,7 @@ struct AxisNodes {
             const double q = begin + spacing * i, whole = std::floor(q);
             const auto f = static_cast<float>(q - whole);
             nodes.push_back(
-                {static_cast<int>(static_cast<std::int64_t>(whole) - first), f, fade(f)});
+                {static_cast<int>(static_cast<std::int64_t>(whole) - first), f, noise_fade(f)});
         }
     }
     /// Points of the lattice on either side of the nodes.

@@ -6,6 +6,7 @@
 
 #include "errors.h"
 #include "halton.h"
+#include "ray_range.h"
 
 namespace fumarole::pass {
 
@@ -36,24 +37,6 @@ double view_z_of(double depth, const glm::dvec4& map)
     return std::isfinite(view_z) ? view_z : std::numeric_limits<double>::infinity();
 }
 
-/// Whether a ray meets a box, at a view_z of `near` or more.
-bool meets(glm::dvec3 origin, glm::dvec3 direction, const Bounds& box, double near)
-{
-    double begin = near, end = std::numeric_limits<double>::infinity();
-    for (int axis = 0; axis < 3; ++axis) {
-        if (direction[axis] == 0) {
-            if (origin[axis] < box.min[axis] || origin[axis] > box.max[axis])
-                return false;
-            continue;
-        }
-        const double a = (box.min[axis] - origin[axis]) / direction[axis];
-        const double b = (box.max[axis] - origin[axis]) / direction[axis];
-        begin = std::max(begin, std::min(a, b));
-        end = std::min(end, std::max(a, b));
-    }
-    return begin < end;
-}
-
 /// Whether all of the picture, and `around` pixels on each side, lie within a box's outline.
 bool fills_picture(const Frame& frame, const Eye& eye, const Bounds& box, double around)
 {
@@ -65,7 +48,8 @@ bool fills_picture(const Frame& frame, const Eye& eye, const Bounds& box, double
             eye.position + rays.origin + rays.origin_dx * ndc.x + rays.origin_dy * ndc.y;
         const glm::dvec3 direction =
             rays.direction + rays.direction_dx * ndc.x + rays.direction_dy * ndc.y;
-        if (!meets(origin, direction, box, eye.near))
+        const glm::dvec2 inside = ray_range(origin, direction, box);
+        if (!(std::max(inside.x, eye.near) < inside.y))
             return false;
     }
     return true;

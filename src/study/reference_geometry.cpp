@@ -1,4 +1,5 @@
 #include "study/reference_geometry.h"
+#include "ray_range.h"
 
 #include <algorithm>
 #include <array>
@@ -46,19 +47,7 @@ Bounds bounds_of(const BoxSurface& box)
 
 glm::dvec2 box_range(const Ray& ray, const Bounds& box)
 {
-    double t0 = -kInfinity, t1 = kInfinity;
-    for (int axis = 0; axis < 3; ++axis) {
-        const double o = ray.origin[axis], d = ray.direction[axis];
-        if (d == 0) {
-            if (!(o > box.min[axis] && o < box.max[axis]))
-                return {kInfinity, -kInfinity};
-            continue;
-        }
-        const double a = (box.min[axis] - o) / d, b = (box.max[axis] - o) / d;
-        t0 = std::max(t0, std::min(a, b));
-        t1 = std::min(t1, std::max(a, b));
-    }
-    return {t0, t1};
+    return ray_range(ray.origin, ray.direction, box);
 }
 
 void add_box_breaks(const Ray& ray, const Bounds& box, const LightPlace& light,

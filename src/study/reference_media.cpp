@@ -46,7 +46,7 @@ double exp_height_integral(const ExpHeightProfile& profile, const Ray& ray, doub
 double gradient_noise(glm::dvec3 q, std::uint32_t seed)
 {
     const glm::dvec3 whole = glm::floor(q), f = q - whole;
-    const glm::dvec3 u = f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
+    const glm::dvec3 u = noise_fade(f);
     glm::uvec3 cell;
     for (int axis = 0; axis < 3; ++axis)
         cell[axis] = static_cast<std::uint32_t>(
