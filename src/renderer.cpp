@@ -138,7 +138,7 @@ void Renderer::set_scene(const Scene& scene, const Settings& settings)
     const gl::StateGuard guard(parts_->device, GRID_UNIT, BLOCK_COUNT, 0);
     ++parts_->scene_id;
     try {
-        parts_->media.set(scene, settings.layout, settings.storage);
+        parts_->media.set(scene, settings);
         parts_->surfaces.set(scene.surfaces);
         parts_->lights.set(scene, parts_->surfaces, parts_->media.bounds(), settings.shadow_map,
                            parts_->media.traits().marched > 0);

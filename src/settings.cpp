@@ -235,6 +235,9 @@ std::vector<SettingInfo> make_table()
                 {"dense", as_int(Layout::dense)},
                 {"bricks", as_int(Layout::bricks)}},
                "of a grid on the GPU: one texture, or an atlas of 8^3 bricks and a page table"),
+        choice("noise-grid", "medium", "on|off", &S::noise_grid, {{"on", 1}, {"off", 0}},
+               "noise that does not drift is read from a grid where that takes at most 12 million "
+               "voxels"),
     };
 }
 
@@ -262,6 +265,7 @@ Settings eevee2017()
     s.layer_depth = Settings::LayerDepth::corner;
     s.targets = Settings::Targets::two;
     s.format = Settings::Format::r11g11b10f;
+    s.noise_grid = false;
     s.storage = medium::Storage::r16f;  // a baseline does not change with what automatic chooses
     return s;
 }

@@ -103,6 +103,7 @@ struct Settings {
     // the medium on the GPU
     medium::Storage storage = medium::Storage::automatic;
     medium::Layout layout = medium::Layout::automatic;
+    bool noise_grid = true;  ///< noise that does not drift is read from a grid, if not too large
 
     /// Whether a view's frames have a history (Frame::history).
     [[nodiscard]] bool keeps_history() const

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "errors.h"
-#include "medium/noise_occupancy.h"
+#include "medium/noise_grid.h"
 #include "noise_gradient.h"
 
 namespace fumarole::medium {
@@ -57,8 +57,9 @@ shared::MediumParams coefficients(glm::vec3 sigma_s, glm::vec3 sigma_a, glm::vec
 
 }  // namespace
 
-int MediaSet::upload(const std::shared_ptr<const VoxelGrid>& grid, Layout layout, Storage storage)
+int MediaSet::upload(const std::shared_ptr<const VoxelGrid>& grid, const Settings& settings)
 {
+    const auto [layout, storage] = std::pair(settings.layout, settings.storage);
     const auto same = [&](const Grid& g) {
         return g.source == grid && g.asked_layout == layout && g.asked_storage == storage;
     };
@@ -92,30 +93,33 @@ int MediaSet::upload(const std::shared_ptr<const VoxelGrid>& grid, Layout layout
     return static_cast<int>(grids_.size()) - 1;
 }
 
+int MediaSet::most_grids() const
+{
+    return std::min<int>(MAX_GRIDS, (device_.capabilities().max_texture_units - GRID_UNIT) / 2);
+}
+
 int MediaSet::place(const std::shared_ptr<const VoxelGrid>& grid, const glm::dmat4& world_from_grid,
-                    Layout layout, Storage storage)
+                    const Settings& settings)
 {
     if (grid == nullptr || grid->empty())
         return -1;
     PlacedGrid placed;
-    placed.texture = upload(grid, layout, storage);
+    placed.texture = upload(grid, settings);
     const glm::dvec3 origin(grids_[static_cast<std::size_t>(placed.texture)].plan.origin);
     placed.index_from_world = glm::translate(glm::dmat4(1.0), -origin) *
                               glm::inverse(world_from_grid * grid->world_from_index);
     const auto found = std::find(placed_.begin(), placed_.end(), placed);
     if (found != placed_.end())
         return static_cast<int>(found - placed_.begin());
-    const int most =
-        std::min<int>(MAX_GRIDS, (device_.capabilities().max_texture_units - GRID_UNIT) / 2);
-    if (static_cast<int>(placed_.size()) == most)
+    if (static_cast<int>(placed_.size()) == most_grids())
         throw Error(fmt::format("the scene needs more than {} grids, and this GL ({}) has texture "
                                 "units for no more; use fewer media, or merge grids",
-                                most, device_.capabilities().renderer));
+                                most_grids(), device_.capabilities().renderer));
     placed_.push_back(placed);
     return static_cast<int>(placed_.size()) - 1;
 }
 
-void MediaSet::add(const GridMedium& medium, Layout layout, Storage storage)
+void MediaSet::add(const GridMedium& medium, const Settings& settings)
 {
     const glm::vec3 sigma_t = medium.sigma_s_per_density + medium.sigma_a_per_density;
     const bool dims = !is_zero(sigma_t) && medium.density != nullptr && !medium.density->empty();
@@ -133,11 +137,11 @@ void MediaSet::add(const GridMedium& medium, Layout layout, Storage storage)
     if (!dims)
         entry.params = coefficients(glm::vec3(0), glm::vec3(0), medium.emission_per_unit, 0);
     const auto& main = dims ? medium.density : medium.emission;
-    entry.density = place(main, world_from_grid, layout, storage);
+    entry.density = place(main, world_from_grid, settings);
     if (glows)
-        entry.emission = place(medium.emission, world_from_grid, layout, storage);
+        entry.emission = place(medium.emission, world_from_grid, settings);
     if (dims && !is_zero(medium.sigma_s_per_density))
-        entry.tint = place(medium.color, world_from_grid, layout, storage);
+        entry.tint = place(medium.color, world_from_grid, settings);
     entry.depth = dims ? "marched_depth" : "no_depth";
 
     const auto field_bounds = [&](int placed) {
@@ -171,6 +175,7 @@ void MediaSet::add(const BoxMedium& medium)
     entry.params = coefficients(medium.sigma_s, medium.sigma_a, medium.emission, medium.g);
     entry.bounds.add(medium.min);
     entry.bounds.add(medium.max);
+    entry.is_box = true;
     entry.value = "homogeneous";
     entry.depth = "homogeneous_depth";
     if (const auto* height = std::get_if<ExpHeightProfile>(&medium.profile)) {
@@ -189,12 +194,38 @@ void MediaSet::add(const BoxMedium& medium)
             amplitudes += std::pow(noise->gain, i);
         entry.params.profile = {noise->threshold, noise->gain, 1.0 / amplitudes, noise->octaves};
         ++traits_.heterogeneous;
-        traits_.noise_turns += noise->octaves + 1;
     }
     if (is_zero(medium.sigma_s + medium.sigma_a))
         entry.depth = "no_depth";
     traits_.marched += entry.is_marched() ? 1 : 0;
     media_.push_back(entry);
+}
+
+std::shared_ptr<const VoxelGrid> MediaSet::noise_grid(const Entry& box)
+{
+    const auto same = [&](const NoiseGrid& one) {
+        return one.noise == box.noise && one.bounds.min == box.bounds.min &&
+               one.bounds.max == box.bounds.max;
+    };
+    const auto old = std::find_if(old_noise_grids_.begin(), old_noise_grids_.end(), same);
+    noise_grids_.push_back(
+        old != old_noise_grids_.end()
+            ? *old
+            : NoiseGrid{box.noise, box.bounds, make_noise_grid(box.noise, box.bounds)});
+    return noise_grids_.back().grid;
+}
+
+void MediaSet::read_noise_from_grids(const Settings& settings)
+{
+    for (Entry& entry : media_) {
+        // One that drifts would need another grid in each frame.
+        if (!settings.noise_grid || !entry.is_noise || entry.noise.drift != glm::dvec3(0) ||
+            static_cast<int>(placed_.size()) == most_grids())
+            continue;
+        const std::shared_ptr<const VoxelGrid> grid = noise_grid(entry);
+        if (grid != nullptr)
+            entry.density = place(grid, glm::dmat4(1.0), settings);
+    }
 }
 
 void MediaSet::clear()
@@ -203,33 +234,37 @@ void MediaSet::clear()
     placed_.clear();
     media_.clear();
     occupied_.clear();
-    noise_boxes_.clear();
+    noise_grids_.clear();
     traits_ = {};
 }
 
-void MediaSet::set(const Scene& scene, Layout layout, Storage storage)
+void MediaSet::set(const Scene& scene, const Settings& settings)
 {
     old_grids_ = std::move(grids_);
-    old_noise_boxes_ = std::move(noise_boxes_);
+    old_noise_grids_ = std::move(noise_grids_);
     clear();
     time_ = scene.time;
     for (const Medium& medium : scene.media) {
         if (const auto* grid = std::get_if<GridMedium>(&medium))
-            add(*grid, layout, storage);
+            add(*grid, settings);
         else
             add(std::get<BoxMedium>(medium));
     }
+    read_noise_from_grids(settings);
     old_grids_.clear();
+    old_noise_grids_.clear();
     if (media_.size() > MAX_MEDIA)
         throw Error(fmt::format("the scene has {} media, and {} is the most at once; merge some",
                                 media_.size(), MAX_MEDIA));
 
     find_occupied();
-    old_noise_boxes_.clear();
     traits_.media = static_cast<int>(media_.size());
     float g = 0;
     for (Entry& entry : media_) {
-        if (entry.density >= 0)
+        traits_.noise_grids += entry.is_noise && entry.density >= 0 ? 1 : 0;
+        if (entry.is_noise && entry.density < 0)
+            traits_.noise_turns += entry.noise.octaves + 1;
+        if (entry.density >= 0 && !entry.is_box)
             entry.value = value_name(entry.density);
         entry.world_bounds = entry.bounds.transformed(glm::inverse(entry.bounds_from_world));
         traits_.colored_extinction |= !is_grey(glm::vec3(entry.params.sigma_t));
@@ -269,12 +304,17 @@ const GridLayout& MediaSet::layout_of(int placed) const
     return grids_[static_cast<std::size_t>(grid.texture)].plan;
 }
 
-Occupied MediaSet::occupied_by(const Entry& box, float per_unit) const
+double MediaSet::box_detail(const Entry& box) const
 {
     // Steps are cut at the faces of a medium that is alone; those of others are detail.
+    return media_.size() == 1 ? box.detail() : 0.0;
+}
+
+Occupied MediaSet::occupied_by(const Entry& box, float per_unit) const
+{
     return {glm::inverse(box.bounds_from_world),
             {{box.bounds, per_unit * box.thickest()}},
-            media_.size() == 1 ? box.detail() : 0.0};
+            box_detail(box)};
 }
 
 Occupied MediaSet::occupied_by(int placed, std::vector<OccupiedBox> boxes, float per_unit) const
@@ -287,25 +327,6 @@ Occupied MediaSet::occupied_by(int placed, std::vector<OccupiedBox> boxes, float
         std::min({glm::length(world_from_index[0]), glm::length(world_from_index[1]),
                   glm::length(world_from_index[2])});
     return {world_from_index, std::move(boxes), voxel};
-}
-
-std::vector<OccupiedBox> MediaSet::noise_boxes(const Entry& box, float per_unit)
-{
-    constexpr std::size_t kMostBoxes = 2048;
-    const auto old =
-        std::find_if(old_noise_boxes_.begin(), old_noise_boxes_.end(), [&](const NoiseBoxes& one) {
-            return one.noise == box.noise && one.bounds.min == box.bounds.min &&
-                   one.bounds.max == box.bounds.max;
-        });
-    if (old != old_noise_boxes_.end())
-        noise_boxes_.push_back(*old);
-    else
-        noise_boxes_.push_back(
-            {box.noise, box.bounds, occupied_boxes(box.noise, box.bounds, kMostBoxes)});
-    std::vector<OccupiedBox> boxes = noise_boxes_.back().boxes;
-    for (OccupiedBox& one : boxes)
-        one.most *= per_unit;
-    return boxes;
 }
 
 void MediaSet::find_occupied()
@@ -326,9 +347,8 @@ void MediaSet::find_occupied()
             add(entry.density, most);
         else
             occupied_.push_back(occupied_by(entry, most));
-        // Noise that drifts would need other boxes in each frame.
-        if (entry.is_noise && entry.noise.drift == glm::dvec3(0))
-            occupied_.back().boxes = noise_boxes(entry, most);
+        if (entry.is_box)
+            occupied_.back().detail = box_detail(entry);
         if (entry.emission >= 0)
             add(entry.emission, kGlows);
     }
@@ -429,27 +449,35 @@ std::vector<Occupied> MediaSet::kept_boxes() const
 
 gl::Defines MediaSet::defines() const
 {
+    gl::Defines defines;
     std::string media, emission;
     unsigned grid_media = 0;
     bool all_marched = true;
     for (std::size_t m = 0; m < media_.size(); ++m) {
         const Entry& entry = media_[m];
-        grid_media |= entry.density >= 0 ? 1u << m : 0u;
+        grid_media |= entry.is_box ? 0u : 1u << m;
         all_marched &= entry.is_marched() || !entry.scatters();
         const int k = entry.density >= 0 ? entry.density : static_cast<int>(m);
-        media += fmt::format("X({}, {}, {}, {}, {}, {}) ", m, entry.value, entry.depth, k,
+        std::string value = entry.value;
+        if (entry.is_box && entry.density >= 0) {  // its grid goes on for a voxel past the faces
+            value = fmt::format("boxed_grid_{}", m);
+            defines.emplace_back(value + "(k, at)",
+                                 fmt::format("(inside_bounds(u_media.media[{}], at.p) ? {}(k, at) "
+                                             ": 0.0)",
+                                             m, value_name(entry.density)));
+        }
+        media += fmt::format("X({}, {}, {}, {}, {}, {}) ", m, value, entry.depth, k,
                              entry.tint >= 0 ? value_name(entry.tint) : "white",
                              std::max(entry.tint, 0));
         if (is_zero(glm::vec3(entry.params.emission)))
             continue;
         const bool from_grid = entry.emission >= 0;
-        emission +=
-            fmt::format("X({}, {}, {}) ", m, from_grid ? value_name(entry.emission) : entry.value,
-                        from_grid ? entry.emission : static_cast<int>(m));
+        emission += fmt::format("X({}, {}, {}) ", m, from_grid ? value_name(entry.emission) : value,
+                                from_grid ? entry.emission : k);
     }
-    gl::Defines defines{{"FOR_EACH_MEDIUM(X)", media},
-                        {"GRID_COUNT", fmt::format("{}", placed_.size())},
-                        {"BRICK_COUNT", fmt::format("{}", traits_.bricked_grids)}};
+    defines.insert(defines.end(), {{"FOR_EACH_MEDIUM(X)", media},
+                                   {"GRID_COUNT", fmt::format("{}", placed_.size())},
+                                   {"BRICK_COUNT", fmt::format("{}", traits_.bricked_grids)}});
     if (traits_.emission)
         defines.emplace_back("FOR_EACH_EMISSION(X)", emission);
     if (traits_.colored_extinction)
@@ -488,7 +516,7 @@ void MediaSet::bind(glm::dvec3 eye)
         out = entry.params;
         out.bounds_from_world = glm::mat4(entry.bounds_from_world * world_from_eye);
         glm::dvec3 low = entry.bounds.min, high = entry.bounds.max;
-        if (entry.density < 0) {
+        if (entry.is_box) {
             // A box has no scale of its own: subtract the eye in double, not through the matrix.
             out.bounds_from_world = glm::mat4(1.0f);
             low -= eye;
@@ -496,7 +524,7 @@ void MediaSet::bind(glm::dvec3 eye)
         }
         out.bounds_min = glm::vec4(glm::vec3(low), 0.0f);
         out.bounds_max = glm::vec4(glm::vec3(high), 0.0f);
-        if (entry.is_noise) {
+        if (entry.is_noise && entry.density < 0) {
             double frequency = 1.0 / entry.noise.feature_size;
             for (int i = 0; i < entry.noise.octaves; ++i) {
                 const glm::dvec3 q = (eye - time_ * entry.noise.drift) * frequency;
@@ -509,7 +537,7 @@ void MediaSet::bind(glm::dvec3 eye)
                 octave.fraction = glm::vec4(glm::vec3(q - whole), static_cast<float>(frequency));
                 frequency *= entry.noise.lacunarity;
             }
-        } else if (std::string_view(entry.value) == "exp_height") {
+        } else if (entry.value == "exp_height") {
             out.profile.y = static_cast<float>(entry.height - eye.z);
         }
     }

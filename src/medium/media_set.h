@@ -13,6 +13,7 @@
 #include "medium/grid_layout.h"
 #include "medium/occupancy.h"
 #include "scene.h"
+#include "settings.h"
 #include "shared/medium_params.h"
 
 // The media of a scene on the GPU, and the variant of the shaders that their kinds ask for.
@@ -25,6 +26,7 @@ struct MediaTraits {
     int heterogeneous = 0;  ///< that change from place to place
     int marched = 0;        ///< whose optical depth towards a light has no closed form
     int bricked_grids = 0;
+    int noise_grids = 0;  ///< noises that are read from a grid
     int noise_turns = 0;  ///< of the loops over noise's octaves, at one point
     bool colored_extinction = false;
     bool colored_density = false;
@@ -55,9 +57,10 @@ public:
     explicit MediaSet(const gl::Device& device) : device_{device}, block_{device, "media"} {}
 
     /// Uploads the grids that are not there yet (known by pointer, layout and storage) and frees
-    /// those that the scene no longer has.
+    /// those that the scene no longer has. With settings.noise_grid a noise that does not drift
+    /// becomes a grid where that is small enough and a texture unit is free for it.
     /// @throws Error if a grid or their number is too large for this GL.
-    void set(const Scene& scene, Layout layout, Storage storage);
+    void set(const Scene& scene, const Settings& settings);
 
     /// Leaves nothing: what is right after set() has thrown.
     void clear();
@@ -67,9 +70,8 @@ public:
     /// What is not 0 of all media, world space.
     [[nodiscard]] Bounds bounds() const;
 
-    /// The media's boxes, or, of grids, those of their bricks that are not empty, or, of noise that
-    /// does not drift, those of its parts; few enough to be projected each frame; most: of the
-    /// channel that is dimmed most, infinite of what glows.
+    /// The media's boxes, or, of grids, those of their bricks that are not empty; few enough to be
+    /// projected each frame; most: of the channel that is dimmed most, infinite of what glows.
     [[nodiscard]] const std::vector<Occupied>& occupied() const { return occupied_; }
     /// The least of their details.
     [[nodiscard]] double detail() const;
@@ -102,11 +104,11 @@ private:
         GridLayout plan;  ///< its texels and pages emptied after the upload
         gl::Texture texels, pages;
     };
-    /// Boxes of a noise, kept from scene to scene: they take milliseconds.
-    struct NoiseBoxes {
+    /// Grid of a noise, kept from scene to scene: it takes tens of milliseconds.
+    struct NoiseGrid {
         NoiseProfile noise;
         Bounds bounds;
-        std::vector<OccupiedBox> boxes;  ///< most: of the coefficient
+        std::shared_ptr<const VoxelGrid> grid;  ///< null: it would be too large
     };
     /// A grid as one medium places it.
     struct PlacedGrid {
@@ -118,13 +120,14 @@ private:
         }
     };
     struct Entry {
-        const char* value = "";  ///< names of glsl/scene/media.glsl
+        std::string value;  ///< names of glsl/scene/media.glsl, or one that defines() makes
         const char* depth = "";
         int density = -1, emission = -1, tint = -1;  ///< into placed_
         glm::dmat4 bounds_from_world{1.0};
         Bounds bounds;        ///< in the space of bounds_from_world
         Bounds world_bounds;  ///< metres
         shared::MediumParams params{};
+        bool is_box = false;  ///< with bounds in world space, whether it is read from a grid or not
         bool is_noise = false;
         NoiseProfile noise;
         double height = 0;  ///< z0 of an exponential height profile [m]
@@ -136,17 +139,20 @@ private:
         [[nodiscard]] bool scatters() const { return glm::vec3(params.sigma_s) != glm::vec3(0.0f); }
     };
 
+    [[nodiscard]] int most_grids() const;
     int place(const std::shared_ptr<const VoxelGrid>& grid, const glm::dmat4& world_from_grid,
-              Layout layout, Storage storage);
-    int upload(const std::shared_ptr<const VoxelGrid>& grid, Layout layout, Storage storage);
-    void add(const GridMedium& medium, Layout layout, Storage storage);
+              const Settings& settings);
+    int upload(const std::shared_ptr<const VoxelGrid>& grid, const Settings& settings);
+    void add(const GridMedium& medium, const Settings& settings);
     void add(const BoxMedium& medium);
+    [[nodiscard]] std::shared_ptr<const VoxelGrid> noise_grid(const Entry& box);
+    void read_noise_from_grids(const Settings& settings);
     [[nodiscard]] const char* value_name(int placed) const;
     [[nodiscard]] const GridLayout& layout_of(int placed) const;
+    [[nodiscard]] double box_detail(const Entry& box) const;
     [[nodiscard]] Occupied occupied_by(const Entry& box, float per_unit) const;
     [[nodiscard]] Occupied occupied_by(int placed, std::vector<OccupiedBox> boxes,
                                        float per_unit) const;
-    [[nodiscard]] std::vector<OccupiedBox> noise_boxes(const Entry& box, float per_unit);
     void find_occupied();
 
     const gl::Device& device_;
@@ -155,8 +161,8 @@ private:
     std::vector<PlacedGrid> placed_;
     std::vector<Entry> media_;
     std::vector<Occupied> occupied_;
-    std::vector<NoiseBoxes> noise_boxes_;
-    std::vector<NoiseBoxes> old_noise_boxes_;  ///< of the scene before, while set() runs
+    std::vector<NoiseGrid> noise_grids_;
+    std::vector<NoiseGrid> old_noise_grids_;  ///< of the scene before, while set() runs
     MediaTraits traits_;
     double time_ = 0;
     gl::UniformBuffer<shared::MediaParams> block_;

@@ -95,6 +95,10 @@ std::vector<PlanFact> scene_facts(const Scene& scene, const medium::MediaTraits&
             {"extinction is grey: one target and one upsample", std::pair("targets", "two")});
     else
         facts.push_back({"extinction is grey"});
+    if (media.noise_grids > 0)
+        facts.push_back(
+            {"noise that stands still: read from a grid, its octaves are not worked out",
+             std::pair("noise-grid", "off")});
     if (!media.emission)
         facts.push_back({"no emission: no fetch"});
     if (media.isotropic)

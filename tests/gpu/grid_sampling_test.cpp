@@ -74,7 +74,10 @@ TEST_P(GridSampling, AgreesWithVoxelLookup)
     Scene scene;
     scene.media = {medium};
     medium::MediaSet media(gl());
-    media.set(scene, c.layout, c.storage);
+    Settings settings;
+    settings.layout = c.layout;
+    settings.storage = c.storage;
+    media.set(scene, settings);
     const glm::dvec3 eye(1e5 + 2, -2e4, 301);
     media.bind(eye);
     const Kernel kernel(gl(), R"(
@@ -161,7 +164,10 @@ TEST_F(GridScale, IsTheBricksOwn)
     Scene scene;
     scene.media = {medium};
     medium::MediaSet media(gl());
-    media.set(scene, Layout::bricks, Storage::r8);
+    Settings settings;
+    settings.layout = Layout::bricks;
+    settings.storage = Storage::r8;
+    media.set(scene, settings);
     media.bind(glm::dvec3(0));
     const Kernel kernel(gl(), R"(
 #include "scene/media.glsl"
@@ -228,7 +234,9 @@ TEST_F(GridBounds, EndOneVoxelPastTheValues)
     scene.media = {medium};
     for (const Layout layout : {Layout::dense, Layout::bricks}) {
         medium::MediaSet media(gl());
-        media.set(scene, layout, Storage::automatic);
+        Settings settings;
+        settings.layout = layout;
+        media.set(scene, settings);
         const Bounds bounds = media.bounds();
         EXPECT_NEAR(glm::length(bounds.min - glm::dvec3(10 - 9, -1, -1)), 0, 1e-9);
         EXPECT_NEAR(glm::length(bounds.max - glm::dvec3(10 + 24, 32, 40)), 0, 1e-9);

@@ -70,6 +70,7 @@ struct NamedMedia {
 std::vector<NamedMedia> all_media()
 {
     const glm::vec3 grey(1), colored(1, 2, 3), none(0);
+    const NoiseProfile drifting{.drift = {1, 0, 0}};  // so it is not read from a grid
     std::vector<NamedMedia> all;
     for (const Layout layout : {Layout::dense, Layout::bricks}) {
         const char* kind = layout == Layout::dense ? "dense" : "bricks";
@@ -80,19 +81,21 @@ std::vector<NamedMedia> all_media()
                         {fmt::format("{}{}_emission{}_color{}", kind, density, emission, color),
                          {grid_medium(density, emission, color, 0.3f)},
                          layout});
-        all.push_back({fmt::format("{}_and_all_boxes", kind),
-                       {grid_medium(1, 1, 3, 0.3f), grid_medium(3, 0, 0, -0.5f),
-                        box_medium(HomogeneousProfile{}, colored, 0.1f, colored),
-                        box_medium(ExpHeightProfile{}, grey, 0.2f, none),
-                        box_medium(NoiseProfile{}, grey, 0, grey)},
-                       layout});
+        all.push_back(
+            {fmt::format("{}_and_all_boxes", kind),
+             {grid_medium(1, 1, 3, 0.3f), grid_medium(3, 0, 0, -0.5f),
+              box_medium(HomogeneousProfile{}, colored, 0.1f, colored),
+              box_medium(ExpHeightProfile{}, grey, 0.2f, none),
+              box_medium(NoiseProfile{}, grey, 0, grey), box_medium(drifting, grey, 0, grey)},
+             layout});
         GridMedium glow = grid_medium(1, 1, 0, 0);
         glow.sigma_s_per_density = none;
         all.push_back({fmt::format("{}_only_glows", kind), {glow}, layout});
     }
     for (const auto& [name, profile] : {std::pair{"homogeneous", Profile{HomogeneousProfile{}}},
                                         std::pair{"exp_height", Profile{ExpHeightProfile{}}},
-                                        std::pair{"noise", Profile{NoiseProfile{}}}})
+                                        std::pair{"noise", Profile{NoiseProfile{}}},
+                                        std::pair{"drifting_noise", Profile{drifting}}})
         for (const glm::vec3& sigma_s : {grey, colored})
             for (const glm::vec3& emission : {none, colored})
                 for (const float g : {0.0f, 0.5f})
@@ -264,7 +267,9 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     for (std::size_t i = 0; i < kinds.size(); ++i) {
         Scene scene;
         scene.media = kinds[i].media;
-        media.set(scene, kinds[i].layout, Storage::automatic);
+        Settings settings;
+        settings.layout = kinds[i].layout;
+        media.set(scene, settings);
         const Defines of_media = media.defines();
         variants.add("pass/inspect_density.frag", of_media);
         for (const unsigned set : {kDefault, kDefault | 0b01000000u, 0b00111111u, 0u, 0b10000111u})

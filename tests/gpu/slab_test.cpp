@@ -51,7 +51,7 @@ protected:
         Scene scene;
         scene.media = {medium};
         medium::MediaSet media(gl());
-        media.set(scene, medium::Layout::automatic, medium::Storage::automatic);
+        media.set(scene, Settings{});
         media.bind(glm::dvec3(0));
         const Kernel kernel(gl(), R"(
 #include "scene/media.glsl"
