@@ -66,8 +66,12 @@ vec3 world_in_scattering(vec3 q, float g)
         weight *= g;
         radiance += weight * textureLod(u_world_volume_tx, node_uvw(u_volumes.world, q, l), 0.0).rgb;
     }
-#endif
     // What bands 0 to 3 leave of a sharp edge may dip below 0.
     return max(radiance, vec3(0.0)) / max(light.a, 1e-3);
+#else
+    radiance /= max(light.a, 1e-3);
+    radiance *= radiance;  // from its fourth root
+    return radiance * radiance;
+#endif
 }
 #endif
