@@ -11,18 +11,32 @@ vec2 lattice_segment(LatticeParams lattice, vec3 p, vec3 d, float end)
     return vec2(max(t.x, 0.0), min(t.y, end));
 }
 
-// Texture coordinates of q, in nodes, in one of the layers that are stacked along z; a point outside is moved
-// to the faces, so no other layer is ever touched.
-vec3 node_uvw(LatticeParams lattice, vec3 q, int layer)
+// Texture coordinates of p, and of a way, which add up along a line, in the first of the layers that are stacked
+// along z.
+vec3 first_layer_at(LatticeParams lattice, vec3 p)
 {
-    q = clamp(q, vec3(0.0), lattice.last.xyz);
-    q.z += float(layer) * (lattice.last.z + 1.0);
-    return (q + 0.5) * lattice.inverse_size.xyz;
+    return ((lattice.node_from_world * vec4(p, 1.0)).xyz + 0.5) * lattice.inverse_size.xyz;
+}
+
+vec3 first_layer_way(LatticeParams lattice, vec3 d)
+{
+    return (lattice.node_from_world * vec4(d, 0.0)).xyz * lattice.inverse_size.xyz;
+}
+
+// The same in another layer. A point outside is moved to the faces, so no other layer is ever touched; at the
+// texture's own faces its sampler does that.
+vec3 in_layer(LatticeParams lattice, vec3 uvw, int layer)
+{
+    float node = lattice.inverse_size.z;
+    float half_node = 0.5 * node;
+    float nodes = lattice.last.z * node;
+    uvw.z = clamp(uvw.z, half_node, half_node + nodes) + float(layer) * (nodes + node);
+    return uvw;
 }
 
 vec3 lattice_uvw(LatticeParams lattice, vec3 p, int layer)
 {
-    return node_uvw(lattice, (lattice.node_from_world * vec4(p, 1.0)).xyz, layer);
+    return in_layer(lattice, first_layer_at(lattice, p), layer);
 }
 
 vec3 node_position(LatticeParams lattice, ivec3 node)

@@ -33,8 +33,8 @@ struct LightLine {
     vec3 wo;  // unit length, to the eye
     vec3 sun[SUN_SLOTS];  // what it scatters if nothing hides or dims it; MIXED_G: its irradiance
     vec3 shadow[SUN_SLOTS], dshadow[SUN_SLOTS];  // its inner shadow view, which holds all media: uv, depth
-    vec3 depth, ddepth;  // nodes of the depth volume
-    vec3 world, dworld;  // of the world's
+    vec3 depth, ddepth;  // texture coordinates in the first layer of the depth volume
+    vec3 world, dworld;  // and of the world's
     vec2 placed[PLACED_SLOTS];  // EXACT_FALLOFF: t nearest to a light that has a place, and how far it is [m]
 };
 
@@ -71,12 +71,12 @@ LightLine light_line(Ray ray, vec3 wo, vec2 spread)
 #endif
     }
 #ifdef DEPTH_VOLUME
-    line.depth = (u_volumes.depth.node_from_world * vec4(ray.origin, 1.0)).xyz;
-    line.ddepth = (u_volumes.depth.node_from_world * vec4(ray.direction, 0.0)).xyz;
+    line.depth = first_layer_at(u_volumes.depth, ray.origin);
+    line.ddepth = first_layer_way(u_volumes.depth, ray.direction);
 #endif
 #ifdef WORLD_VOLUME
-    line.world = (u_volumes.world.node_from_world * vec4(ray.origin, 1.0)).xyz;
-    line.dworld = (u_volumes.world.node_from_world * vec4(ray.direction, 0.0)).xyz;
+    line.world = first_layer_at(u_volumes.world, ray.origin);
+    line.dworld = first_layer_way(u_volumes.world, ray.direction);
 #endif
 #ifdef EXACT_FALLOFF
     for (int i = SUN_COUNT; i < LIGHT_COUNT; ++i) {

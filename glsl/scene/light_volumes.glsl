@@ -29,10 +29,12 @@ layout(binding = WORLD_VOLUME_UNIT) uniform sampler3D u_world_volume_tx;
 #endif
 
 #ifdef DEPTH_VOLUME
-// The marched media's optical depth between q, in nodes, and light i.
-extinction_t stored_depth(int i, vec3 q)
+// The marched media's optical depth between light i and a point, at `uvw` of the first layer.
+extinction_t stored_depth(int i, vec3 uvw)
 {
-    return extinction_t(from_volume(textureLod(u_depth_volume_tx, node_uvw(u_volumes.depth, q, i), 0.0).VOLUME));
+    if (LIGHT_COUNT > 1)
+        uvw = in_layer(u_volumes.depth, uvw, i);
+    return extinction_t(from_volume(textureLod(u_depth_volume_tx, uvw, 0.0).VOLUME));
 }
 #endif
 
@@ -54,22 +56,23 @@ extinction_t depth_to_light(int i, vec3 p, LightSample light)
 }
 
 #ifdef WORLD_VOLUME
-// The world's light scattered towards the eye at q, in nodes, per metre and unit of sigma_s. Alpha is 0 in nodes that
-// no light reaches, inside of surfaces: they are left out of the mean of eight.
-vec3 world_in_scattering(vec3 q, float g)
+// The world's light scattered towards the eye at `uvw` of the first layer, per metre and unit of sigma_s. Alpha is 0 in
+// nodes that no light reaches, inside of surfaces: they are left out of the mean of eight.
+vec3 world_in_scattering(vec3 uvw, float g)
 {
-    vec4 light = textureLod(u_world_volume_tx, node_uvw(u_volumes.world, q, 0), 0.0);
-    vec3 radiance = light.rgb;
 #ifdef MIXED_G
+    vec4 light = textureLod(u_world_volume_tx, in_layer(u_volumes.world, uvw, 0), 0.0);
+    vec3 radiance = light.rgb;
     float weight = 1.0;
     for (int l = 1; l < 4; ++l) {
         weight *= g;
-        radiance += weight * textureLod(u_world_volume_tx, node_uvw(u_volumes.world, q, l), 0.0).rgb;
+        radiance += weight * textureLod(u_world_volume_tx, in_layer(u_volumes.world, uvw, l), 0.0).rgb;
     }
     // What bands 0 to 3 leave of a sharp edge may dip below 0.
     return max(radiance, vec3(0.0)) / max(light.a, 1e-3);
 #else
-    radiance /= max(light.a, 1e-3);
+    vec4 light = textureLod(u_world_volume_tx, uvw, 0.0);
+    vec3 radiance = light.rgb / max(light.a, 1e-3);
     radiance *= radiance;  // from its fourth root
     return radiance * radiance;
 #endif
