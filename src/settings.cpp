@@ -222,14 +222,14 @@ std::vector<SettingInfo> make_table()
                {{"hillaire", as_int(S::Integration::hillaire)},
                 {"wronski", as_int(S::Integration::wronski)}},
                "of a slice: in closed form, or Wronski's, which gains energy"),
-        choice(
-            "storage", "medium", "auto|r32f|r16f|r8", &S::storage,
-            {{"auto", as_int(Storage::automatic)},
-             {"r32f", as_int(Storage::r32f)},
-             {"r16f", as_int(Storage::r16f)},
-             {"r8", as_int(Storage::r8)}},
-            "of a grid's values on the GPU; auto: bytes with a scale of each brick where they err "
-            "little, else halves, or floats for a range that halves can't hold"),
+        choice("storage", "medium", "auto|r32f|r16f|r8", &S::storage,
+               {{"auto", as_int(Storage::automatic)},
+                {"r32f", as_int(Storage::r32f)},
+                {"r16f", as_int(Storage::r16f)},
+                {"r8", as_int(Storage::r8)}},
+               "of a grid's values on the GPU; auto: bytes, in bricks with a scale of each, where "
+               "they "
+               "err little, else halves, or floats for a range that halves can't hold"),
         choice("layout", "medium", "auto|dense|bricks", &S::layout,
                {{"auto", as_int(Layout::automatic)},
                 {"dense", as_int(Layout::dense)},

@@ -41,6 +41,10 @@ constexpr float kMaximaMargin = 1.0f + 0x1p-20f;
 // itself is bounded too, on the mean. Smoke, fire and clouds have 0.1 to 0.3 % and 0.4 to 3.4 %.
 constexpr double kSmallRms = 0.005, kSmallMean = 0.05;
 
+/// A dense texture is fetched faster, by a tenth to a quarter; bricks of this part of its bytes are
+/// taken all the same.
+constexpr double kManyFewerBytes = 2.0 / 3.0;
+
 std::int64_t floor_div(std::int64_t a, std::int64_t b)
 {
     return a / b - (a % b < 0 ? 1 : 0);
@@ -243,11 +247,11 @@ struct Cell {
     float max;                                               ///< over all channels
 };
 
-/// Of a uniform vec3 cell, the first values to all.
-void spread_vec3(Cell& cell)
+/// Of a uniform cell, the first values to all.
+void spread(Cell& cell, int channels)
 {
-    for (std::size_t v = 3; v < cell.values.size(); ++v)
-        cell.values[v] = cell.values[v - 3];
+    for (int v = channels; v < kCellVoxels * channels; ++v)
+        cell.values[v] = cell.values[v - channels];
 }
 
 /// Where a cell's field, between its values, is not 0.
@@ -437,8 +441,7 @@ std::string automatic_reason(Storage storage, const std::optional<ByteError>& er
         return fmt::format("{} {:.2g} % of the RMS, {:.2g} % of a value",
                            storage == Storage::r8 ? "errs" : "R8 would err", 100 * error->rms,
                            100 * error->mean);
-    return storage == Storage::r32f ? "most values are too faint for half floats beside the largest"
-                                    : "a dense texture";
+    return "most values are too faint for half floats beside the largest";
 }
 
 /// From the largest value of what is stored, that of what is sampled.
@@ -564,8 +567,10 @@ struct Choice {
         bytes_text(static_cast<double>(limits.max_bytes)), limits.max_texture_3d, remedy));
 }
 
-/// What becomes of the grid's bricks as bytes, of the pages that take texels.
-ByteError byte_error(const VoxelGrid& grid, const CellReader& cells, const GridLayout& layout)
+/// What becomes of the grid as bytes: of the pages that are bricks, each with its own scale, or of
+/// all, with one.
+ByteError byte_error(const VoxelGrid& grid, const CellReader& cells, const GridLayout& layout,
+                     bool one_scale)
 {
     const Encoder encoder(Storage::r8, grid.channels, value_scale(Storage::r8, grid.max_value));
     // Deterministic: the same grid always gets the same storage.
@@ -574,12 +579,13 @@ ByteError byte_error(const VoxelGrid& grid, const CellReader& cells, const GridL
         [&](const auto& range, ByteSums sum) {
             Cell cell;
             for (std::size_t i = range.begin(); i != range.end(); ++i) {
-                if (!is_brick(layout.pages[i]))
+                if (one_scale ? layout.maxima[i] == 0 : !is_brick(layout.pages[i]))
                     continue;
                 cells.read(unlinear(i, layout.page_count), cell);
                 if (cell.uniform)
-                    spread_vec3(cell);
-                const float scale = brick_scale(scale_step(cell.max / grid.max_value));
+                    spread(cell, grid.channels);
+                const float scale =
+                    one_scale ? 1 : brick_scale(scale_step(cell.max / grid.max_value));
                 sum = sum + encoder.of_brick(scale).byte_sums(cell.values.data(), kCellVoxels,
                                                               double{scale});
             }
@@ -661,28 +667,39 @@ Draft draft(const VoxelGrid& grid, Layout asked, Storage storage, const Limits& 
     const auto brick_bytes = [&](Storage s) {
         return page_bytes + texel_bytes(s) * kCellVoxels * room;
     };
-    // In the same storage: a dense texture is fetched faster, so bytes alone are no reason.
-    const bool is_dense_preferred =
-        asked == Layout::dense || (asked == Layout::automatic && choice.dense_fits &&
-                                   choice.dense_bytes <= brick_bytes(storage));
-
+    const Storage floats = storage;
+    const bool may_choose = asked == Layout::automatic && choice.bricks_fit && choice.dense_fits;
+    bool is_dense = asked == Layout::dense ||  // which is faster, so few bytes are no reason
+                    (asked == Layout::automatic && choice.dense_fits &&
+                     (!choice.bricks_fit || choice.dense_bytes <= brick_bytes(floats)));
     std::optional<ByteError> error;
-    if (is_automatic && storage == Storage::r16f && !is_dense_preferred && choice.bricks_fit)
-        error = byte_error(grid, made.cells, layout);
-    const Storage brick_storage = error && error->is_small() ? Storage::r8 : storage;
-    choice.brick_bytes = brick_bytes(brick_storage);
+    const auto weigh_bytes = [&] {
+        if (is_automatic && floats == Storage::r16f)
+            error = byte_error(grid, made.cells, layout, is_dense);
+        storage = error && error->is_small() ? Storage::r8 : floats;
+    };
+    weigh_bytes();
+    if (is_dense && storage == Storage::r16f && may_choose &&
+        brick_bytes(Storage::r8) <= kManyFewerBytes * choice.dense_bytes) {
+        const std::optional<ByteError> dense_error = error;
+        is_dense = false;
+        weigh_bytes();
+        if (storage != Storage::r8) {
+            is_dense = true;
+            error = dense_error;
+        }
+    }
+    choice.brick_bytes = brick_bytes(storage);
     choice.bricks_fit = choice.bricks_fit && choice.brick_bytes <= max_bytes;
+    if (!is_dense && !choice.bricks_fit) {
+        if (asked == Layout::bricks || !choice.dense_fits)
+            refuse(grid, asked, choice, limits);
+        is_dense = true;
+        weigh_bytes();
+    }
 
-    layout.layout = is_dense_preferred ||
-                            (asked == Layout::automatic && !choice.bricks_fit && choice.dense_fits)
-                        ? Layout::dense
-                        : Layout::bricks;
-    if (layout.layout == Layout::bricks && !choice.bricks_fit)
-        refuse(grid, asked, choice, limits);
-
-    if (layout.layout == Layout::dense)
-        error.reset();
-    layout.storage = layout.layout == Layout::bricks ? brick_storage : storage;
+    layout.layout = is_dense ? Layout::dense : Layout::bricks;
+    layout.storage = storage;
     layout.storage_reason = is_automatic ? automatic_reason(layout.storage, error) : "asked for";
     layout.value_scale = value_scale(layout.storage, grid.max_value);
     made.encoder = Encoder(layout.storage, grid.channels, layout.value_scale);
@@ -762,7 +779,7 @@ void fill_atlas(const CellReader& cells, const Encoder& encoder, GridLayout& lay
             return;
         cells.read(page, cell);
         if (cell.uniform)
-            spread_vec3(cell);
+            spread(cell, encoder.texel_bytes() == bytes_per_value(layout.storage) ? 1 : 3);
         std::array<std::uint8_t, std::size_t{4} * sizeof(float) * kCellVoxels> texels;
         encoder.of_brick(scale_of(layout.pages[i]))
             .encode(cell.values.data(), kCellVoxels, texels.data());

@@ -46,7 +46,7 @@ inline constexpr int kScaleSteps = 127;
 /// 1 at step 0, 1.125 * 2^-16 at the last: fainter bricks share that one.
 float brick_scale(int step);
 
-/// What rounding to bytes does to a grid, each brick with its own scale.
+/// What rounding to bytes does to a grid, of bricks each with its own scale.
 struct ByteError {
     double rms = 0;   ///< RMS of the error / RMS of the values
     double mean = 0;  ///< mean of the error relative to each value
@@ -101,8 +101,8 @@ struct GridLayout {
 /// The bytes and sizes a layout would take, found without making it (an `automatic` choice is
 /// resolved): GridLayout with empty vectors.
 /// Dense is chosen where it would not be larger than bricks of the same storage. Storage is r32f
-/// where most of the grid lies under 2^-29 of its largest value, else r8 for bricks whose ByteError
-/// is small, else r16f.
+/// where most of the grid lies under 2^-29 of its largest value, else r8 where its ByteError is
+/// small, else r16f.
 /// @throws Error with the size and the remedy if neither fits `limits`, or the asked one does not.
 GridLayout plan_layout(const VoxelGrid& grid, Layout layout, Storage storage, const Limits& limits);
 

@@ -71,6 +71,7 @@ std::vector<Sweep> make_sweeps()
         alone("target-format", {"r11g11b10f", "rgba16f", "rgba32f"}, {}),
         alone("storage", {"auto", "r32f", "r16f", "r8"}, {"r8"}),
         alone("layout", {"auto", "dense", "bricks"}, {"bricks"}),
+        alone("noise-grid", {"on", "off"}, {}),
         alone("volume-shadows", {"on", "off"}, {"off"}),
         alone("world-light", {"on", "off"}, {}),
         alone("shadow-map", {"256", "512", "1024", "4096"}, {}),

@@ -436,8 +436,7 @@ TEST(GridLayout, HalfDataStayBitExact)
         finish(grid);
         grid.stored_as_half = true;
         ASSERT_EQ(grid.max_value, largest);
-        const GridLayout g = make_layout(grid, Layout::dense, Storage::automatic, {});
-        ASSERT_EQ(g.storage, Storage::r16f);
+        const GridLayout g = make_layout(grid, Layout::dense, Storage::r16f, {});
         EXPECT_EQ(std::exp2(std::round(std::log2(g.value_scale))), g.value_scale);
         const VoxelLookup lookup(grid);
         for (int x = 0; x < 48; ++x)
@@ -503,15 +502,15 @@ TEST(GridLayout, KeepsTheRangeOfTheValues)
     }
 }
 
-TEST(GridLayout, StorageIsHalfUnlessMostValuesAreTooFaint)
+TEST(GridLayout, StorageIsFloatWhereMostValuesAreTooFaint)
 {
     std::mt19937 random(4);
     std::uniform_real_distribution<float> uniform(0.1f, 1.0f);
     VoxelGrid grid = grid_of({{0, 0, 0}, {1, 0, 0}}, 1, [&] { return uniform(random); });
-    EXPECT_EQ(plan_layout(grid, Layout::automatic, Storage::automatic, {}).storage, Storage::r16f);
+    EXPECT_EQ(plan_layout(grid, Layout::automatic, Storage::automatic, {}).storage, Storage::r8);
 
     for (std::size_t i = 0; i < 100; ++i)
-        grid.values[i] = 1e-15f;  // a faint tail matters to nobody
+        grid.values[i] = 1e-15f;  // a faint tail is lost to bytes, and matters to nobody
     finish(grid);
     EXPECT_EQ(plan_layout(grid, Layout::automatic, Storage::automatic, {}).storage, Storage::r16f);
 
@@ -617,14 +616,15 @@ TEST(GridLayout, AutomaticTakesBytesWhereTheyErrLittle)
     EXPECT_EQ(plan().layout, Layout::bricks);
     EXPECT_EQ(plan().storage, Storage::r8);
     EXPECT_EQ(plan().storage_reason.rfind("errs 0.", 0), 0u) << plan().storage_reason;
-    EXPECT_EQ(plan(Layout::dense).storage, Storage::r16f)
-        << "bytes of one scale lose what is faint";
+    EXPECT_EQ(plan(Layout::dense).storage, Storage::r8);
 
     // Bricks of any brightness are as good as one another.
     for (std::size_t i = 0; i < grid.values.size(); ++i)
         grid.values[i] *= std::exp2(-0.5f * static_cast<float>(i / kBrickVoxels));
     finish(grid);
     EXPECT_EQ(plan().storage, Storage::r8) << plan().storage_reason;
+    EXPECT_EQ(plan(Layout::dense).storage, Storage::r16f)
+        << "bytes of one scale lose what is faint";
 
     // But a voxel that is 10^6 times its neighbours flattens them, though by RMS all is well.
     for (std::size_t b = 0; b < at.size(); ++b)
@@ -650,25 +650,72 @@ TEST(GridLayout, AutomaticTakesBytesOfColoursToo)
     EXPECT_EQ(storage(), Storage::r16f);
 }
 
-TEST(GridLayout, SmallerBricksAreNoReasonAgainstDense)
+/// Full bricks of 8 x 8 columns as high as `layers`, and the last of 8^3. faint: by how many
+/// octaves each is fainter than the one before, of eight in turns.
+VoxelGrid cube_of_bricks(int layers, float faint)
 {
-    // 8^3 bricks, full: 66^3 texels dense, 9^3 * 729 as bricks, which as bytes are the fewer bytes.
     std::mt19937 random(23);
     std::vector<glm::ivec3> solid;
-    for (int i = 0; i < 512; ++i)
+    for (int i = 0; i < 64 * layers; ++i)
         solid.push_back({i % 8, i / 8 % 8, i / 64});
-    const VoxelGrid grid = grid_of(solid, 1, [&] { return float(random() % 100 + 1); });
-    const GridLayout plan = plan_layout(grid, Layout::automatic, Storage::automatic, {});
+    if (layers < 8)
+        solid.push_back({7, 7, 7});
+    int drawn = 0;
+    return grid_of(solid, 1, [&] {
+        const int b = drawn++ / static_cast<int>(kBrickVoxels);
+        return std::exp2(-faint * static_cast<float>(b % 8)) * float(random() % 100 + 1);
+    });
+}
+
+TEST(GridLayout, SomewhatSmallerBricksAreNoReasonAgainstDense)
+{
+    // 66^3 texels dense, 9^3 * 729 as bricks.
+    const GridLayout even =
+        plan_layout(cube_of_bricks(8, 0), Layout::automatic, Storage::automatic, {});
+    EXPECT_EQ(even.layout, Layout::dense);
+    EXPECT_EQ(even.storage, Storage::r8);
+
+    // With one scale bytes lose what is faint; with a brick's own they don't, and are fewer.
+    const VoxelGrid fading = cube_of_bricks(8, 2);
+    const GridLayout plan = plan_layout(fading, Layout::automatic, Storage::automatic, {});
     EXPECT_EQ(plan.layout, Layout::dense);
     EXPECT_EQ(plan.storage, Storage::r16f);
+    EXPECT_EQ(plan.storage_reason.rfind("R8 would err ", 0), 0u) << plan.storage_reason;
     const std::uint64_t bytes =
-        plan_layout(grid, Layout::bricks, Storage::automatic, {}).gpu_bytes();
+        plan_layout(fading, Layout::bricks, Storage::automatic, {}).gpu_bytes();
     EXPECT_LT(bytes, plan.gpu_bytes());
     // Where dense does not fit, they are what does.
     const GridLayout small =
-        plan_layout(grid, Layout::automatic, Storage::automatic, {2048, bytes});
+        plan_layout(fading, Layout::automatic, Storage::automatic, {2048, bytes});
     EXPECT_EQ(small.layout, Layout::bricks);
     EXPECT_EQ(small.storage, Storage::r8);
+}
+
+TEST(GridLayout, ManyFewerBytesAreAReasonAgainstDense)
+{
+    // Dense is fewer halves than bricks are, but bricks as bytes are fewer by far.
+    const VoxelGrid grid = cube_of_bricks(5, 2);
+    const auto bytes = [&](Layout layout, Storage storage) {
+        return plan_layout(grid, layout, storage, {}).gpu_bytes();
+    };
+    ASSERT_LT(bytes(Layout::dense, Storage::r16f), bytes(Layout::bricks, Storage::r16f));
+    const GridLayout plan = plan_layout(grid, Layout::automatic, Storage::automatic, {});
+    EXPECT_EQ(plan.layout, Layout::bricks);
+    EXPECT_EQ(plan.storage, Storage::r8);
+    EXPECT_EQ(plan_layout(cube_of_bricks(5, 0), Layout::automatic, Storage::automatic, {}).layout,
+              Layout::dense);
+}
+
+TEST(GridLayout, OneScaleIsWeighedWithItsConstants)
+{
+    // A bright brick beside tiles that one scale can't hold: 1 / 1000 of it is a quarter of a step.
+    VoxelGrid grid = grid_of({{0, 0, 0}}, 1, [] { return 1.0f; });
+    grid.tiles = {{{1, 0, 0}, {1, 3, 3}, {0.001f, 0, 0}}};
+    finish(grid);
+    EXPECT_EQ(plan_layout(grid, Layout::dense, Storage::automatic, {}).storage, Storage::r16f);
+    grid.tiles[0].value.x = 0.5f;
+    finish(grid);
+    EXPECT_EQ(plan_layout(grid, Layout::dense, Storage::automatic, {}).storage, Storage::r8);
 }
 
 TEST(GridLayout, AtlasEndsWherePagesCanNameIt)
