@@ -143,7 +143,8 @@ std::vector<SettingInfo> make_table()
                "steps as they are, or two and four in one where little medium is in the way"),
         choice("falloff", "march", "exact|sampled", &S::falloff,
                {{"exact", as_int(S::Falloff::exact)}, {"sampled", as_int(S::Falloff::sampled)}},
-               "1/d^2 of a light that has a place: its mean over a step, or at the step's sample"),
+               "light along a step: the mean of 1/d^2, and where it counts, or that at the step's "
+               "sample"),
         choice("temporal", "march", "on|off", &S::temporal, {{"on", 1}, {"off", 0}},
                "a view's frames are reprojected and averaged, by --history; nothing on a still"),
         choice("volume-shadows", "light", "on|off", &S::volume_shadows, {{"on", 1}, {"off", 0}},

@@ -41,8 +41,8 @@ struct Settings {
         medium,  ///< longer where little of the medium can lie in a ray's way
     };
     enum class Falloff {
-        sampled,  ///< 1/d^2 of a light at a step's sample, as in 2017
-        exact,    ///< its mean over the step, which is sampled where it lies
+        sampled,  ///< light is that at a step's sample, as in 2017
+        exact,    ///< 1/d^2 is its mean over the step; other light is looked up where it counts
     };
 
     Mode mode = Mode::raymarch;

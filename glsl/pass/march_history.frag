@@ -255,6 +255,27 @@ void hold(ivec2 texel, float scene_z, inout Sight sight)
 #endif
 #endif
 
+#ifdef HISTORY
+// Of a frame and of what was gathered, `weight` its share. What few steps err of an optical depth is of either
+// sign, so the mean of transmittances is too large: depths are averaged, unless they differ so much that the ray
+// met something else, as at an edge. What a ray scatters grows with what it takes away, so it is corrected by as
+// much: the mean of frames' sources stays what it is.
+Sight mean_of(Sight now, Sight before, float weight)
+{
+    const float kClear = 1e-3;
+    // By the quotient alone: exp(log()) of what is kept would change it a little with each frame.
+    transmittance_t kept = max(before.transmittance, 1e-6);
+    transmittance_t deeper = log(kept / max(now.transmittance, 1e-6));
+    Sight mean = Sight(mix(now.scattering, before.scattering, weight),
+                       mix(now.transmittance, before.transmittance, weight));
+    transmittance_t alike = clamp(2.0 - 2.0 * abs(deeper), 0.0, 1.0);
+    transmittance_t taken = 1.0 - mean.transmittance;
+    mean.transmittance = mix(mean.transmittance, kept * exp((weight - 1.0) * deeper), alike);
+    mean.scattering *= mix(transmittance_t(1.0), (1.0 - mean.transmittance) / max(taken, kClear), step(kClear, taken));
+    return mean;
+}
+#endif
+
 void main()
 {
     ivec2 texel = ivec2(gl_FragCoord.xy);
@@ -269,8 +290,7 @@ void main()
         hold(texel, scene_z, history.sight);
 #endif
         float weight = min(history.frames / (history.frames + 1.0), u_history.layer.w);
-        Sight mean = Sight(mix(sight.scattering, history.sight.scattering, weight),
-                           mix(sight.transmittance, history.sight.transmittance, weight));
+        Sight mean = mean_of(sight, history.sight, weight);
         if (is_sound(mean)) {
             sight = mean;
             frames = 1.0 / (1.0 - weight);

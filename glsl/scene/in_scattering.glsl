@@ -6,7 +6,8 @@
 //                    there is a WORLD_VOLUME
 //   ISOTROPIC        no medium has g
 //   ALL_MARCHED      media that scatter are marched ones: a point that does is in the depth volume
-//   EXACT_FALLOFF    a step takes the mean of 1/d^2 over its length, not that at its sample
+//   EXACT_FALLOFF    a step takes the mean of 1/d^2 over its length, not that at its sample; and ray_march.frag
+//                    looks up other light where a step has it count
 //   LIGHT_DEPTH      a function of a light's number, the point and its LightSample: the media's optical
 //                    depth between, if not that of the media themselves
 #include "lib/phase.glsl"
