@@ -207,11 +207,13 @@ std::shared_ptr<const VoxelGrid> MediaSet::noise_grid(const Entry& box)
         return one.noise == box.noise && one.bounds.min == box.bounds.min &&
                one.bounds.max == box.bounds.max;
     };
+    // With the zeros around it, whichever layout is asked for.
+    const int longest = device_.capabilities().max_texture_3d - 2;
     const auto old = std::find_if(old_noise_grids_.begin(), old_noise_grids_.end(), same);
     noise_grids_.push_back(
         old != old_noise_grids_.end()
             ? *old
-            : NoiseGrid{box.noise, box.bounds, make_noise_grid(box.noise, box.bounds)});
+            : NoiseGrid{box.noise, box.bounds, make_noise_grid(box.noise, box.bounds, longest)});
     return noise_grids_.back().grid;
 }
 

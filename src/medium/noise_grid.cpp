@@ -132,13 +132,14 @@ double interpolation_error(const NoiseProfile& noise, double spacing)
 }
 
 /// As few as kNoiseGridError allows; nothing where those are too many.
-std::optional<Nodes> place_nodes(const NoiseProfile& noise, const Bounds& bounds)
+std::optional<Nodes> place_nodes(const NoiseProfile& noise, const Bounds& bounds, int longest)
 {
     constexpr double kMostNodes = 1.2e7;  // made in some tenths of a second
     const glm::dvec3 extent = bounds.max - bounds.min;
     for (double spacing = noise.feature_size;; spacing *= 0.95) {
         const glm::dvec3 cells = glm::max(glm::ceil(extent / spacing), glm::dvec3(1));
-        if (!((cells.x + 1) * (cells.y + 1) * (cells.z + 1) <= kMostNodes))
+        if (!((cells.x + 1) * (cells.y + 1) * (cells.z + 1) <= kMostNodes) ||
+            std::max({cells.x, cells.y, cells.z}) + 1 > longest)
             return std::nullopt;
         if (interpolation_error(noise, spacing) <= kNoiseGridError)
             return Nodes{glm::ivec3(cells) + 1, extent / cells};
@@ -219,9 +220,10 @@ void keep_layer(VoxelGrid& grid, const std::vector<float>& layer, glm::ivec3 bri
 
 }  // namespace
 
-std::shared_ptr<const VoxelGrid> make_noise_grid(const NoiseProfile& noise, const Bounds& bounds)
+std::shared_ptr<const VoxelGrid> make_noise_grid(const NoiseProfile& noise, const Bounds& bounds,
+                                                 int longest)
 {
-    const std::optional<Nodes> nodes = place_nodes(noise, bounds);
+    const std::optional<Nodes> nodes = place_nodes(noise, bounds, longest);
     if (!nodes)
         return nullptr;
     const std::vector<OctaveNodes> octaves = make_octaves(noise, bounds, *nodes);

@@ -12,6 +12,7 @@
 namespace fumarole::test {
 namespace {
 
+constexpr int kLongest = 1 << 20;
 const Bounds kBox{{-2.5, 0.3, -1}, {1.7, 3.1, 1.5}};
 
 struct NoiseCase {
@@ -40,7 +41,7 @@ TEST_P(NoiseGrid, IsTheNoiseAtItsNodesAndWithinItsErrorBetweenThem)
 {
     const NoiseProfile& noise = GetParam().noise;
     const study::ReferenceMedia media(scene_of(noise, kBox), 1e-3);
-    const auto grid = medium::make_noise_grid(noise, kBox);
+    const auto grid = medium::make_noise_grid(noise, kBox, kLongest);
     ASSERT_NE(grid, nullptr);
     const VoxelLookup lookup(*grid);
     const glm::dmat4 index_from_world = glm::inverse(grid->world_from_index);
@@ -123,34 +124,40 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(NoiseGrids, KeepNoBrickThatIsEmpty)
 {
     const Bounds bounds{{-4, -3, 0.5}, {4, 3, 3.5}};
-    const auto part = [&](float threshold) {
+    const auto part = [&](double threshold) {
         const auto grid = medium::make_noise_grid(
-            {.feature_size = 1.5, .octaves = 4, .threshold = threshold}, bounds);
+            {.feature_size = 1.5, .octaves = 4, .threshold = threshold}, bounds, kLongest);
         double nodes = 1;
         for (int a = 0; a < 3; ++a)
             nodes *= (bounds.max[a] - bounds.min[a]) / grid->world_from_index[a][a];
         return static_cast<double>(grid->values.size()) / nodes;
     };
-    EXPECT_GT(part(0.0f), 1.0);
-    EXPECT_LT(part(0.6f), 0.5);
-    EXPECT_LT(part(0.7f), 0.1);
-    const auto none =
-        medium::make_noise_grid({.feature_size = 3, .octaves = 2, .threshold = 0.97f}, bounds);
+    EXPECT_GT(part(0.0), 1.0);
+    EXPECT_LT(part(0.6), 0.5);
+    EXPECT_LT(part(0.7), 0.1);
+    const auto none = medium::make_noise_grid({.feature_size = 3, .octaves = 2, .threshold = 0.97},
+                                              bounds, kLongest);
     ASSERT_NE(none, nullptr);
     EXPECT_TRUE(none->empty());
 }
 
 TEST(NoiseGrids, AreNotMadeWhereTheyWouldBeTooLarge)
 {
-    EXPECT_EQ(medium::make_noise_grid({.feature_size = 0.003, .octaves = 5}, kBox), nullptr);
-    EXPECT_EQ(medium::make_noise_grid({.feature_size = 0.5, .octaves = 16, .gain = 1}, kBox),
+    EXPECT_EQ(medium::make_noise_grid({.feature_size = 0.003, .octaves = 5}, kBox, kLongest),
               nullptr);
-    const NoiseProfile noise{.feature_size = 1, .octaves = 3, .threshold = 0.4f};
+    EXPECT_EQ(
+        medium::make_noise_grid({.feature_size = 0.5, .octaves = 16, .gain = 1}, kBox, kLongest),
+        nullptr);
+    const NoiseProfile noise{.feature_size = 1, .octaves = 3, .threshold = 0.4};
+    EXPECT_NE(medium::make_noise_grid(noise, kBox, 100), nullptr);
+    EXPECT_EQ(medium::make_noise_grid(noise, kBox, 10), nullptr);
     for (const glm::dvec3 size : {glm::dvec3(1e4, 1e4, 1e-3), glm::dvec3(1e6)})
-        EXPECT_EQ(medium::make_noise_grid(noise, {glm::dvec3(5e5), glm::dvec3(5e5) + size}),
-                  nullptr);
+        EXPECT_EQ(
+            medium::make_noise_grid(noise, {glm::dvec3(5e5), glm::dvec3(5e5) + size}, kLongest),
+            nullptr);
     for (const glm::dvec3 size : {glm::dvec3(1e-6), glm::dvec3(1e-3, 300, 1e-3)}) {
-        const auto grid = medium::make_noise_grid(noise, {glm::dvec3(5e5), glm::dvec3(5e5) + size});
+        const auto grid =
+            medium::make_noise_grid(noise, {glm::dvec3(5e5), glm::dvec3(5e5) + size}, kLongest);
         ASSERT_NE(grid, nullptr);
         EXPECT_LT(grid->values.size(), 500000u) << "no more of them than the noise asks for";
     }

@@ -558,6 +558,26 @@ TEST_F(NoiseMedium, EndsAtItsBoxInsideALargerMedium)
     EXPECT_GT(past, 100);
 }
 
+// Seven thousand nodes along x, of seven million, are more than a texture has.
+TEST_F(NoiseMedium, IsWorkedOutWhereItsGridWouldNotFit)
+{
+    Scene scene = noisy_scene();
+    auto& box = std::get<BoxMedium>(scene.media[0]);
+    box.min.x = -250;
+    box.max.x = 250;
+    auto& noise = std::get<NoiseProfile>(box.profile);
+    noise.octaves = 1;
+    noise.drift = glm::dvec3(0);
+    Settings settings = plain_settings();
+    for (const auto layout : {medium::Layout::dense, medium::Layout::bricks}) {
+        settings.layout = layout;
+        settings.noise_grid = true;
+        const Still still = render(scene, settings);
+        settings.noise_grid = false;
+        EXPECT_EQ(still.transmittance, render(scene, settings).transmittance);
+    }
+}
+
 TEST_F(NoiseMedium, DriftMovesItAsAWhole)
 {
     Scene later = noisy_scene();
