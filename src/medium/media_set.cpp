@@ -59,7 +59,8 @@ shared::MediumParams coefficients(glm::vec3 sigma_s, glm::vec3 sigma_a, glm::vec
 
 int MediaSet::upload(const std::shared_ptr<const VoxelGrid>& grid, const Settings& settings)
 {
-    const auto [layout, storage] = std::pair(settings.layout, settings.storage);
+    const Layout layout = settings.layout;
+    const Storage storage = settings.storage;
     const auto same = [&](const Grid& g) {
         return g.source == grid && g.asked_layout == layout && g.asked_storage == storage;
     };

@@ -183,7 +183,8 @@ std::vector<float> fill_layer(const NoiseProfile& noise, const std::vector<Octav
             const int row = (z % kDim * kDim + y % kDim) * kDim;
             for (int x = 0; x < nodes.count.x; ++x) {
                 const int brick = y / kDim * bricks.x + x / kDim;
-                values[static_cast<std::size_t>(brick * VoxelGrid::kBrickVoxels + row + x % kDim)] =
+                const int value = brick * VoxelGrid::kBrickVoxels + row + x % kDim;
+                values[static_cast<std::size_t>(value)] =
                     std::max(0.0f, (sums[static_cast<std::size_t>(x)] + offset) * scale);
             }
         }
