@@ -18,6 +18,12 @@ float slab_weight(float tau)
 
 vec3 slab_weight(vec3 tau) { return vec3(slab_weight(tau.r), slab_weight(tau.g), slab_weight(tau.b)); }
 
+// How far before the middle of a step of optical depth tau the light lies that it scatters, in parts of its length.
+// Its near side is dimmed less by itself, which comes to tau / 12 where light changes evenly along it. The midpoints
+// before it sum up h^2 / 24 of the extinction's slope too little, which in a medium that dims its own light makes up
+// for a quarter of that.
+float light_ahead(float tau) { return min(tau, 2.0) / 16.0; }
+
 // The radiance that a slab adds to a ray which crosses it `slant` times as far as the one that it adds
 // `radiance` to, of optical depth tau: exact where the slab is uniform.
 vec3 seen_at_slant(vec3 radiance, float tau, float slant)

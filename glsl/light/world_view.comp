@@ -33,8 +33,7 @@ void main()
 #else
     float g = u_media.media[0].sigma_s.a;
     vec4 light = band[0] + g * (band[1] + g * (band[2] + g * band[3]));
-    // Of light that falls off by e within a node a straight line has 8 % too much; of its fourth root, 2 %. What
-    // bands 0 to 3 leave of a sharp edge may dip below 0.
-    imageStore(u_view_img, node, vec4(sqrt(sqrt(max(light.rgb, vec3(0.0)))), light.a));
+    // What bands 0 to 3 leave of a sharp edge may dip below 0.
+    imageStore(u_view_img, node, vec4(root_of_light(max(light.rgb, vec3(0.0))), light.a));
 #endif
 }

@@ -81,10 +81,7 @@ void march(inout Layer layer, MediaLine line, LightLine light, float length_per_
     vec3 source = medium.emission;
     extinction_t tau = medium.sigma_t * ds;
 #ifdef EXACT_FALLOFF
-    // What a step scatters on its near side is dimmed less by the step itself, so light that changes along it counts
-    // tau / 12 of its length before its middle. The midpoints before it sum up h^2 / 24 of the extinction's slope too
-    // little, which in a medium that dims its own light makes up for a quarter of that.
-    float z_lit = z - (step.y - step.x) * min(mean(tau), 2.0) / 16.0;
+    float z_lit = z - (step.y - step.x) * light_ahead(mean(tau));
 #else
     float z_lit = z;
 #endif
@@ -197,7 +194,7 @@ void main()
     vec2 media_depth = media_depth_of(layer.seen, inside.y);
 #endif
 #ifdef MONOCHROME
-    out_scattering = vec4(scattering, dot(vec3(layer.transmittance), vec3(1.0 / 3.0)));
+    out_scattering = vec4(scattering, mean(layer.transmittance));
 #ifdef MEDIA_DEPTH
     out_media_depth = media_depth;
 #endif

@@ -55,6 +55,15 @@ extinction_t depth_to_light(int i, vec3 p, LightSample light)
 #endif
 }
 
+// The world's light towards the eye is kept by its fourth root: of light that falls off by e within a node a straight
+// line has 8 % too much, of its fourth root 2 %.
+vec3 root_of_light(vec3 radiance) { return sqrt(sqrt(radiance)); }
+vec3 light_of_root(vec3 root)
+{
+    root *= root;
+    return root * root;
+}
+
 #ifdef WORLD_VOLUME
 // The world's light scattered towards the eye at `uvw` of the first layer, per metre and unit of sigma_s. Alpha is 0 in
 // nodes that no light reaches, inside of surfaces: they are left out of the mean of eight.
@@ -72,9 +81,7 @@ vec3 world_in_scattering(vec3 uvw, float g)
     return max(radiance, vec3(0.0)) / max(light.a, 1e-3);
 #else
     vec4 light = textureLod(u_world_volume_tx, uvw, 0.0);
-    vec3 radiance = light.rgb / max(light.a, 1e-3);
-    radiance *= radiance;  // from its fourth root
-    return radiance * radiance;
+    return light_of_root(light.rgb / max(light.a, 1e-3));
 #endif
 }
 #endif

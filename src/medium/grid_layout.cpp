@@ -679,7 +679,7 @@ Draft draft(const VoxelGrid& grid, Layout asked, Storage storage, const Limits& 
         storage = error && error->is_small() ? Storage::r8 : floats;
     };
     weigh_bytes();
-    if (is_dense && storage == Storage::r16f && may_choose &&
+    if (is_automatic && is_dense && storage == Storage::r16f && may_choose &&
         brick_bytes(Storage::r8) <= kManyFewerBytes * choice.dense_bytes) {
         const std::optional<ByteError> dense_error = error;
         is_dense = false;

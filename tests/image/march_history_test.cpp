@@ -1,8 +1,10 @@
 // What the march keeps of a view from frame to frame.
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
+#include <vector>
 
 #include "halton.h"
 #include "history_test.h"
