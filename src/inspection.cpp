@@ -1,10 +1,10 @@
-#include "inspection.h"
+#include <fumarole/inspection.h>
 
 #include <algorithm>
 #include <array>
 #include <fmt/format.h>
 
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "bounds.h"
+#include <fumarole/bounds.h>
 
 namespace fumarole {
 

@@ -1,4 +1,4 @@
-#include "renderer.h"
+#include <fumarole/renderer.h>
 
 #include <array>
 #include <cmath>
@@ -7,7 +7,6 @@
 #include <numeric>
 #include <optional>
 
-#include "errors.h"
 #include "gl/framebuffer.h"
 #include "gl/state_guard.h"
 #include "gl/timer.h"
@@ -20,6 +19,7 @@
 #include "pass/ray_march.h"
 #include "shared/bindings.h"
 #include "surface/surface_set.h"
+#include <fumarole/errors.h>
 
 namespace fumarole {
 

@@ -1,4 +1,4 @@
-#include "scene_renderer.h"
+#include <fumarole/scene_renderer.h>
 
 #include <algorithm>
 #include <chrono>
@@ -7,10 +7,10 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <map>
 
-#include "animation.h"
-#include "errors.h"
+#include "gl/texture.h"
 #include "halton.h"
 #include "pass/frame_setup.h"
+#include <fumarole/errors.h>
 
 namespace fumarole {
 

@@ -1,11 +1,11 @@
-#include "settings.h"
+#include <fumarole/settings.h>
 
 #include <charconv>
 #include <cmath>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole {
 

@@ -1,4 +1,4 @@
-#include "voxel_grid.h"
+#include <fumarole/voxel_grid.h>
 
 #include <cassert>
 #include <cmath>

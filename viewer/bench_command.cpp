@@ -5,18 +5,15 @@
 #include <memory>
 #include <optional>
 
-#include "asset/vdb_file.h"
 #include "bench_programs.h"
 #include "bench_table.h"
 #include "command.h"
-#include "errors.h"
-#include "gl/headless_context.h"
+#include "context/headless_context.h"
 #include "interruption.h"
 #include "machine.h"
 #include "output_folder.h"
 #include "progress.h"
 #include "scene_input.h"
-#include "scene_renderer.h"
 #include "study/bench_grids.h"
 #include "study/bench_load.h"
 #include "study/bench_march.h"
@@ -26,6 +23,9 @@
 #include "study/reference_cache.h"
 #include "study/texel_rate.h"
 #include "study/whole_file.h"
+#include <fumarole/asset/vdb_file.h>
+#include <fumarole/errors.h>
+#include <fumarole/scene_renderer.h>
 
 namespace fumarole::command {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "scene.h"
 #include "study/bench_goals.h"
+#include <fumarole/scene.h>
 
 namespace fumarole::command {
 

@@ -5,18 +5,15 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "asset/auto_scene.h"
-#include "asset/scene_file.h"
 #include "chart_log.h"
 #include "command.h"
-#include "errors.h"
-#include "gl/headless_context.h"
+#include "context/headless_context.h"
+#include "gl/device.h"
 #include "interruption.h"
 #include "machine.h"
 #include "output_folder.h"
 #include "progress.h"
 #include "scene_input.h"
-#include "scene_renderer.h"
 #include "shell_words.h"
 #include "study/chart.h"
 #include "study/chart_budget.h"
@@ -25,6 +22,10 @@
 #include "study/metrics.h"
 #include "study/reference_cache.h"
 #include "study/whole_file.h"
+#include <fumarole/asset/auto_scene.h>
+#include <fumarole/asset/scene_file.h>
+#include <fumarole/errors.h>
+#include <fumarole/scene_renderer.h>
 
 namespace fumarole::command {
 

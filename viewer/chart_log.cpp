@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::command {
 

@@ -8,12 +8,12 @@
 
 #include "command.h"
 #include "compare_modes.h"
-#include "errors.h"
 #include "picture_distance.h"
 #include "picture_files.h"
 #include "study/false_color.h"
 #include "study/flip.h"
-#include "write/image_writer.h"
+#include <fumarole/errors.h>
+#include <fumarole/write/image_writer.h>
 
 namespace fumarole::command {
 

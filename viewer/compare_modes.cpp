@@ -1,4 +1,5 @@
 #include "compare_modes.h"
+#include "gl/device.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +8,7 @@
 #include <optional>
 
 #include "command.h"
-#include "errors.h"
-#include "gl/headless_context.h"
+#include "context/headless_context.h"
 #include "interruption.h"
 #include "picture_distance.h"
 #include "picture_files.h"
@@ -18,6 +18,7 @@
 #include "study/panels.h"
 #include "study/reference_cache.h"
 #include "study/srgb.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::command {
 

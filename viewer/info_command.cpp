@@ -2,10 +2,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "asset/vdb_file.h"
 #include "command.h"
-#include "errors.h"
 #include "medium/grid_layout.h"
+#include <fumarole/asset/vdb_file.h>
+#include <fumarole/errors.h>
 
 namespace fumarole::command {
 

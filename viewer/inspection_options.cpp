@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "command.h"
-#include "errors.h"
 #include "study/false_color.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::command {
 

@@ -3,10 +3,10 @@
 #include <optional>
 #include <string>
 
-#include "inspection.h"
-#include "scene_renderer.h"
-#include "settings.h"
-#include "write/image_writer.h"
+#include <fumarole/inspection.h>
+#include <fumarole/scene_renderer.h>
+#include <fumarole/settings.h>
+#include <fumarole/write/image_writer.h>
 
 // `render --show`: words to an inspection, and an inspection to a picture for a screen.
 

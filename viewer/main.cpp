@@ -5,7 +5,7 @@
 
 #include "asset/printable.h"
 #include "command.h"
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace {
 

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::command {
 

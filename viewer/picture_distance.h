@@ -5,7 +5,7 @@
 #include <string>
 
 #include "study/metrics.h"
-#include "write/image_writer.h"
+#include <fumarole/write/image_writer.h>
 
 namespace fumarole::command {
 

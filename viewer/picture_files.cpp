@@ -10,7 +10,7 @@
 #include <unistd.h>
 
 #include "command.h"
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::command {
 

@@ -5,9 +5,9 @@
 #include <string_view>
 #include <vector>
 
-#include "scene_renderer.h"
 #include "study/reference.h"
-#include "write/image_writer.h"
+#include <fumarole/scene_renderer.h>
+#include <fumarole/write/image_writer.h>
 
 namespace fumarole::command {
 

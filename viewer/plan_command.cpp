@@ -5,14 +5,14 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "asset/scene_file.h"
 #include "command.h"
-#include "gl/headless_context.h"
+#include "context/headless_context.h"
 #include "interruption.h"
 #include "planning.h"
 #include "progress.h"
 #include "scene_input.h"
 #include "shell_words.h"
+#include <fumarole/asset/scene_file.h>
 
 namespace fumarole::command {
 

@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 
 #include "command.h"
-#include "errors.h"
 #include "interruption.h"
 #include "progress.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::command {
 

@@ -8,23 +8,24 @@
 #include <numeric>
 #include <optional>
 
-#include "animation.h"
-#include "asset/auto_scene.h"
-#include "asset/frame_loader.h"
-#include "asset/scene_file.h"
 #include "command.h"
-#include "errors.h"
-#include "gl/headless_context.h"
+#include "context/headless_context.h"
+#include "gl/device.h"
 #include "inspection_options.h"
 #include "interruption.h"
 #include "picture_files.h"
 #include "planning.h"
 #include "progress.h"
 #include "scene_input.h"
-#include "scene_renderer.h"
-#include "settings.h"
 #include "settings_input.h"
 #include "study/reference.h"
+#include <fumarole/asset/animation.h>
+#include <fumarole/asset/auto_scene.h>
+#include <fumarole/asset/frame_loader.h>
+#include <fumarole/asset/scene_file.h>
+#include <fumarole/errors.h>
+#include <fumarole/scene_renderer.h>
+#include <fumarole/settings.h>
 
 namespace fumarole::command {
 

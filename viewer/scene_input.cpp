@@ -4,11 +4,11 @@
 #include <filesystem>
 #include <fmt/format.h>
 
-#include "animation.h"
-#include "asset/auto_scene.h"
-#include "asset/frame_loader.h"
 #include "command.h"
-#include "errors.h"
+#include <fumarole/asset/animation.h>
+#include <fumarole/asset/auto_scene.h>
+#include <fumarole/asset/frame_loader.h>
+#include <fumarole/errors.h>
 
 namespace fumarole::command {
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "asset/scene_file.h"
+#include <fumarole/asset/scene_file.h>
 
 namespace fumarole::command {
 

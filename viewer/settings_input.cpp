@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "command.h"
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::command {
 

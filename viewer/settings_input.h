@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "settings.h"
+#include <fumarole/settings.h>
 
 namespace fumarole::command {
 

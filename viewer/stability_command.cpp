@@ -7,12 +7,12 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
-#include "errors.h"
-#include "gl/headless_context.h"
+#include "context/headless_context.h"
 #include "output_folder.h"
 #include "progress.h"
 #include "study/stability.h"
 #include "study/whole_file.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::command {
 

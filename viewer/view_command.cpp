@@ -3,13 +3,13 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
-#include "errors.h"
 #include "picture_files.h"
 #include "planning.h"
 #include "scene_input.h"
 #include "settings_input.h"
 #include "window/app.h"
 #include "window/keys.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::command {
 

@@ -1,4 +1,4 @@
-#include "asset/auto_scene.h"
+#include <fumarole/asset/auto_scene.h>
 
 #include <algorithm>
 #include <array>
@@ -12,7 +12,7 @@
 #include <unordered_map>
 
 #include "asset/printable.h"
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::asset {
 

@@ -1,4 +1,4 @@
-#include "asset/environment_map.h"
+#include <fumarole/asset/environment_map.h>
 
 #include <OpenImageIO/imageio.h>
 #include <algorithm>
@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "asset/printable.h"
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::asset {
 

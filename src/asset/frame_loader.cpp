@@ -1,9 +1,9 @@
-#include "asset/frame_loader.h"
+#include <fumarole/asset/frame_loader.h>
 
 #include <fmt/format.h>
 
-#include "animation.h"
-#include "errors.h"
+#include <fumarole/asset/animation.h>
+#include <fumarole/errors.h>
 
 namespace fumarole::asset {
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "asset/printable.h"
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::asset {
 

@@ -1,4 +1,4 @@
-#include "asset/mesh_file.h"
+#include <fumarole/asset/mesh_file.h>
 
 #include <algorithm>
 #include <array>
@@ -18,7 +18,7 @@
 
 #include "asset/ply_check.h"
 #include "asset/printable.h"
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::asset {
 

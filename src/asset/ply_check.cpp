@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "asset/printable.h"
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::asset {
 

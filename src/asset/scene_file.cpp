@@ -1,4 +1,4 @@
-#include "asset/scene_file.h"
+#include <fumarole/asset/scene_file.h>
 
 #include <algorithm>
 #include <atomic>
@@ -14,12 +14,12 @@
 #include <unistd.h>
 #include <utility>
 
-#include "animation.h"
-#include "asset/environment_map.h"
 #include "asset/json_reader.h"
-#include "asset/mesh_file.h"
-#include "asset/vdb_file.h"
-#include "errors.h"
+#include <fumarole/asset/animation.h>
+#include <fumarole/asset/environment_map.h>
+#include <fumarole/asset/mesh_file.h>
+#include <fumarole/asset/vdb_file.h>
+#include <fumarole/errors.h>
 
 namespace fumarole::asset {
 

@@ -1,4 +1,4 @@
-#include "asset/vdb_file.h"
+#include <fumarole/asset/vdb_file.h>
 
 #include <fmt/format.h>
 #include <openvdb/io/io.h>
@@ -21,7 +21,7 @@
 
 #include "asset/printable.h"
 #include "asset/vdb_layout.h"
-#include "errors.h"
+#include <fumarole/errors.h>
 
 // vdb_layout.h finds the trees in a file and proves that they are whole; OpenVDB expands them; here
 // they become bricks and tiles, which are 0 outside of what is stored, finite, and >= 0.

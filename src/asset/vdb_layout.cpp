@@ -17,7 +17,7 @@
 #include <string_view>
 
 #include "asset/printable.h"
-#include "errors.h"
+#include <fumarole/errors.h>
 
 // The format is that of OpenVDB's io::Archive and tree nodes, file versions 222 (OpenVDB 1.0, 2012)
 // to 224 (today's). Numbers are little endian. A file is

@@ -9,7 +9,7 @@
 #include <openvdb/tree/ValueAccessor.h>
 #include <variant>
 
-#include "asset/vdb_file.h"
+#include <fumarole/asset/vdb_file.h>
 
 namespace fumarole::asset {
 

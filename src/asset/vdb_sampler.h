@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "voxel_grid.h"
+#include <fumarole/voxel_grid.h>
 
 namespace fumarole::asset {
 

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <string_view>
 
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::gl {
 

@@ -6,10 +6,9 @@
 #include <string>
 #include <utility>
 
-namespace fumarole::gl {
+#include <fumarole/gl.h>
 
-/// Finds GL functions by name: OSMesaGetProcAddress, eglGetProcAddress, glfwGetProcAddress, ...
-using GetProc = GLADapiproc (*)(const char* name);
+namespace fumarole::gl {
 
 /// What a context can do, asked once.
 struct Capabilities {

@@ -3,8 +3,8 @@
 #include <array>
 #include <fmt/format.h>
 
-#include "errors.h"
 #include "gl/label.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::gl {
 

@@ -4,8 +4,8 @@
 #include <regex>
 #include <set>
 
-#include "errors.h"
 #include "gl/label.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::gl {
 

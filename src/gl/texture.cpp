@@ -4,8 +4,8 @@
 #include <cassert>
 #include <fmt/format.h>
 
-#include "errors.h"
 #include "gl/label.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::gl {
 

@@ -4,17 +4,11 @@
 #include <string_view>
 #include <vector>
 
+#include <fumarole/gl.h>
+
 #include "gl/device.h"
 
 namespace fumarole::gl {
-
-/// A texture that somebody else owns.
-struct TextureView {
-    GLuint id = 0;
-    glm::ivec3 size{0};  ///< texels; z is depth, or layers of an array
-
-    explicit operator bool() const { return id != 0; }
-};
 
 enum class Filter { nearest, linear, depth_compare };
 

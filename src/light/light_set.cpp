@@ -4,9 +4,9 @@
 #include <cmath>
 #include <fmt/format.h>
 
-#include "errors.h"
 #include "light/world_light.h"
-#include "settings.h"
+#include <fumarole/errors.h>
+#include <fumarole/settings.h>
 
 namespace fumarole::light {
 

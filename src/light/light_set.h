@@ -3,14 +3,14 @@
 #include <span>
 #include <vector>
 
-#include "bounds.h"
 #include "gl/buffer.h"
 #include "gl/program.h"
 #include "gl/texture.h"
 #include "light/shadow_views.h"
-#include "scene.h"
 #include "shared/light_params.h"
 #include "surface/surface_set.h"
+#include <fumarole/bounds.h>
+#include <fumarole/scene.h>
 
 // The lights of a scene on the GPU, the shadow map of its surfaces, and the world's light.
 

@@ -10,8 +10,8 @@
 #include "light/light_set.h"
 #include "light/shadow_views.h"
 #include "medium/media_set.h"
-#include "settings.h"
 #include "shared/light_volume_params.h"
+#include <fumarole/settings.h>
 
 // Light on its way through the media, worked out once for many points and kept while nothing it
 // depends on changes.

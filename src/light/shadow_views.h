@@ -3,15 +3,15 @@
 #include <span>
 #include <vector>
 
-#include "bounds.h"
 #include "gl/buffer.h"
 #include "gl/framebuffer.h"
 #include "gl/program.h"
 #include "gl/texture.h"
-#include "scene.h"
 #include "shared/draw_params.h"
 #include "shared/light_params.h"
 #include "surface/surface_set.h"
+#include <fumarole/bounds.h>
+#include <fumarole/scene.h>
 
 // Depth pictures of a scene's surfaces as lights see them: what hides a light from a point.
 

@@ -3,7 +3,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
-#include "scene.h"
+#include <fumarole/scene.h>
 
 namespace fumarole::light {
 

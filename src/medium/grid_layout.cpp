@@ -17,7 +17,7 @@
 #include <optional>
 #include <string>
 
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::medium {
 

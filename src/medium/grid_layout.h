@@ -6,15 +6,13 @@
 #include <string_view>
 #include <vector>
 
-#include "voxel_grid.h"
+#include <fumarole/settings.h>
+#include <fumarole/voxel_grid.h>
 
 // A VoxelGrid laid out for the GPU, still on the CPU: either one dense 3-D texture, or an atlas of
 // bricks and a page table. No GL here.
 
 namespace fumarole::medium {
-
-enum class Storage { automatic, r32f, r16f, r8 };
-enum class Layout { automatic, dense, bricks };
 
 /// As OpenGL spells its texels, `R16F`; never of automatic.
 std::string_view storage_name(Storage storage);

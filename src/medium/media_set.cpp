@@ -6,9 +6,9 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <limits>
 
-#include "errors.h"
 #include "medium/noise_grid.h"
 #include "noise_gradient.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::medium {
 

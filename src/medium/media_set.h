@@ -6,15 +6,15 @@
 #include <string_view>
 #include <vector>
 
-#include "bounds.h"
 #include "gl/buffer.h"
 #include "gl/program.h"
 #include "gl/texture.h"
 #include "medium/grid_layout.h"
 #include "medium/occupancy.h"
-#include "scene.h"
-#include "settings.h"
 #include "shared/medium_params.h"
+#include <fumarole/bounds.h>
+#include <fumarole/scene.h>
+#include <fumarole/settings.h>
 
 // The media of a scene on the GPU, and the variant of the shaders that their kinds ask for.
 

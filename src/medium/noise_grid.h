@@ -2,8 +2,8 @@
 
 #include <memory>
 
-#include "bounds.h"
-#include "scene.h"
+#include <fumarole/bounds.h>
+#include <fumarole/scene.h>
 
 namespace fumarole::medium {
 

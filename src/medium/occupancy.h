@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "bounds.h"
 #include "medium/grid_layout.h"
+#include <fumarole/bounds.h>
 
 namespace fumarole::medium {
 

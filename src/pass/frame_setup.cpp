@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "errors.h"
 #include "halton.h"
 #include "ray_range.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::pass {
 

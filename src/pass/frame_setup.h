@@ -1,8 +1,10 @@
 #pragma once
 
-#include "bounds.h"
-#include "renderer.h"
 #include "shared/frame_params.h"
+#include <fumarole/bounds.h>
+#include <fumarole/renderer.h>
+
+#include "gl/device.h"
 
 // From a host's matrices and depth convention to what the passes need.
 

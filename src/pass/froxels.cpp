@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "errors.h"
 #include "halton.h"
 #include "shared/bindings.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::pass {
 

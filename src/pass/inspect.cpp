@@ -9,11 +9,11 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <vector>
 
-#include "errors.h"
 #include "gl/buffer.h"
 #include "scale_end.h"
 #include "shared/bindings.h"
 #include "shared/inspect_params.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::pass {
 

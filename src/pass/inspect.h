@@ -1,7 +1,7 @@
 #pragma once
 
-#include "inspection.h"
 #include "pass/volume_pass.h"
+#include <fumarole/inspection.h>
 
 namespace fumarole::pass {
 

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::pass {
 

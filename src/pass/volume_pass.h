@@ -1,6 +1,5 @@
 #pragma once
 
-#include "bounds.h"
 #include "gl/framebuffer.h"
 #include "gl/program.h"
 #include "gl/texture.h"
@@ -9,7 +8,8 @@
 #include "light/light_volumes.h"
 #include "medium/media_set.h"
 #include "pass/frame_setup.h"
-#include "settings.h"
+#include <fumarole/bounds.h>
+#include <fumarole/settings.h>
 
 namespace fumarole::pass {
 

@@ -8,9 +8,9 @@
 #include <map>
 #include <optional>
 
-#include "errors.h"
 #include "study/bench_scenes.h"
 #include "study/chart.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::study {
 

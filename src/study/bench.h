@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "scene_renderer.h"
+#include <fumarole/scene_renderer.h>
 
 // The bench: what frames cost, in cases that are visited in turn, round by round, so that a drift
 // of the machine meets all of them; and what time, memory and loading grow with.

@@ -1,4 +1,5 @@
 #include "study/bench_grids.h"
+#include "medium/grid_layout.h"
 
 #include <array>
 #include <chrono>
@@ -6,8 +7,8 @@
 #include <fstream>
 #include <memory>
 
-#include "errors.h"
 #include "study/bench_scenes.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::study {
 

@@ -1,12 +1,13 @@
 #include "study/bench_load.h"
+#include "medium/grid_layout.h"
 
 #include <algorithm>
 #include <chrono>
 #include <memory>
 
-#include "asset/auto_scene.h"
-#include "asset/vdb_file.h"
 #include "asset/vdb_layout.h"
+#include <fumarole/asset/auto_scene.h>
+#include <fumarole/asset/vdb_file.h>
 
 namespace fumarole::study {
 

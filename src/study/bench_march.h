@@ -1,6 +1,6 @@
 #pragma once
 
-#include "scene_renderer.h"
+#include <fumarole/scene_renderer.h>
 
 namespace fumarole::study {
 

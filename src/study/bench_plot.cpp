@@ -101,7 +101,7 @@ std::string bench_plot_program(std::span<const BenchFigure> figures, const std::
     const auto head = [](const char* text, const char* y) {
         return fmt::format("set title {} noenhanced\nset ylabel '{}'\n", in_quotes(text), y);
     };
-    const std::string worth = std::string(kTimesFaster) + "none";
+    const std::string worth = fmt::format("{}none", kTimesFaster);
     std::vector<std::string> panels;
     for (std::string panel :
          {bars(figures, "presets", kVolumeTime, head("presets, 480 x 270", "ms a frame")),

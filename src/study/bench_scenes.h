@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "scene.h"
+#include <fumarole/scene.h>
 
 // Scenes that a benchmark makes itself, the same on every machine.
 

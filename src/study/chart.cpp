@@ -11,9 +11,9 @@
 #include <optional>
 #include <random>
 
-#include "errors.h"
 #include "study/flip.h"
-#include "write/image_writer.h"
+#include <fumarole/errors.h>
+#include <fumarole/write/image_writer.h>
 
 namespace fumarole::study {
 

@@ -8,10 +8,10 @@
 #include <string_view>
 #include <vector>
 
-#include "scene_renderer.h"
-#include "settings.h"
 #include "study/metrics.h"
 #include "study/reference.h"
+#include <fumarole/scene_renderer.h>
+#include <fumarole/settings.h>
 
 // The chart: what each setting costs in milliseconds and buys in error, measured on the user's own
 // scene against its reference.

@@ -5,9 +5,9 @@
 #include <fmt/format.h>
 #include <limits>
 
-#include "errors.h"
 #include "study/gnuplot.h"
 #include "study/whole_file.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::study {
 

@@ -6,7 +6,7 @@
 
 #include "study/false_color.h"
 #include "study/whole_file.h"
-#include "write/image_writer.h"
+#include <fumarole/write/image_writer.h>
 
 namespace fumarole::study {
 

@@ -9,8 +9,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "errors.h"
 #include "study/whole_file.h"
+#include <fumarole/errors.h>
 
 extern char** environ;  // NOLINT: POSIX declares it nowhere
 

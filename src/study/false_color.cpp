@@ -11,11 +11,11 @@
 
 #include <fmt/format.h>
 
-#include "errors.h"
 #include "scale_end.h"
 #include "shared/magma.h"
 #include "study/label_font.h"
 #include "study/srgb.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::study {
 namespace {

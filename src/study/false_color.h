@@ -6,7 +6,7 @@
 
 #include <glm/glm.hpp>
 
-#include "write/image_writer.h"
+#include <fumarole/write/image_writer.h>
 
 namespace fumarole::study {
 

@@ -18,8 +18,8 @@
 #include <glm/glm.hpp>
 #include <tbb/parallel_for.h>
 
-#include "errors.h"
 #include "study/srgb.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::study {
 namespace {

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "write/image_writer.h"
+#include <fumarole/write/image_writer.h>
 
 namespace fumarole::study {
 

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include "asset/printable.h"
-#include "errors.h"
 #include "study/child_process.h"
 #include "study/whole_file.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::study {
 

@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::study {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "write/image_writer.h"
+#include <fumarole/write/image_writer.h>
 
 namespace fumarole::study {
 

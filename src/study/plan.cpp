@@ -8,9 +8,9 @@
 #include <limits>
 #include <numeric>
 
-#include "errors.h"
 #include "medium/media_set.h"
 #include "study/chart.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::study {
 

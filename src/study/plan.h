@@ -6,10 +6,10 @@
 #include <string_view>
 #include <vector>
 
-#include "scene_renderer.h"
 #include "study/plan_error.h"
 #include "study/plan_facts.h"
 #include "study/plan_search.h"
+#include <fumarole/scene_renderer.h>
 
 // The plan: what a scene needs, and the cheapest settings that reach an error, or the least error
 // that fits into a time. Pictures are drawn at full size and their errors told by references of a

@@ -5,10 +5,10 @@
 #include <utility>
 #include <vector>
 
-#include "bounds.h"
-#include "scene.h"
-#include "settings.h"
 #include "study/reference.h"
+#include <fumarole/bounds.h>
+#include <fumarole/scene.h>
+#include <fumarole/settings.h>
 
 // What a scene needs and what it does without, in words.
 

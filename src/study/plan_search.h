@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "settings.h"
+#include <fumarole/settings.h>
 
 // The plan's search among settings: which one to try next, and which of two is the better one.
 // Nothing is drawn here.

@@ -9,13 +9,13 @@
 #include <oneapi/tbb/blocked_range2d.h>
 #include <oneapi/tbb/parallel_for.h>
 
-#include "errors.h"
-#include "scene_renderer.h"
 #include "study/reference_geometry.h"
 #include "study/reference_lights.h"
 #include "study/reference_media.h"
 #include "study/reference_quadrature.h"
 #include "study/reference_world.h"
+#include <fumarole/errors.h>
+#include <fumarole/scene_renderer.h>
 
 namespace fumarole::study {
 

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "scene.h"
+#include <fumarole/scene.h>
 
 // The reference: what a scene looks like with light scattered once, as exactly as asked. Direct
 // light of every light and of the world, dimmed by the media and hidden by surfaces on its way;

@@ -8,9 +8,9 @@
 #include <optional>
 #include <variant>
 
-#include "asset/scene_file.h"
-#include "errors.h"
-#include "write/image_writer.h"
+#include <fumarole/asset/scene_file.h>
+#include <fumarole/errors.h>
+#include <fumarole/write/image_writer.h>
 
 namespace fumarole::study {
 

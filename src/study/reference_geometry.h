@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "bounds.h"
-#include "scene.h"
+#include <fumarole/bounds.h>
+#include <fumarole/scene.h>
 
 // The surfaces of a scene, met exactly: spheres and boxes in closed form, meshes through a tree of
 // boxes.

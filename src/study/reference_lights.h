@@ -3,8 +3,8 @@
 #include <glm/glm.hpp>
 #include <vector>
 
-#include "scene.h"
 #include "study/reference_geometry.h"
+#include <fumarole/scene.h>
 
 // Suns, points and spots: where they are and what they send.
 

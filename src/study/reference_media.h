@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "asset/vdb_sampler.h"
-#include "bounds.h"
-#include "scene.h"
 #include "study/reference_geometry.h"
+#include <fumarole/bounds.h>
+#include <fumarole/scene.h>
 
 // The media of a scene: coefficients at a point, optical depth along a ray.
 

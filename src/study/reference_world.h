@@ -5,10 +5,10 @@
 #include <optional>
 #include <vector>
 
-#include "scene.h"
 #include "study/reference_geometry.h"
 #include "study/reference_media.h"
 #include "study/reference_sampling.h"
+#include <fumarole/scene.h>
 
 // The world's light: from all directions, dimmed by the media, hidden by surfaces.
 

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <fmt/format.h>
 
-#include "errors.h"
 #include "study/chart.h"
 #include "study/false_color.h"
 #include "study/label_font.h"
 #include "study/panels.h"
 #include "study/stability_bench.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::study {
 

@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
-#include "scene_renderer.h"
-#include "settings.h"
-#include "write/image_writer.h"
+#include <fumarole/scene_renderer.h>
+#include <fumarole/settings.h>
+#include <fumarole/write/image_writer.h>
 
 // The stability cases: each known failure of the methods as a scene made by code, a figure, a bound
 // and the reason for the bound, over every way to render that can run it.

@@ -6,10 +6,10 @@
 #include <limits>
 #include <unistd.h>
 
-#include "asset/vdb_file.h"
-#include "errors.h"
 #include "study/handmade_vdb.h"
 #include "study/stability_bench.h"
+#include <fumarole/asset/vdb_file.h>
+#include <fumarole/errors.h>
 
 namespace fumarole::study {
 

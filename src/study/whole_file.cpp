@@ -9,7 +9,7 @@
 #include <sstream>
 #include <unistd.h>
 
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::study {
 

@@ -3,10 +3,10 @@
 #include <span>
 #include <vector>
 
-#include "bounds.h"
 #include "gl/buffer.h"
 #include "gl/framebuffer.h"
-#include "scene.h"
+#include <fumarole/bounds.h>
+#include <fumarole/scene.h>
 
 // The scene's surfaces as triangles on the GPU, to be drawn into a picture or a shadow map.
 

@@ -9,7 +9,7 @@
 //   IEC 61966-2-1: the sRGB encoding.
 // Each output channel never falls when an input channel or the exposure rises.
 
-#include "write/image_writer.h"
+#include <fumarole/write/image_writer.h>
 
 #include <algorithm>
 #include <array>
@@ -19,8 +19,8 @@
 
 #include <fmt/format.h>
 
-#include "errors.h"
 #include "shared/filmic.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::write {
 namespace {

@@ -2,7 +2,7 @@
 // touches the disk: OIIO's own file writer goes through a buffered FILE* whose failing flush at
 // close is not reported, so a full disk would leave a torn file and a return value of true.
 
-#include "write/image_writer.h"
+#include <fumarole/write/image_writer.h>
 
 #include <algorithm>
 #include <atomic>
@@ -27,7 +27,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::write {
 namespace {

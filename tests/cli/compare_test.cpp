@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "support/temp_folder.h"
-#include "write/image_writer.h"
+#include <fumarole/write/image_writer.h>
 
 namespace fumarole::test {
 namespace {

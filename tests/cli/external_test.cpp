@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "cli/run_program.h"
-#include "write/image_writer.h"
+#include <fumarole/write/image_writer.h>
 
 namespace fumarole::test {
 namespace {

@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include "cli/run_program.h"
-#include "settings.h"
-#include "write/image_writer.h"
+#include <fumarole/settings.h>
+#include <fumarole/write/image_writer.h>
 
 namespace fumarole::test {
 namespace {

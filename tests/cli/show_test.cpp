@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/run_program.h"
-#include "inspection.h"
-#include "write/image_writer.h"
+#include <fumarole/inspection.h>
+#include <fumarole/write/image_writer.h>
 
 namespace fumarole::test {
 namespace {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "cli/run_program.h"
-#include "settings.h"
+#include <fumarole/settings.h>
 
 namespace fumarole::test {
 namespace {

@@ -13,7 +13,7 @@
 #include <sstream>
 
 #include "cli/run_program.h"
-#include "settings.h"
+#include <fumarole/settings.h>
 
 namespace fumarole::test {
 namespace {

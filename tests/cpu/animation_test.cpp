@@ -1,4 +1,4 @@
-#include "animation.h"
+#include <fumarole/asset/animation.h>
 
 #include <cmath>
 #include <fmt/format.h>
@@ -6,10 +6,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "asset/frame_loader.h"
-#include "errors.h"
 #include "support/make_vdb.h"
 #include "support/temp_folder.h"
+#include <fumarole/asset/frame_loader.h>
+#include <fumarole/errors.h>
 
 namespace fumarole {
 namespace {

@@ -1,7 +1,7 @@
 // auto_scene: a bare grid becomes a picture in which something is seen, whatever its units,
 // transform and range. Held against closed forms and by projecting the content into the picture.
 
-#include "asset/auto_scene.h"
+#include <fumarole/asset/auto_scene.h>
 
 #include <gtest/gtest.h>
 
@@ -12,8 +12,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <string>
 
-#include "asset/scene_file.h"
-#include "errors.h"
+#include <fumarole/asset/scene_file.h>
+#include <fumarole/errors.h>
 
 namespace fumarole::asset {
 

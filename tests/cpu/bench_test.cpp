@@ -7,13 +7,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "asset/vdb_file.h"
 #include "study/bench_goals.h"
 #include "study/bench_grids.h"
 #include "study/bench_plot.h"
 #include "study/bench_scenes.h"
 #include "study/child_process.h"
 #include "support/temp_folder.h"
+#include <fumarole/asset/vdb_file.h>
 
 namespace fumarole::test {
 namespace {

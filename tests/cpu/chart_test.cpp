@@ -7,12 +7,12 @@
 #include <limits>
 #include <set>
 
-#include "errors.h"
 #include "study/chart_budget.h"
 #include "study/chart_plot.h"
 #include "study/chart_report.h"
 #include "study/reference_cache.h"
 #include "support/temp_folder.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::test {
 namespace {

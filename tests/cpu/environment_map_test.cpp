@@ -1,4 +1,4 @@
-#include "asset/environment_map.h"
+#include <fumarole/asset/environment_map.h>
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "errors.h"
 #include "support/temp_folder.h"
+#include <fumarole/errors.h>
 
 namespace fumarole {
 namespace {

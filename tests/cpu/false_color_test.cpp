@@ -12,9 +12,9 @@
 
 #include <gtest/gtest.h>
 
-#include "errors.h"
 #include "study/label_font.h"
 #include "study/metrics.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::study {
 namespace {

@@ -13,7 +13,7 @@
 #include <glm/glm.hpp>
 #include <gtest/gtest.h>
 
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::study {
 namespace {

@@ -13,8 +13,8 @@
 #include <random>
 #include <string>
 
-#include "errors.h"
-#include "voxel_grid.h"
+#include <fumarole/errors.h>
+#include <fumarole/voxel_grid.h>
 
 namespace fumarole::medium {
 

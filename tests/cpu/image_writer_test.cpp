@@ -1,7 +1,7 @@
 // Files hold what the picture held, are whole or not there, and a picture on a screen has the
 // brightness that the transform promises.
 
-#include "write/image_writer.h"
+#include <fumarole/write/image_writer.h>
 
 #include <algorithm>
 #include <cmath>
@@ -26,7 +26,7 @@
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::write {
 namespace {

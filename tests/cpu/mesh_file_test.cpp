@@ -1,4 +1,4 @@
-#include "asset/mesh_file.h"
+#include <fumarole/asset/mesh_file.h>
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "errors.h"
 #include "support/temp_folder.h"
+#include <fumarole/errors.h>
 
 namespace fumarole {
 namespace {

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::study {
 namespace {

@@ -1,4 +1,4 @@
-#include "asset/scene_file.h"
+#include <fumarole/asset/scene_file.h>
 
 #include <gtest/gtest.h>
 
@@ -14,8 +14,8 @@
 #include <variant>
 #include <vector>
 
-#include "errors.h"
 #include "support/temp_folder.h"
+#include <fumarole/errors.h>
 
 namespace fumarole {
 namespace {

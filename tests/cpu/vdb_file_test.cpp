@@ -1,7 +1,7 @@
 // The .vdb reader against OpenVDB's own answers, the facts known of the samples, and files made to
 // break it.
 
-#include "asset/vdb_file.h"
+#include <fumarole/asset/vdb_file.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,10 +17,10 @@
 #include <string>
 #include <vector>
 
-#include "errors.h"
 #include "support/make_vdb.h"
 #include "support/temp_folder.h"
-#include "voxel_grid.h"
+#include <fumarole/errors.h>
+#include <fumarole/voxel_grid.h>
 
 namespace fumarole {
 namespace {

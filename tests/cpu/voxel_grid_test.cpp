@@ -1,6 +1,6 @@
 // VoxelLookup against grids small enough to know every value of.
 
-#include "voxel_grid.h"
+#include <fumarole/voxel_grid.h>
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
-#include "errors.h"
 #include "settings_input.h"
 #include "shell_words.h"
 #include "support/temp_folder.h"
@@ -17,6 +16,7 @@
 #include "window/scene_handles.h"
 #include "window/script.h"
 #include "window/user_files.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::window {
 namespace {

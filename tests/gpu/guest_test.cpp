@@ -8,6 +8,7 @@
 #include <map>
 #include <regex>
 
+#include "gl/texture.h"
 #include "shared/bindings.h"
 #include "support/gl_test.h"
 

@@ -2,9 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "errors.h"
+#include "gl/texture.h"
 #include "shared/bindings.h"
 #include "support/gl_test.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::test {
 namespace {

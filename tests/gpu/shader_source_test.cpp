@@ -8,12 +8,12 @@
 #include <fmt/format.h>
 #include <set>
 
-#include "errors.h"
 #include "gl/program.h"
 #include "medium/media_set.h"
 #include "support/gl_test.h"
 #include "support/kernel.h"
 #include "support/temp_folder.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::test {
 namespace {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "gl/texture.h"
 #include "image_test.h"
 
 namespace fumarole::test {

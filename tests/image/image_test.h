@@ -8,7 +8,7 @@
 #include "study/stability_bench.h"
 #include "support/gl_test.h"
 #include "support/image_compare.h"
-#include "write/image_writer.h"
+#include <fumarole/write/image_writer.h>
 
 // What the pictures are held against, worked out in double and without the library's own code:
 // the rays of a camera, boxes, integrals, and what a bilinear resolve makes of exact samples.

@@ -6,9 +6,9 @@
 #include <numbers>
 #include <numeric>
 
-#include "errors.h"
 #include "host_picture.h"
 #include "study/false_color.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::test {
 namespace {

@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <fmt/format.h>
 
-#include "asset/scene_file.h"
 #include "image_test.h"
 #include "study/metrics.h"
+#include <fumarole/asset/scene_file.h>
 
 namespace fumarole::test {
 namespace {

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "context/headless_context.h"
 #include "gl/device.h"
-#include "gl/headless_context.h"
-#include "scene_renderer.h"
+#include <fumarole/scene_renderer.h>
 
 namespace fumarole::test {
 

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "write/image_writer.h"
+#include <fumarole/write/image_writer.h>
 
 namespace fumarole::test {
 

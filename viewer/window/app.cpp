@@ -9,9 +9,6 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
-#include "animation.h"
-#include "asset/scene_file.h"
-#include "errors.h"
 #include "picture_files.h"
 #include "shell_words.h"
 #include "study/false_color.h"
@@ -19,6 +16,9 @@
 #include "study/srgb.h"
 #include "study/whole_file.h"
 #include "window/camera_control.h"
+#include <fumarole/asset/animation.h>
+#include <fumarole/asset/scene_file.h>
+#include <fumarole/errors.h>
 
 namespace fumarole::window {
 

@@ -2,8 +2,8 @@
 
 #include <glm/glm.hpp>
 
-#include "bounds.h"
-#include "scene.h"
+#include <fumarole/bounds.h>
+#include <fumarole/scene.h>
 
 // How a hand moves a camera. Pure: a camera in, a camera out.
 

@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::window {
 

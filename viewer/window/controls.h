@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "settings.h"
+#include <fumarole/settings.h>
 
 // One line of a panel: a name, a control, a way back, and what it is on hovering. ImGui calls.
 

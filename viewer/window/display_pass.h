@@ -7,7 +7,7 @@
 #include "gl/program.h"
 #include "gl/texture.h"
 #include "shared/display_params.h"
-#include "write/image_writer.h"
+#include <fumarole/write/image_writer.h>
 
 namespace fumarole::window {
 

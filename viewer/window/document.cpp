@@ -5,9 +5,9 @@
 #include <new>
 #include <utility>
 
-#include "animation.h"
-#include "asset/frame_loader.h"
 #include "window/glfw_window.h"
+#include <fumarole/asset/animation.h>
+#include <fumarole/asset/frame_loader.h>
 
 namespace fumarole::window {
 

@@ -5,9 +5,9 @@
 #include <optional>
 #include <string>
 
-#include "asset/scene_file.h"
 #include "scene_input.h"
 #include "window/background.h"
+#include <fumarole/asset/scene_file.h>
 
 namespace fumarole::window {
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <set>
 
-#include "animation.h"
-#include "asset/frame_loader.h"
 #include "window/glfw_window.h"
+#include <fumarole/asset/animation.h>
+#include <fumarole/asset/frame_loader.h>
 
 namespace fumarole::window {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <thread>
 
-#include "scene.h"
+#include <fumarole/scene.h>
 
 namespace fumarole::window {
 

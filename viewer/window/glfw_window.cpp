@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <utility>
 
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::window {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "settings.h"
+#include <fumarole/settings.h>
 
 namespace fumarole::window {
 

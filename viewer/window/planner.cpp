@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <utility>
 
-#include "gl/headless_context.h"
+#include "context/headless_context.h"
 #include "planning.h"
 #include "window/glfw_window.h"
 

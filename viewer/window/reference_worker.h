@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "scene.h"
 #include "window/background.h"
+#include <fumarole/scene.h>
 
 namespace fumarole::window {
 

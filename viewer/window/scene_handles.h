@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "bounds.h"
-#include "scene.h"
+#include <fumarole/bounds.h>
+#include <fumarole/scene.h>
 
 namespace fumarole::window {
 

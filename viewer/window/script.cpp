@@ -6,9 +6,9 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "errors.h"
 #include "study/whole_file.h"
 #include "window/keys.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::window {
 

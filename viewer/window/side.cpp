@@ -1,9 +1,9 @@
 #include "window/side.h"
 
-#include "animation.h"
 #include "gl/program.h"
 #include "gl/state_guard.h"
 #include "shared/bindings.h"
+#include <fumarole/asset/animation.h>
 
 namespace fumarole::window {
 

@@ -5,9 +5,9 @@
 
 #include "gl/framebuffer.h"
 #include "gl/program.h"
-#include "inspection.h"
-#include "scene_renderer.h"
-#include "write/image_writer.h"
+#include <fumarole/inspection.h>
+#include <fumarole/scene_renderer.h>
+#include <fumarole/write/image_writer.h>
 
 namespace fumarole::window {
 

@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "errors.h"
 #include "study/whole_file.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::window {
 

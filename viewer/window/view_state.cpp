@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "errors.h"
 #include "settings_input.h"
 #include "shell_words.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::window {
 

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "inspection.h"
-#include "scene.h"
-#include "settings.h"
 #include "window/display_pass.h"
+#include <fumarole/inspection.h>
+#include <fumarole/scene.h>
+#include <fumarole/settings.h>
 
 namespace fumarole::window {
 

@@ -6,14 +6,18 @@
 #include <utility>
 #include <vector>
 
-#include "bounds.h"
-#include "gl/texture.h"
-#include "inspection.h"
-#include "scene.h"
-#include "settings.h"
+#include <fumarole/bounds.h>
+#include <fumarole/export.h>
+#include <fumarole/gl.h>
+#include <fumarole/inspection.h>
+#include <fumarole/scene.h>
+#include <fumarole/settings.h>
 
 namespace fumarole {
 
+namespace gl {
+class Device;  // gl/device.h
+}
 namespace medium {
 struct MediaTraits;  // medium/media_set.h
 }
@@ -69,7 +73,7 @@ struct FrameReport {
 
 /// The volumetric post-process. One for each GL context, which must be current in every call, the
 /// destructor too. Holds no global state, makes no context, puts back the GL state that it changes.
-class Renderer {
+class FUMAROLE_API Renderer {
 public:
     /// @throws Error if the context is older than OpenGL 4.5.
     explicit Renderer(gl::GetProc get_proc);

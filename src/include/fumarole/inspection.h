@@ -4,6 +4,8 @@
 #include <string>
 #include <string_view>
 
+#include <fumarole/export.h>
+
 namespace fumarole {
 
 /// What of a frame is shown instead of its picture, and where: Renderer::inspect draws it.
@@ -48,10 +50,10 @@ struct InspectionInfo {
 };
 
 /// All kinds, in the order of Inspection::Kind.
-std::span<const InspectionInfo> inspection_table();
+FUMAROLE_API std::span<const InspectionInfo> inspection_table();
 
-std::string_view inspection_name(Inspection::Kind kind);
+FUMAROLE_API std::string_view inspection_name(Inspection::Kind kind);
 /// @throws Error listing the names if there is no such kind.
-Inspection::Kind find_inspection(std::string_view name);
+FUMAROLE_API Inspection::Kind find_inspection(std::string_view name);
 
 }  // namespace fumarole

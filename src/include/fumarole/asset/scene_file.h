@@ -4,7 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "scene.h"
+#include <fumarole/export.h>
+#include <fumarole/scene.h>
 
 namespace fumarole::asset {
 
@@ -19,21 +20,21 @@ struct LoadedScene {
 /// @throws Error with file, place (`media[1].sigma_s`, or line and column for bad JSON), what is
 /// wrong and what was expected: unknown key, missing key, wrong type, number out of range or not
 /// finite.
-Scene parse_scene(const std::filesystem::path& file);
+FUMAROLE_API Scene parse_scene(const std::filesystem::path& file);
 
 /// Fills in every pointer of a scene that is still null from its file: grids, meshes, environment.
 /// Each file and grid is read once, however often it is named.
 /// @throws Error as the readers do.
-void load_scene_files(LoadedScene& scene);
+FUMAROLE_API void load_scene_files(LoadedScene& scene);
 
 /// parse_scene and load_scene_files.
-LoadedScene load_scene(const std::filesystem::path& file);
+FUMAROLE_API LoadedScene load_scene(const std::filesystem::path& file);
 
 /// The scene in the form that parse_scene reads, paths relative to `folder` where they lie below or
 /// beside it. Written numbers read back to the same bits.
-std::string scene_to_json(const Scene& scene, const std::filesystem::path& folder);
+FUMAROLE_API std::string scene_to_json(const Scene& scene, const std::filesystem::path& folder);
 
 /// Writes scene_to_json beside, then renames. @throws Error naming the file.
-void save_scene(const Scene& scene, const std::filesystem::path& file);
+FUMAROLE_API void save_scene(const Scene& scene, const std::filesystem::path& file);
 
 }  // namespace fumarole::asset

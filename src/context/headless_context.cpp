@@ -1,4 +1,4 @@
-#include "gl/headless_context.h"
+#include "context/headless_context.h"
 
 // glad first: the headers below want to declare GL by themselves.
 #include <EGL/egl.h>
@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <vector>
 
-#include "errors.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::gl {
 

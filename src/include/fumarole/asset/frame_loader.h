@@ -2,13 +2,14 @@
 
 #include <future>
 
-#include "asset/scene_file.h"
+#include <fumarole/asset/scene_file.h>
+#include <fumarole/export.h>
 
 namespace fumarole::asset {
 
 /// The frames of a scene in time, in order. While one is shown the next one's files are read, on a
 /// thread of its own.
-class FrameLoader {
+class FUMAROLE_API FrameLoader {
 public:
     /// @param scene as parse_scene gives it, or with files read: what no frame changes is read once
     FrameLoader(LoadedScene scene, int first, int last);
@@ -26,10 +27,10 @@ private:
 };
 
 /// @throws Error if a sequence has no file for a frame, saying which ones it has
-void check_frame(const std::filesystem::path& sequence, int frame);
+FUMAROLE_API void check_frame(const std::filesystem::path& sequence, int frame);
 
 /// A frame's scene with its files read. `like` may hold files that the frame needs as well.
 /// @throws Error as FrameLoader::next().
-LoadedScene load_frame(const Scene& scene, int frame, const Scene& like);
+FUMAROLE_API LoadedScene load_frame(const Scene& scene, int frame, const Scene& like);
 
 }  // namespace fumarole::asset

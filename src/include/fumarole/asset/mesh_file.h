@@ -2,7 +2,8 @@
 
 #include <filesystem>
 
-#include "scene.h"
+#include <fumarole/export.h>
+#include <fumarole/scene.h>
 
 namespace fumarole::asset {
 
@@ -10,6 +11,6 @@ namespace fumarole::asset {
 /// transforms applied, polygons triangulated, strips and fans unrolled, points and lines left out,
 /// missing normals made. Coordinates stay as the file has them: no axis is swapped.
 /// @throws Error naming the file: not there, unreadable, unsupported compression, no triangle, NaN.
-Mesh load_mesh(const std::filesystem::path& file);
+FUMAROLE_API Mesh load_mesh(const std::filesystem::path& file);
 
 }  // namespace fumarole::asset

@@ -7,6 +7,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include <fumarole/export.h>
+
 namespace fumarole {
 
 /// A constant region of a VoxelGrid, in whole bricks.
@@ -51,7 +53,7 @@ struct VoxelGrid {
 
 /// Random access to a VoxelGrid, built once: a table over the box of its bricks, or a hash of them
 /// where that box is too large.
-class VoxelLookup {
+class FUMAROLE_API VoxelLookup {
 public:
     explicit VoxelLookup(const VoxelGrid& grid);  ///< `grid` must outlive the lookup
 

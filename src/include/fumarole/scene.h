@@ -7,7 +7,8 @@
 #include <variant>
 #include <vector>
 
-#include "voxel_grid.h"
+#include <fumarole/export.h>
+#include <fumarole/voxel_grid.h>
 
 // A scene as data: what a scene file states (see docs of the format in README), and, beside each
 // file name, what was read from it. Metres, seconds, linear Rec. 709, right-handed world. Grids,
@@ -70,7 +71,8 @@ using Light = std::variant<SunLight, PointLight, SpotLight>;
 /// A medium from a .vdb file (or from any VoxelGrid that a host fills in).
 /// World position of index i: translate + scale * (density->world_from_index * i).
 struct GridMedium {
-    /// Absolute, or relative to the working directory. #s stand for a frame's number (animation.h).
+    /// Absolute, or relative to the working directory. #s stand for a frame's number
+    /// (asset/animation.h).
     std::string file;
     std::string grid;           ///< name, name[n]; "" for the first fog volume
     std::string emission_grid;  ///< "" for none; float or vec3 grid
@@ -197,5 +199,15 @@ struct Scene {
     std::vector<CameraKey> camera_path;  ///< ascending times; `camera` is the first one's
     double frames_per_second = 24;
 };
+
+/// The camera of a path at a time [s]: on cubics through the keys' positions and targets (Hermite,
+/// with the slopes of Catmull and Rom for keys at any times), linear in angle and distances, still
+/// before the first key and after the last.
+/// @param path not empty, ascending times; projection and `up` are the key's before
+FUMAROLE_API Camera camera_at(const std::vector<CameraKey>& path, double time);
+
+/// Whether a renderer that holds one scene may draw the other from another camera: the same media,
+/// lights, surfaces and world, those read from files being the very same.
+FUMAROLE_API bool same_content(const Scene& a, const Scene& b);
 
 }  // namespace fumarole

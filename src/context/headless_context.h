@@ -3,7 +3,7 @@
 #include <memory>
 #include <string_view>
 
-#include "gl/device.h"
+#include <fumarole/gl.h>
 
 namespace fumarole::gl {
 

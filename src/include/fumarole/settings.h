@@ -5,7 +5,16 @@
 #include <string_view>
 #include <vector>
 
-#include "medium/grid_layout.h"
+#include <fumarole/export.h>
+
+namespace fumarole::medium {
+
+/// How a grid's values are kept on the GPU.
+enum class Storage { automatic, r32f, r16f, r8 };
+/// And where: in one dense 3-D texture, or in bricks.
+enum class Layout { automatic, dense, bricks };
+
+}  // namespace fumarole::medium
 
 namespace fumarole {
 
@@ -127,19 +136,19 @@ struct SettingInfo {
     std::function<void(Settings&, std::string_view)> set;
 };
 
-const std::vector<SettingInfo>& setting_table();
+FUMAROLE_API const std::vector<SettingInfo>& setting_table();
 
 /// @throws Error listing the names if there is no such setting.
-const SettingInfo& find_setting(std::string_view name);
+FUMAROLE_API const SettingInfo& find_setting(std::string_view name);
 
 /// A mode as `--mode` spells it, and back. @throws Error listing the modes if there is no such one.
-std::string_view mode_name(Settings::Mode mode);
-Settings::Mode find_mode(std::string_view name);
+FUMAROLE_API std::string_view mode_name(Settings::Mode mode);
+FUMAROLE_API Settings::Mode find_mode(std::string_view name);
 
 /// Settings by name: `default`, `eevee2017`, and both in froxels.
-const std::vector<std::pair<std::string_view, Settings>>& presets();
+FUMAROLE_API const std::vector<std::pair<std::string_view, Settings>>& presets();
 
 /// @throws Error listing the presets if there is no such one.
-Settings find_preset(std::string_view name);
+FUMAROLE_API Settings find_preset(std::string_view name);
 
 }  // namespace fumarole

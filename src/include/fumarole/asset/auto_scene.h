@@ -5,8 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "asset/scene_file.h"
-#include "asset/vdb_file.h"
+#include <fumarole/asset/scene_file.h>
+#include <fumarole/asset/vdb_file.h>
+#include <fumarole/export.h>
 
 namespace fumarole::asset {
 
@@ -22,21 +23,23 @@ struct AutoSceneOptions {
 /// invisible nor a black lump whatever its voxel size and range. A grid called flame, fire, heat,
 /// temperature, ... makes it glow. The notes say what was chosen and why.
 /// @throws Error as load_grid does; also if the grid is empty.
-LoadedScene make_auto_scene(const std::filesystem::path& vdb, const AutoSceneOptions& options);
+FUMAROLE_API LoadedScene make_auto_scene(const std::filesystem::path& vdb,
+                                         const AutoSceneOptions& options);
 
 /// The same for grids at hand, not empty; `emission` may be null. `up` is 'y' or 'z'. The medium's
 /// file and grid names are left to the caller.
-LoadedScene frame_grids(std::shared_ptr<const VoxelGrid> density,
-                        std::shared_ptr<const VoxelGrid> emission, char up, glm::uvec2 resolution);
+FUMAROLE_API LoadedScene frame_grids(std::shared_ptr<const VoxelGrid> density,
+                                     std::shared_ptr<const VoxelGrid> emission, char up,
+                                     glm::uvec2 resolution);
 
 /// The coefficient that makes the average line of sight through a grid's content `opacity` opaque:
 /// solves mean(1 - exp(-sigma_t * column)) = opacity over the columns along the index axes that
 /// meet the content, column in metres times density. Columns under 1/100 of the mean column are
 /// haze around the content and not counted. [1/m per unit of density]
-double sigma_t_for_opacity(const VoxelGrid& grid, double opacity);
+FUMAROLE_API double sigma_t_for_opacity(const VoxelGrid& grid, double opacity);
 
 /// The grid of a file that should glow beside `density`, or "".
-std::string guess_emission_grid(const VdbInfo& file, const std::string& density);
+FUMAROLE_API std::string guess_emission_grid(const VdbInfo& file, const std::string& density);
 
 struct UpGuess {
     char axis;        ///< 'y' or 'z'
@@ -45,6 +48,6 @@ struct UpGuess {
 
 /// Which way is up, from who wrote the file, else from the shape of the content.
 /// @param size of the content's box in world axes, metres
-UpGuess guess_up(const std::string& creator, const glm::dvec3& size);
+FUMAROLE_API UpGuess guess_up(const std::string& creator, const glm::dvec3& size);
 
 }  // namespace fumarole::asset

@@ -6,6 +6,8 @@
 
 #include <glm/glm.hpp>
 
+#include <fumarole/export.h>
+
 namespace fumarole {
 
 /// A picture in memory: rows from the top, linear, channels interleaved.
@@ -37,30 +39,32 @@ namespace write {
 /// followed). Same picture in, same bytes out. Channels come back in any order: read by name.
 /// @throws Error naming the file: no such folder, no right, disk full, NaN or infinity in the
 /// picture (with channel and pixel), a channel name used twice.
-void write_exr(const Image& image, const std::filesystem::path& file);
+FUMAROLE_API void write_exr(const Image& image, const std::filesystem::path& file);
 
 /// Writes R, G, B (and A if there) as 8-bit sRGB PNG through a display transform, with 1/255 of
 /// fixed-pattern dither left out: same picture in, same bytes out. RGB is taken as premultiplied by
 /// A and divided by it before the transform; where A is 0 it is stored as it is, under alpha 0.
 /// Whole or not there. @throws Error as write_exr, and if R, G or B is missing; other channels are
 /// ignored and may be NaN.
-void write_png(const Image& image, const Display& display, const std::filesystem::path& file);
+FUMAROLE_API void write_png(const Image& image, const Display& display,
+                            const std::filesystem::path& file);
 
 /// Reads channels by name from an EXR's first part (`R`, `scattering.R`, ...), in the order asked;
 /// all of them, in the file's order, if none is named. @throws Error naming file and channel: not
 /// there, integers, a cropped or deep picture, a torn file.
-Image read_exr(const std::filesystem::path& file, const std::vector<std::string>& channels);
-std::vector<std::string> exr_channels(const std::filesystem::path& file);
+FUMAROLE_API Image read_exr(const std::filesystem::path& file,
+                            const std::vector<std::string>& channels);
+FUMAROLE_API std::vector<std::string> exr_channels(const std::filesystem::path& file);
 
 /// Stops that bring the picture's bright parts to a screen's white, or its average to middle grey
 /// if that takes fewer: from a high percentile and the log-average of R, G, B luminance. A few huge
 /// pixels and any amount of black leave it alone; NaN counts as black. 0 for a black picture.
 /// @throws Error if R, G or B is missing.
-float auto_exposure(const Image& image);
+FUMAROLE_API float auto_exposure(const Image& image);
 
 /// One RGB of linear radiance to display-encoded 0..1; 18 % grey at exposure 0 gives 0.46 in both
 /// transforms.
-glm::vec3 display_transform(glm::vec3 radiance, const Display& display);
+FUMAROLE_API glm::vec3 display_transform(glm::vec3 radiance, const Display& display);
 
 }  // namespace write
 }  // namespace fumarole

@@ -7,7 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "renderer.h"
+#include <fumarole/export.h>
+#include <fumarole/renderer.h>
 
 namespace fumarole {
 
@@ -34,7 +35,7 @@ struct PassTime {
 };
 
 /// Least, middle and largest of what was measured; zeros of nothing.
-PassTime summarize(std::string name, std::vector<double> ms);
+FUMAROLE_API PassTime summarize(std::string name, std::vector<double> ms);
 
 struct StillReport {
     std::vector<PassTime> passes;  ///< each pass over the timed frames
@@ -79,7 +80,7 @@ struct Glance {
 
 /// Draws whole scenes, surfaces and all, for those who have no renderer of their own: the command
 /// line, the tests, the studies. A host to Renderer as any other.
-class SceneRenderer {
+class FUMAROLE_API SceneRenderer {
 public:
     explicit SceneRenderer(gl::GetProc get_proc) : renderer_{get_proc} {}
 
@@ -113,15 +114,16 @@ private:
 
 /// Projection of a scene's camera for a picture of this size: reversed depth in [0, 1], which keeps
 /// its relative precision to the horizon. offset: shift of the sample in its pixel, -0.5..0.5.
-glm::dmat4 clip_from_view(const Camera& camera, glm::uvec2 size, glm::dvec2 offset);
-glm::dmat4 view_from_world(const Camera& camera);
+FUMAROLE_API glm::dmat4 clip_from_view(const Camera& camera, glm::uvec2 size, glm::dvec2 offset);
+FUMAROLE_API glm::dmat4 view_from_world(const Camera& camera);
 
 /// Frame i of those that are averaged into a still of the scene, each with samples of its own, as
 /// SceneRenderer draws them into textures of one size; in the depth convention of clip_from_view.
-Frame still_frame(const Camera& camera, const Settings& settings, gl::TextureView color,
-                  gl::TextureView depth, int i, std::uint32_t seed);
+FUMAROLE_API Frame still_frame(const Camera& camera, const Settings& settings,
+                               gl::TextureView color, gl::TextureView depth, int i,
+                               std::uint32_t seed);
 
 /// Point i of a low-discrepancy set over the square -0.5..0.5; point 0 is its centre.
-glm::dvec2 subpixel_offset(int i);
+FUMAROLE_API glm::dvec2 subpixel_offset(int i);
 
 }  // namespace fumarole

@@ -6,7 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "voxel_grid.h"
+#include <fumarole/export.h>
+#include <fumarole/voxel_grid.h>
 
 // OpenVDB files to CPU data. The only place that includes OpenVDB.
 
@@ -46,7 +47,7 @@ struct LoadedGrid {
 
 /// Reads all grids of a file to describe them.
 /// @throws Error naming the file: not there, no VDB, damaged, cut short.
-VdbInfo inspect_vdb(const std::filesystem::path& file);
+FUMAROLE_API VdbInfo inspect_vdb(const std::filesystem::path& file);
 
 /// Reads one grid: `name`, `name[n]`, or "" for the first fog volume (else the first float grid
 /// that can be fog). Float, half, double and vec3 (of float or double); a level set becomes fog.
@@ -54,6 +55,6 @@ VdbInfo inspect_vdb(const std::filesystem::path& file);
 /// A `name` that is not there while name.x, name.y and name.z are becomes one vec3 grid.
 /// @throws Error naming the file and what it has: no such grid; point, bool, int or mask grids; a
 /// frustum transform; a transform that can't be inverted; bounds too large to address.
-LoadedGrid load_grid(const std::filesystem::path& file, const std::string& name);
+FUMAROLE_API LoadedGrid load_grid(const std::filesystem::path& file, const std::string& name);
 
 }  // namespace fumarole::asset
