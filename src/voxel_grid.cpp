@@ -1,7 +1,12 @@
 #include <fumarole/voxel_grid.h>
 
+#include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
+#include <fmt/format.h>
+
+#include <fumarole/errors.h>
 
 namespace fumarole {
 
@@ -36,6 +41,56 @@ std::size_t VoxelLookup::Hash::operator()(const glm::ivec3& v) const noexcept
                       std::uint64_t(std::uint32_t(v.z)) * 0x165667b19e3779f9u;
     h ^= h >> 32;
     return std::size_t(h);
+}
+
+VoxelGrid make_voxel_grid(std::span<const float> density, glm::ivec3 size,
+                          const glm::dmat4& world_from_index)
+{
+    const auto at = [&](glm::ivec3 v) {
+        return (static_cast<std::size_t>(v.z) * static_cast<std::size_t>(size.y) +
+                static_cast<std::size_t>(v.y)) *
+                   static_cast<std::size_t>(size.x) +
+               static_cast<std::size_t>(v.x);
+    };
+    if (glm::any(glm::lessThan(size, glm::ivec3(1))) || density.size() != at({0, 0, size.z}))
+        throw Error(fmt::format("a grid of {} x {} x {} voxels can't be made of {} densities; give "
+                                "one for each voxel",
+                                size.x, size.y, size.z, density.size()));
+    VoxelGrid grid;
+    grid.name = "density";
+    grid.world_from_index = world_from_index;
+    glm::ivec3 low(size), high(-1);
+    const glm::ivec3 last_brick = brick_of(size - 1);
+    for (glm::ivec3 b(0); b.z <= last_brick.z; ++b.z)
+        for (b.y = 0; b.y <= last_brick.y; ++b.y)
+            for (b.x = 0; b.x <= last_brick.x; ++b.x) {
+                std::array<float, VoxelGrid::kBrickVoxels> values{};
+                std::uint64_t filled = 0;
+                for (int i = 0; i < VoxelGrid::kBrickVoxels; ++i) {
+                    const glm::ivec3 v =
+                        b * VoxelGrid::kBrickDim + glm::ivec3(i & 7, (i >> 3) & 7, i >> 6);
+                    if (glm::any(glm::greaterThanEqual(v, size)))
+                        continue;
+                    const float value = density[at(v)];
+                    if (!(value > 0 && std::isfinite(value)))
+                        continue;
+                    values.at(static_cast<std::size_t>(i)) = value;
+                    low = glm::min(low, v);
+                    high = glm::max(high, v);
+                    grid.max_value = std::max(grid.max_value, value);
+                    ++filled;
+                }
+                if (filled == 0)
+                    continue;
+                grid.active_voxels += filled;
+                grid.bricks.push_back(b);
+                grid.values.insert(grid.values.end(), values.begin(), values.end());
+            }
+    if (!grid.bricks.empty()) {
+        grid.index_min = low;
+        grid.index_max = high;
+    }
+    return grid;
 }
 
 VoxelLookup::VoxelLookup(const VoxelGrid& grid) : grid_(grid)

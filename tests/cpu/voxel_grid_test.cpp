@@ -1,5 +1,6 @@
 // VoxelLookup against grids small enough to know every value of.
 
+#include <fumarole/errors.h>
 #include <fumarole/voxel_grid.h>
 
 #include <gtest/gtest.h>
@@ -177,6 +178,34 @@ TEST(VoxelLookup, OfOneHugeTileNeedsNoTable)
     EXPECT_EQ(lookup.value({4095, 0, 17}).x, 2.0f);
     EXPECT_EQ(lookup.value({4096, 0, 17}).x, 0.0f);
     EXPECT_EQ(lookup.sample({4095.5, 10, 10}).x, 1.0);
+}
+
+TEST(VoxelGrid, IsMadeOfDensitiesInMemory)
+{
+    // Two bricks along x of which the second is cut; what is no density counts as none.
+    const glm::ivec3 size(11, 3, 9);
+    std::vector<float> density;
+    for (int z = 0; z < size.z; ++z)
+        for (int y = 0; y < size.y; ++y)
+            for (int x = 0; x < size.x; ++x)
+                density.push_back(z < 8 ? value_at({x, y, z}) : 0.0f);
+    density[0] = -1;
+    density[1] = std::numeric_limits<float>::infinity();
+    density[2] = std::numeric_limits<float>::quiet_NaN();
+    const VoxelGrid grid = make_voxel_grid(density, size, glm::dmat4(1.0));
+    EXPECT_EQ(grid.bricks, (std::vector<glm::ivec3>{{0, 0, 0}, {1, 0, 0}}));
+    EXPECT_EQ(grid.index_min, glm::ivec3(0));
+    EXPECT_EQ(grid.index_max, glm::ivec3(10, 2, 7));
+    EXPECT_EQ(grid.active_voxels, std::uint64_t{11 * 3 * 8 - 3});
+    EXPECT_EQ(grid.max_value, value_at({10, 2, 7}));
+    const VoxelLookup lookup(grid);
+    for (int x = 0; x < 3; ++x)
+        EXPECT_EQ(lookup.value({x, 0, 0}).x, 0.0f);
+    EXPECT_EQ(lookup.value({3, 0, 0}).x, value_at({3, 0, 0}));
+    EXPECT_EQ(lookup.value({10, 2, 7}).x, value_at({10, 2, 7}));
+    EXPECT_EQ(lookup.value({11, 2, 7}).x, 0.0f);
+    EXPECT_TRUE(make_voxel_grid(std::vector<float>(27), glm::ivec3(3), glm::dmat4(1.0)).empty());
+    EXPECT_THROW(make_voxel_grid(density, {11, 3, 8}, glm::dmat4(1.0)), Error);
 }
 
 }  // namespace

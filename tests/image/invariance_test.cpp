@@ -8,6 +8,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
+#include "gl/texture.h"
+#include "medium/grid_layout.h"
 #include "image_test.h"
 
 namespace fumarole::test {

@@ -74,7 +74,7 @@ TEST_F(ImagesNear, NamesTheWorstPixelDrawsItAndSavesThePictures)
         << text;
     EXPECT_NE(text.find("max |difference| 0.25, allowed 0.01  <- broken"), std::string::npos);
     EXPECT_NE(text.find("allowed because: eight bits"), std::string::npos);
-    EXPECT_NE(text.find(std::string(63, ' ') + "#|"), std::string::npos) << text;
+    EXPECT_NE(text.find(std::string(63, ' ').append("#|")), std::string::npos) << text;
     EXPECT_NE(text.find("  | o "), std::string::npos) << text;
 
     const std::string stem =

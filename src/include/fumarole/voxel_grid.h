@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <span>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -50,6 +51,13 @@ struct VoxelGrid {
 
     [[nodiscard]] bool empty() const { return glm::any(glm::greaterThan(index_min, index_max)); }
 };
+
+/// A grid from densities in memory, x fastest, then y, then z; the first is the voxel of index 0.
+/// Bricks of zeros alone are left out; negative values, NaN and infinities count as 0.
+/// @param size voxels along each axis, > 0; `density` holds size.x * size.y * size.z of them
+/// @throws Error if it does not
+FUMAROLE_API VoxelGrid make_voxel_grid(std::span<const float> density, glm::ivec3 size,
+                                       const glm::dmat4& world_from_index);
 
 /// Random access to a VoxelGrid, built once: a table over the box of its bricks, or a hash of them
 /// where that box is too large.
