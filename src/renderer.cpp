@@ -95,7 +95,7 @@ pass::PassFrame Renderer::Parts::bind_frame(const Frame& frame, const Settings& 
     const pass::PassFrame view{frame, s, pass::make_eye(frame), media.bounds(), scene_id};
     frame_block.write(pass::make_frame_params(frame, view.eye, view.media, s));
     device->BindBufferBase(GL_UNIFORM_BUFFER, FRAME_BLOCK, frame_block.id());
-    device->BindTextureUnit(SCENE_DEPTH_UNIT, frame.depth.id);
+    gl::bind_texture(device, SCENE_DEPTH_UNIT, frame.depth);
     device->BindSampler(SCENE_DEPTH_UNIT, depth_sampler.id());
     return view;
 }

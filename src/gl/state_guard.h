@@ -14,7 +14,12 @@ namespace fumarole::gl {
 /// Our passes rely on: no test, no mask, no blending, both faces drawn, lines a pixel wide, clip
 /// space of OpenGL's default ([-1,1] depth, lower left), no sampler object on our texture units.
 /// They draw through viewport 0 to two attachments at most: set state by index, as what lies past
-/// them is not noted.
+/// them is not noted. They bind textures of two dimensions, of three, and arrays of two, by
+/// bind_texture(): so of a unit's eleven targets only those three are noted and put back.
+///
+/// A host's program pipeline needs no note: it is hidden while a program is in use, and back when
+/// the host's own use of none is put back. The one host's object that can't come back is a program
+/// that it deleted, or linked anew in vain, while it is in use: GL lets go of it when ours is used.
 class StateGuard {
 public:
     /// Texture units 0..units-1, uniform blocks 0..blocks-1 and image units 0..images-1 are ours

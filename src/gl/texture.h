@@ -10,6 +10,15 @@
 
 namespace fumarole::gl {
 
+/// Binds a texture to a unit, and none where the view is empty: glBindTextureUnit of name 0 would
+/// take away what the host has bound to every other target of the unit, while that of a texture
+/// changes the target of its kind alone, which StateGuard puts back. Passes bind with this only.
+inline void bind_texture(const Device& gl, GLuint unit, TextureView texture)
+{
+    if (texture)
+        gl->BindTextureUnit(unit, texture.id);
+}
+
 enum class Filter { nearest, linear, depth_compare };
 
 /// Immutable storage, one level, clamped to its edge, made and filled without being bound.
@@ -34,6 +43,13 @@ public:
     [[nodiscard]] GLuint id() const { return handle_.id(); }
     [[nodiscard]] glm::ivec3 size() const { return size_; }
     explicit operator bool() const { return static_cast<bool>(handle_); }
+
+    /// As bind_texture(): an empty texture leaves the unit as it is.
+    void bind(GLuint unit) const
+    {
+        if (handle_)
+            bind_texture(handle_.device(), unit, view());
+    }
 
 private:
     static void destroy(const Device& device, GLuint id);

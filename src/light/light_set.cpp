@@ -186,8 +186,7 @@ void LightSet::bind(glm::dvec3 eye)
         params.views[v] = to_shared(views_[v], eye);
     block_.write(params);
     device_->BindBufferBase(GL_UNIFORM_BUFFER, LIGHTS_BLOCK, block_.id());
-    if (shadow_map_)
-        device_->BindTextureUnit(SHADOW_MAP_UNIT, shadow_map_.id());
+    shadow_map_.bind(SHADOW_MAP_UNIT);
 }
 
 }  // namespace fumarole::light

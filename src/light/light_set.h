@@ -40,8 +40,8 @@ public:
 
     /// Binds block and shadow map for an eye at `eye` (metres, world).
     void bind(glm::dvec3 eye);
-    void bind_irradiance() const { device_->BindTextureUnit(IRRADIANCE_UNIT, irradiance_.id()); }
-    void bind_environment() const { device_->BindTextureUnit(IRRADIANCE_UNIT, environment_.id()); }
+    void bind_irradiance() const { irradiance_.bind(IRRADIANCE_UNIT); }
+    void bind_environment() const { environment_.bind(IRRADIANCE_UNIT); }
 
     [[nodiscard]] bool has_environment() const { return environment_source_ != nullptr; }
     /// Those that shine: suns, points, spots.

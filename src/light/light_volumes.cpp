@@ -398,7 +398,7 @@ void LightVolumes::fill_depth(const gl::Texture& depth, int layer, const Light& 
     else
         params_.light = glm::vec4(glm::vec3(std::get<PointLight>(light).position - eye), 1.0f);
     write_block(eye);
-    device_->BindTextureUnit(EXTINCTION_VOLUME_UNIT, extinction_.id());
+    extinction_.bind(EXTINCTION_VOLUME_UNIT);
     dispatch("light/depth.comp", depth_defines_, depth, rgb_ ? GL_RGBA16F : GL_R16F,
              {depth_lattice_.count.x, depth_lattice_.count.y, slices});
 }
@@ -444,13 +444,13 @@ void LightVolumes::fill_world(const Lattice& lattice, const gl::Texture& coeffic
     defines.emplace_back("BANDS", fmt::format("{}", bands));
     if (shadows) {
         defines.emplace_back("WORLD_SHADOWS", "");
-        device_->BindTextureUnit(SHADOW_MAP_UNIT, shadows.id());
+        shadows.bind(SHADOW_MAP_UNIT);
     }
     if (!dims) {
         defines.emplace_back("CLEAR", "");
     } else if (extinction_) {
         defines.emplace_back("MARCHED", "");
-        device_->BindTextureUnit(EXTINCTION_VOLUME_UNIT, extinction_.id());
+        extinction_.bind(EXTINCTION_VOLUME_UNIT);
     }
     dispatch("light/world.comp", defines, coefficients, GL_RGBA16F, lattice.count);
 }
@@ -459,7 +459,7 @@ void LightVolumes::turn_world(const medium::MediaSet& media)
 {
     gl::Defines defines = fill_defines(media, no_lights());
     defines.emplace_back("BANDS", fmt::format("{}", bands_));
-    device_->BindTextureUnit(WORLD_VOLUME_UNIT, coefficients_.id());
+    coefficients_.bind(WORLD_VOLUME_UNIT);
     dispatch("light/world_view.comp", defines, world_, GL_RGBA16F, world_lattice_.count);
 }
 
@@ -476,8 +476,8 @@ void LightVolumes::bind(glm::dvec3 eye, glm::dvec3 forward, bool perspective,
         turned_ = true;
         turned_to_ = view;
     }
-    device_->BindTextureUnit(DEPTH_VOLUME_UNIT, depth_.id());
-    device_->BindTextureUnit(WORLD_VOLUME_UNIT, world_.id());
+    depth_.bind(DEPTH_VOLUME_UNIT);
+    world_.bind(WORLD_VOLUME_UNIT);
 }
 
 void LightVolumes::bind_for_surfaces(glm::dvec3 eye, bool through_media)
@@ -486,7 +486,7 @@ void LightVolumes::bind_for_surfaces(glm::dvec3 eye, bool through_media)
         return;
     write_block(eye);
     const bool dimmed = through_media && on_surfaces_dimmed_;
-    device_->BindTextureUnit(WORLD_VOLUME_UNIT, (dimmed ? on_surfaces_dimmed_ : on_surfaces_).id());
+    (dimmed ? on_surfaces_dimmed_ : on_surfaces_).bind(WORLD_VOLUME_UNIT);
 }
 
 gl::Defines LightVolumes::surface_defines(const Settings& s) const

@@ -509,9 +509,8 @@ void MediaSet::bind(glm::dvec3 eye)
             glm::vec4(1.0f / glm::vec3(grid.plan.texture_size), grid.plan.value_scale);
         out.pages = glm::vec4(glm::vec3(grid.plan.page_count), 0.0f);
         const auto unit = static_cast<GLuint>(GRID_UNIT + k);
-        device_->BindTextureUnit(unit, grid.texels.id());
-        if (grid.pages)
-            device_->BindTextureUnit(unit + static_cast<GLuint>(placed_.size()), grid.pages.id());
+        grid.texels.bind(unit);
+        grid.pages.bind(unit + static_cast<GLuint>(placed_.size()));
     }
     for (std::size_t m = 0; m < media_.size(); ++m) {
         const Entry& entry = media_[m];

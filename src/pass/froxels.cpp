@@ -195,11 +195,10 @@ void Froxels::draw_v_buffer(const PassFrame& frame, const View& view) const
 
 void Froxels::bind_v_buffer(const View& view) const
 {
-    const gl::Device& gl = tools_.device;
-    gl->BindTextureUnit(V_BUFFER_SIGMA_S_UNIT, view.sigma_s.id());
-    gl->BindTextureUnit(V_BUFFER_SIGMA_T_UNIT, view.sigma_t.id());
-    gl->BindTextureUnit(V_BUFFER_EMISSION_UNIT, view.emission.id());
-    gl->BindTextureUnit(V_BUFFER_PHASE_UNIT, view.phase.id());
+    view.sigma_s.bind(V_BUFFER_SIGMA_S_UNIT);
+    view.sigma_t.bind(V_BUFFER_SIGMA_T_UNIT);
+    view.emission.bind(V_BUFFER_EMISSION_UNIT);
+    view.phase.bind(V_BUFFER_PHASE_UNIT);
 }
 
 void Froxels::scatter(const PassFrame& frame, View& view, HistoryUse use) const
@@ -208,8 +207,8 @@ void Froxels::scatter(const PassFrame& frame, View& view, HistoryUse use) const
     const FroxelPlan& plan = view.plan;
     gl::Defines defines = scatter_defines(tools_, frame.settings, plan);
     if (plan.history) {
-        gl->BindTextureUnit(FROXEL_HISTORY_UNIT, view.source.at(view.current).id());
-        gl->BindTextureUnit(FROXEL_HISTORY_EXTINCTION_UNIT, view.extinction.at(view.current).id());
+        view.source.at(view.current).bind(FROXEL_HISTORY_UNIT);
+        view.extinction.at(view.current).bind(FROXEL_HISTORY_EXTINCTION_UNIT);
         view.current = 1 - view.current;
     }
     if (has_history(use))
@@ -229,8 +228,8 @@ void Froxels::integrate(const PassFrame& frame, const View& view) const
     gl::Defines defines = storage_defines(plan);
     if (frame.settings.integration == Settings::Integration::wronski)
         defines.emplace_back("WRONSKI", "");
-    gl->BindTextureUnit(FROXEL_SOURCE_UNIT, view.source.at(view.current).id());
-    gl->BindTextureUnit(FROXEL_EXTINCTION_UNIT, view.extinction.at(view.current).id());
+    view.source.at(view.current).bind(FROXEL_SOURCE_UNIT);
+    view.extinction.at(view.current).bind(FROXEL_EXTINCTION_UNIT);
     bind_image(gl, INTEGRATED_SCATTERING_IMAGE, view.scattering, plan.format);
     bind_image(gl, INTEGRATED_TRANSMITTANCE_IMAGE, view.transmittance, plan.format);
     dispatch("pass/integrate.comp", defines, {plan.count.x, plan.count.y, 1},
@@ -260,7 +259,6 @@ void Froxels::draw(const PassFrame& frame)
 
 void Froxels::resolve(const PassFrame& frame, Layer layer)
 {
-    const gl::Device& gl = tools_.device;
     const View& view = view_of(frame);
     write_block(frame, view, 0);
     gl::Defines defines = storage_defines(view.plan);
@@ -270,8 +268,8 @@ void Froxels::resolve(const PassFrame& frame, Layer layer)
         defines.emplace_back("TRANSMITTANCE", "");
     if (layer == Layer::both)
         defines.emplace_back("BOTH", "");
-    gl->BindTextureUnit(INTEGRATED_SCATTERING_UNIT, view.scattering.id());
-    gl->BindTextureUnit(INTEGRATED_TRANSMITTANCE_UNIT, view.transmittance.id());
+    view.scattering.bind(INTEGRATED_SCATTERING_UNIT);
+    view.transmittance.bind(INTEGRATED_TRANSMITTANCE_UNIT);
     tools_.draw_fullscreen("resolve/froxels.frag", defines);
 }
 
@@ -295,7 +293,7 @@ gl::Texture Froxels::sample_counts(const PassFrame& frame)
 void Froxels::show_samples(const PassFrame& frame, const gl::Texture& counts)
 {
     write_block(frame, view_of(frame), 0);
-    tools_.device->BindTextureUnit(INSPECTED_UNIT, counts.id());
+    counts.bind(INSPECTED_UNIT);
     tools_.draw_fullscreen("pass/inspect_froxels.frag", {{"SAMPLES", ""}});
 }
 
@@ -303,7 +301,7 @@ void Froxels::show_slice(const PassFrame& frame)
 {
     const View& view = view_of(frame);
     write_block(frame, view, 0);
-    tools_.device->BindTextureUnit(INSPECTED_UNIT, view.source.at(view.current).id());
+    view.source.at(view.current).bind(INSPECTED_UNIT);
     tools_.draw_fullscreen("pass/inspect_froxels.frag", {});
 }
 

@@ -149,7 +149,7 @@ glm::dvec2 Inspector::extent_of(const gl::Texture& values) const
     gl::Framebuffer framebuffer(tools_.device, "ends of the values");
     framebuffer.attach_color({tiles.view()});
     framebuffer.bind(kTiles);
-    tools_.device->BindTextureUnit(INSPECTED_UNIT, values.id());
+    values.bind(INSPECTED_UNIT);
     tools_.draw_fullscreen("pass/inspect_extent.frag", {});
     const std::vector<float> ends = tiles.read(4);
     glm::dvec2 extent(ends[0], ends[1]);
@@ -183,7 +183,7 @@ void Inspector::show_values(const std::function<void()>& draw, Ends ends, Inspec
     set_scale(legend);
     dim();
     bind_block();
-    tools_.device->BindTextureUnit(INSPECTED_UNIT, values.id());
+    values.bind(INSPECTED_UNIT);
     tools_.draw_fullscreen("pass/inspect_color.frag", {});
 }
 

@@ -89,10 +89,10 @@ const MarchHistory::Layer& MarchHistory::add(const PassFrame& frame, const StepT
     const Layer& kept = view.layers.at(view.current);
     view.current = 1 - view.current;
     const Layer& mean = view.layers.at(view.current);
-    gl->BindTextureUnit(SCATTERING_UNIT, scattering.id());
-    gl->BindTextureUnit(TRANSMITTANCE_UNIT, more.id());
-    gl->BindTextureUnit(KEPT_UNIT, kept.scattering.id());
-    gl->BindTextureUnit(KEPT_MORE_UNIT, kept.more.id());
+    scattering.bind(SCATTERING_UNIT);
+    more.bind(TRANSMITTANCE_UNIT);
+    kept.scattering.bind(KEPT_UNIT);
+    kept.more.bind(KEPT_MORE_UNIT);
     mean.framebuffer.bind(view.shape.texels);
     // Where no medium is in the way nothing is drawn: one frame's worth of that, whatever the
     // depth.

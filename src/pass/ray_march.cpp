@@ -103,8 +103,8 @@ void RayMarch::draw_layer_depth(const PassFrame& frame)
         defines.emplace_back("CHECKERBOARD", "");
     depth_framebuffer_.bind(size_);
     tiles_.draw_depth("pass/layer_depth.frag", defines);
-    tools_.device->BindTextureUnit(LAYER_DEPTH_UNIT, depth_.id());
-    tools_.device->BindTextureUnit(BLUE_NOISE_UNIT, blue_noise_.id());
+    depth_.bind(LAYER_DEPTH_UNIT);
+    blue_noise_.bind(BLUE_NOISE_UNIT);
 }
 
 void RayMarch::march(const PassFrame& frame)
@@ -150,17 +150,15 @@ std::string RayMarch::history_use() const
 void RayMarch::resolve(const PassFrame& frame, Layer layer)
 {
     resize(frame);
-    const gl::Device& gl = tools_.device;
     gl::Defines defines = upsample_defines(frame.settings);
-    gl->BindTextureUnit(LAYER_DEPTH_UNIT, depth_.id());
+    depth_.bind(LAYER_DEPTH_UNIT);
     const bool averaged = has_media_depth_ && history_;
     const MarchHistory::Layer* mean = averaged ? history_->find(frame.host.history) : nullptr;
     const gl::Texture& scattering = mean != nullptr ? mean->scattering : scattering_;
     const gl::Texture& transmittance = mean != nullptr ? mean->more : transmittance_;
-    gl->BindTextureUnit(SCATTERING_UNIT,
-                        (layer == Layer::transmittance ? transmittance : scattering).id());
+    (layer == Layer::transmittance ? transmittance : scattering).bind(SCATTERING_UNIT);
     if (layer == Layer::both) {
-        gl->BindTextureUnit(TRANSMITTANCE_UNIT, transmittance.id());
+        transmittance.bind(TRANSMITTANCE_UNIT);
         defines.emplace_back("BOTH", "");
     }
     tiles_.draw_picture("resolve/upsample.frag", defines);
@@ -185,7 +183,7 @@ gl::Texture RayMarch::sample_counts(const PassFrame& frame)
 
 void RayMarch::show_samples(const PassFrame& frame, const gl::Texture& counts)
 {
-    tools_.device->BindTextureUnit(INSPECTED_UNIT, counts.id());
+    counts.bind(INSPECTED_UNIT);
     tools_.draw_fullscreen("pass/inspect_rays.frag",
                            {{"LAYER_SCALE", fmt::format("{}", frame.settings.resolution)}});
 }

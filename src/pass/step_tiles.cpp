@@ -272,7 +272,7 @@ void StepTiles::draw(const Tiles& tiles, int pixels, const char* fragment_file,
 {
     const gl::Device& gl = tools_.device;
     defines.emplace_back("TILE_PIXELS", fmt::format("{}", pixels));
-    gl->BindTextureUnit(STEP_TILES_UNIT, tiles.texture.id());
+    tiles.texture.bind(STEP_TILES_UNIT);
     gl->UseProgram(tools_.programs.get({"pass/tiles.vert", fragment_file}, defines).id());
     gl->BindVertexArray(tools_.fullscreen.id());
     // Whole tiles, so that the middle of each is in view.

@@ -46,7 +46,7 @@ double TexelRate::time(int draws)
     framebuffer_.bind(glm::ivec2(kPixels));
     device_->UseProgram(program_.id());
     device_->BindVertexArray(fullscreen_.id());
-    device_->BindTextureUnit(0, volume_.id());
+    volume_.bind(0);
     {
         const auto scope = timers_.scope("texel rate");
         for (int i = 0; i < draws; ++i)

@@ -126,18 +126,29 @@ constexpr std::array kBlendOf{FUM_NAMED(GL_BLEND_SRC_RGB),      FUM_NAMED(GL_BLE
                               FUM_NAMED(GL_BLEND_SRC_ALPHA),    FUM_NAMED(GL_BLEND_DST_ALPHA),
                               FUM_NAMED(GL_BLEND_EQUATION_RGB), FUM_NAMED(GL_BLEND_EQUATION_ALPHA)};
 
-constexpr std::array kTextureTargets{
-    FUM_NAMED(GL_TEXTURE_BINDING_1D),       FUM_NAMED(GL_TEXTURE_BINDING_2D),
-    FUM_NAMED(GL_TEXTURE_BINDING_3D),       FUM_NAMED(GL_TEXTURE_BINDING_1D_ARRAY),
-    FUM_NAMED(GL_TEXTURE_BINDING_2D_ARRAY), FUM_NAMED(GL_TEXTURE_BINDING_RECTANGLE),
-    FUM_NAMED(GL_TEXTURE_BINDING_CUBE_MAP), FUM_NAMED(GL_TEXTURE_BINDING_CUBE_MAP_ARRAY),
-    FUM_NAMED(GL_TEXTURE_BINDING_BUFFER),   FUM_NAMED(GL_TEXTURE_BINDING_2D_MULTISAMPLE),
-    FUM_NAMED(GL_SAMPLER_BINDING)};
-constexpr std::array kBindTargets{GL_TEXTURE_1D,       GL_TEXTURE_2D,
-                                  GL_TEXTURE_3D,       GL_TEXTURE_1D_ARRAY,
-                                  GL_TEXTURE_2D_ARRAY, GL_TEXTURE_RECTANGLE,
-                                  GL_TEXTURE_CUBE_MAP, GL_TEXTURE_CUBE_MAP_ARRAY,
-                                  GL_TEXTURE_BUFFER,   GL_TEXTURE_2D_MULTISAMPLE};
+constexpr std::array kTextureTargets{FUM_NAMED(GL_TEXTURE_BINDING_1D),
+                                     FUM_NAMED(GL_TEXTURE_BINDING_2D),
+                                     FUM_NAMED(GL_TEXTURE_BINDING_3D),
+                                     FUM_NAMED(GL_TEXTURE_BINDING_1D_ARRAY),
+                                     FUM_NAMED(GL_TEXTURE_BINDING_2D_ARRAY),
+                                     FUM_NAMED(GL_TEXTURE_BINDING_RECTANGLE),
+                                     FUM_NAMED(GL_TEXTURE_BINDING_CUBE_MAP),
+                                     FUM_NAMED(GL_TEXTURE_BINDING_CUBE_MAP_ARRAY),
+                                     FUM_NAMED(GL_TEXTURE_BINDING_BUFFER),
+                                     FUM_NAMED(GL_TEXTURE_BINDING_2D_MULTISAMPLE),
+                                     FUM_NAMED(GL_TEXTURE_BINDING_2D_MULTISAMPLE_ARRAY),
+                                     FUM_NAMED(GL_SAMPLER_BINDING)};
+constexpr std::array kBindTargets{GL_TEXTURE_1D,
+                                  GL_TEXTURE_2D,
+                                  GL_TEXTURE_3D,
+                                  GL_TEXTURE_1D_ARRAY,
+                                  GL_TEXTURE_2D_ARRAY,
+                                  GL_TEXTURE_RECTANGLE,
+                                  GL_TEXTURE_CUBE_MAP,
+                                  GL_TEXTURE_CUBE_MAP_ARRAY,
+                                  GL_TEXTURE_BUFFER,
+                                  GL_TEXTURE_2D_MULTISAMPLE,
+                                  GL_TEXTURE_2D_MULTISAMPLE_ARRAY};
 
 State read_state(const gl::Device& gl)
 {
@@ -420,6 +431,7 @@ private:
         gl_->TextureStorage2D(textures_[6], 1, GL_RGBA8, kTexels, kTexels);
         gl_->TextureStorage3D(textures_[7], 1, GL_RGBA8, kTexels, kTexels, 6);
         gl_->TextureStorage2DMultisample(textures_[9], 4, GL_RGBA8, kTexels, kTexels, GL_TRUE);
+        gl_->TextureStorage3DMultisample(textures_[10], 4, GL_RGBA8, kTexels, kTexels, 2, GL_TRUE);
         const std::vector<unsigned char> junk(kBytes, 0xa5);
         gl_->CreateBuffers(GLsizei(buffers_.size()), buffers_.data());
         for (const GLuint buffer : buffers_)
@@ -435,8 +447,14 @@ private:
         for (const GLuint framebuffer : framebuffers_)
             gl_->NamedFramebufferTexture(framebuffer, GL_COLOR_ATTACHMENT0, textures_[1], 0);
         gl_->CreateVertexArrays(1, &vertex_array_);
-        const char* source = "#version 450 core\nvoid main() { gl_Position = vec4(0.0); }\n";
+        // A separable program has to declare what it writes of gl_PerVertex, or it does not link.
+        const char* source = "#version 450 core\n"
+                             "out gl_PerVertex { vec4 gl_Position; };\n"
+                             "void main() { gl_Position = vec4(0.0); }\n";
         program_ = gl_->CreateShaderProgramv(GL_VERTEX_SHADER, 1, &source);
+        GLint linked = GL_FALSE;
+        gl_->GetProgramiv(program_, GL_LINK_STATUS, &linked);
+        EXPECT_EQ(linked, GL_TRUE) << "the host's own program";
         gl_->CreateProgramPipelines(1, &pipeline_);
     }
 
@@ -479,6 +497,30 @@ Scene busy_scene()
     scene.media = {smoke, fog};
     scene.surfaces = {BoxSurface{{-9, -20, -1.2}, {9, 0, -1}, {0.5f, 0.4f, 0.3f}},
                       SphereSurface{{0.3, -7, 0}, 0.4, {0.6f, 0.6f, 0.6f}}};
+    return scene;
+}
+
+/// The README's first host: a sun and one grid, no world, no surfaces. Most that the passes might
+/// bind is not there.
+Scene sparse_scene()
+{
+    Scene scene = busy_scene();
+    scene.media.pop_back();
+    std::get<GridMedium>(scene.media.front()).sigma_s_per_density = glm::vec3(2);
+    scene.lights.pop_back();
+    scene.world = {};
+    scene.surfaces.clear();
+    return scene;
+}
+
+/// Sparser: fog that is grey, under a sky.
+Scene grey_fog()
+{
+    Scene scene = busy_scene();
+    scene.media.erase(scene.media.begin());
+    std::get<BoxMedium>(scene.media.front()).emission = glm::vec3(0);
+    scene.lights.clear();
+    scene.surfaces.clear();
     return scene;
 }
 
@@ -571,10 +613,11 @@ INSTANTIATE_TEST_SUITE_P(Modes, Guest,
                                         : std::string(mode_name(settings.param.mode));
                          });
 
-TEST_P(Guest, LeavesTheStateAndDrawsTheSamePictureWhateverItIs)
+/// Draws a scene in every way that there is, in a fresh context and for an OddHost, and expects the
+/// same bits, and the host's state back after each call.
+void expect_good_manners(const gl::Device& gl, gl::GetProc get_proc, const Scene& scene,
+                         const Settings& settings)
 {
-    const Scene scene = busy_scene();
-    const Settings settings = GetParam();
     const std::vector<Inspection> kinds = inspections(settings);
     const auto draw = [&](Renderer& renderer, Picture& picture, std::vector<Picture>& insides,
                           const auto& after) {
@@ -615,7 +658,7 @@ TEST_P(Guest, LeavesTheStateAndDrawsTheSamePictureWhateverItIs)
     const auto make_insides = [&] {
         std::vector<Picture> insides;
         for (std::size_t i = 0; i < kinds.size(); ++i)
-            insides.emplace_back(gl(), scene);
+            insides.emplace_back(gl, scene);
         return insides;
     };
     const auto read = [&](Results& results, const Picture& picture,
@@ -623,30 +666,30 @@ TEST_P(Guest, LeavesTheStateAndDrawsTheSamePictureWhateverItIs)
         for (const Picture& inside : insides)
             results.insides.push_back(inside.color.read(4));
         results.composite = picture.color.read(4);
-        results.depth = gl::read_texture(gl(), picture.depth.view(), 1, true);
+        results.depth = gl::read_texture(gl, picture.depth.view(), 1, true);
     };
 
     Results clean;
     {
-        Renderer renderer(get_proc());
-        Picture picture(gl(), scene);
+        Renderer renderer(get_proc);
+        Picture picture(gl, scene);
         std::vector<Picture> insides = make_insides();
         clean = draw(renderer, picture, insides, [](const char*) {});
         read(clean, picture, insides);
     }
 
-    Picture picture(gl(), scene);
+    Picture picture(gl, scene);
     std::vector<Picture> insides = make_insides();
     std::unique_ptr<Renderer> renderer;
     Results odd;
     {
-        const OddHost host(gl());
-        const State before = read_state(gl());
+        const OddHost host(gl);
+        const State before = read_state(gl);
         const auto after = [&](const char* call) {
-            expect_same(before, read_state(gl()), call);
+            expect_same(before, read_state(gl), call);
             host.set();  // so that one fault is not told twice
         };
-        renderer = std::make_unique<Renderer>(get_proc());
+        renderer = std::make_unique<Renderer>(get_proc);
         after("Renderer's constructor");
         odd = draw(*renderer, picture, insides, after);
         renderer.reset();
@@ -669,11 +712,27 @@ TEST_P(Guest, LeavesTheStateAndDrawsTheSamePictureWhateverItIs)
     EXPECT_EQ(without_times(clean.explained), without_times(odd.explained));
     // That the scene is worth comparing.
     EXPECT_GT(clean.samples, 1000);
-    EXPECT_NE(*std::min_element(clean.depth.begin(), clean.depth.end()),
-              *std::max_element(clean.depth.begin(), clean.depth.end()));
+    EXPECT_EQ(*std::min_element(clean.depth.begin(), clean.depth.end()) ==
+                  *std::max_element(clean.depth.begin(), clean.depth.end()),
+              scene.surfaces.empty());
     EXPECT_LT(
         *std::min_element(clean.layers.transmittance.begin(), clean.layers.transmittance.end()),
         0.9f);
+}
+
+TEST_P(Guest, LeavesTheStateAndDrawsTheSamePictureWhateverItIs)
+{
+    expect_good_manners(gl(), get_proc(), busy_scene(), GetParam());
+}
+
+TEST_P(Guest, LeavesTheStateOfUnitsThatASparseSceneHasNothingFor)
+{
+    expect_good_manners(gl(), get_proc(), sparse_scene(), GetParam());
+}
+
+TEST_P(Guest, LeavesTheStateOfUnitsThatGreyFogHasNothingFor)
+{
+    expect_good_manners(gl(), get_proc(), grey_fog(), GetParam());
 }
 
 TEST_P(Guest, CompositeWritesColourAloneAndKeepsItsAlpha)

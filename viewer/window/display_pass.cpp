@@ -36,9 +36,9 @@ void DisplayPass::draw(const DisplayRequest& request)
     block_.write(params);
     const gl::Device& gl = device_;
     gl->BindBufferBase(GL_UNIFORM_BUFFER, FRAME_BLOCK, block_.id());
-    gl->BindTextureUnit(DISPLAY_A_UNIT, request.a.picture->id());
+    request.a.picture->bind(DISPLAY_A_UNIT);
     if (request.b.picture != nullptr)
-        gl->BindTextureUnit(DISPLAY_B_UNIT, request.b.picture->id());
+        request.b.picture->bind(DISPLAY_B_UNIT);
     gl->BindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
     gl->Disable(GL_BLEND);
     gl->Disable(GL_SCISSOR_TEST);

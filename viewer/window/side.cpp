@@ -57,7 +57,7 @@ void Side::accumulate(int frame)
     gl->BlendEquationi(0, GL_FUNC_ADD);
     gl->BlendFunci(0, GL_CONSTANT_ALPHA, GL_ONE_MINUS_CONSTANT_ALPHA);
     gl->BlendColor(0, 0, 0, 1.0f / static_cast<float>(frame + 1));
-    gl->BindTextureUnit(DISPLAY_A_UNIT, color_.id());
+    color_.bind(DISPLAY_A_UNIT);
     gl->UseProgram(programs_.get({"pass/fullscreen.vert", "pass/accumulate.frag"}, {}).id());
     gl->BindVertexArray(fullscreen_.id());
     gl->DrawArrays(GL_TRIANGLES, 0, 3);
