@@ -471,7 +471,7 @@ void Renderer::enable_timing(bool on)
 
 FrameReport Renderer::take_report()
 {
-    return {parts_->timers.take(), parts_->device.bytes(),
+    return {parts_->timers.take(), parts_->device.bytes(), parts_->device.allocations(),
             parts_->pass != nullptr ? parts_->pass->history_use() : ""};
 }
 

@@ -38,13 +38,22 @@ public:
     /// Bytes in textures and buffers that objects of this device hold now.
     [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
 
-    /// How objects keep the account; not for others.
-    void account(std::int64_t bytes) const { bytes_ += static_cast<std::uint64_t>(bytes); }
+    /// Textures and buffers that objects of this device have made so far, those freed since too: a
+    /// frame that leaves it as it was has allocated nothing.
+    [[nodiscard]] std::uint64_t allocations() const { return allocations_; }
+
+    /// How objects keep the account, one that is made with its bytes, one that is freed with less
+    /// than 0; not for others.
+    void account(std::int64_t bytes) const
+    {
+        bytes_ += static_cast<std::uint64_t>(bytes);
+        allocations_ += bytes > 0 ? 1 : 0;
+    }
 
 private:
     GladGLContext gl_{};
     Capabilities capabilities_;
-    mutable std::uint64_t bytes_ = 0;
+    mutable std::uint64_t bytes_ = 0, allocations_ = 0;
 };
 
 /// A move-only GL name with the device that it came from. `Destroy` frees one name.

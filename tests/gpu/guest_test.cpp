@@ -843,6 +843,14 @@ TEST_P(Guest, LeavesNothingBehind)
         const std::uint64_t full = renderer.device().bytes();
         const std::map<std::string, int> held = count_objects(gl());
         EXPECT_GT(full, bare);
+        const std::uint64_t made = renderer.take_report().allocations;
+        for (int i = 0; i < 3; ++i) {
+            renderer.draw_surfaces(picture.frame, settings, true);
+            renderer.composite(picture.frame, settings);
+        }
+        EXPECT_EQ(renderer.take_report().allocations, made) << "a frame allocates";
+        renderer.count_samples(picture.frame, settings);  // into a texture of its own
+        EXPECT_EQ(renderer.take_report().allocations, made + 1);
         for (int i = 0; i < 3; ++i)
             frame();
         EXPECT_EQ(renderer.device().bytes(), full) << "the same frames again";

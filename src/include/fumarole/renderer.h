@@ -67,6 +67,7 @@ struct LayerImages {
 struct FrameReport {
     std::vector<std::pair<std::string, double>> pass_ms;  ///< empty unless timing is on
     std::uint64_t gpu_bytes = 0;                          ///< textures and buffers of the renderer
+    std::uint64_t allocations = 0;  ///< textures and buffers that it has made so far
     /// What the last frame did with those before it, and why; "" where nothing is kept.
     std::string history;
 };
