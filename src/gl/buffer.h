@@ -29,6 +29,8 @@ public:
         handle_.device()->NamedBufferSubData(id(), 0, static_cast<GLsizeiptr>(bytes), data);
     }
 
+    void invalidate() const { handle_.device()->InvalidateBufferData(id()); }
+
     [[nodiscard]] GLuint id() const { return handle_.id(); }
     [[nodiscard]] std::size_t bytes() const { return bytes_; }
     explicit operator bool() const { return static_cast<bool>(handle_); }
@@ -52,7 +54,14 @@ template <typename Params> class UniformBuffer {
 public:
     UniformBuffer() = default;
     UniformBuffer(const Device& gl, std::string_view label) : buffer_{gl, label, sizeof(Params)} {}
-    void write(const Params& params) const { buffer_.write(&params, sizeof(Params)); }
+    /// Lets go of what is in it first: a GPU that has not read that yet keeps it, and the driver
+    /// gives the block other memory instead of waiting. A ring of blocks would need a fence each,
+    /// as some are written once a surface, not once a frame.
+    void write(const Params& params) const
+    {
+        buffer_.invalidate();
+        buffer_.write(&params, sizeof(Params));
+    }
     [[nodiscard]] GLuint id() const { return buffer_.id(); }
 
 private:

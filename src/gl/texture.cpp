@@ -2,9 +2,11 @@
 
 #include <array>
 #include <cassert>
+#include <cstring>
 #include <fmt/format.h>
 
 #include "gl/label.h"
+#include "gl/transfer.h"
 #include <fumarole/errors.h>
 
 namespace fumarole::gl {
@@ -50,57 +52,6 @@ std::int64_t texture_bytes(const Device& gl, GLuint id)
     gl->GetTextureLevelParameteriv(id, 0, GL_TEXTURE_INTERNAL_FORMAT, &format);
     return std::int64_t{width} * height * depth * texel_bytes(static_cast<GLenum>(format));
 }
-
-/// While it lives, texels go tightly packed to and from our own memory, whatever packing and pixel
-/// buffer the host has bound.
-class TightTransfer {
-public:
-    enum class Direction { pack, unpack };
-
-    TightTransfer(const Device& gl, Direction direction)
-        : gl_{gl}, pack_{direction == Direction::pack}
-    {
-        gl->GetIntegerv(pack_ ? GL_PIXEL_PACK_BUFFER_BINDING : GL_PIXEL_UNPACK_BUFFER_BINDING,
-                        &buffer_);
-        gl->BindBuffer(target(), 0);
-        for (std::size_t i = 0; i < kNames; ++i) {
-            gl->GetIntegerv(names().at(i), &values_.at(i));
-            gl->PixelStorei(names().at(i), i == 0 ? 1 : 0);
-        }
-    }
-    TightTransfer(const TightTransfer&) = delete;
-    TightTransfer& operator=(const TightTransfer&) = delete;
-    ~TightTransfer()
-    {
-        for (std::size_t i = 0; i < kNames; ++i)
-            gl_->PixelStorei(names().at(i), values_.at(i));
-        gl_->BindBuffer(target(), static_cast<GLuint>(buffer_));
-    }
-
-private:
-    static constexpr std::size_t kNames = 7;
-    [[nodiscard]] GLenum target() const
-    {
-        return pack_ ? GL_PIXEL_PACK_BUFFER : GL_PIXEL_UNPACK_BUFFER;
-    }
-    /// The alignment, then all that is 0 for tight rows.
-    [[nodiscard]] const std::array<GLenum, kNames>& names() const
-    {
-        static constexpr std::array<GLenum, kNames> kPack{
-            GL_PACK_ALIGNMENT, GL_PACK_ROW_LENGTH,  GL_PACK_IMAGE_HEIGHT, GL_PACK_SKIP_PIXELS,
-            GL_PACK_SKIP_ROWS, GL_PACK_SKIP_IMAGES, GL_PACK_SWAP_BYTES};
-        static constexpr std::array<GLenum, kNames> kUnpack{
-            GL_UNPACK_ALIGNMENT,   GL_UNPACK_ROW_LENGTH, GL_UNPACK_IMAGE_HEIGHT,
-            GL_UNPACK_SKIP_PIXELS, GL_UNPACK_SKIP_ROWS,  GL_UNPACK_SKIP_IMAGES,
-            GL_UNPACK_SWAP_BYTES};
-        return pack_ ? kPack : kUnpack;
-    }
-
-    const Device& gl_;
-    bool pack_;
-    GLint buffer_ = 0;
-    std::array<GLint, kNames> values_{};
-};
 
 }  // namespace
 
@@ -170,8 +121,41 @@ Texture Texture::make_3d(const Device& gl, std::string_view label, glm::ivec3 si
 
 void Texture::upload(GLenum format, GLenum type, const void* data)
 {
+    const TightTransfer tight(handle_.device(), TightTransfer::Direction::unpack);
+    write(format, type, data);
+}
+
+void Texture::stage(GLenum format, GLenum type, const void* data, std::size_t bytes)
+{
     const Device& gl = handle_.device();
-    const TightTransfer tight(gl, TightTransfer::Direction::unpack);
+    GLuint buffer = 0;
+    gl->CreateBuffers(1, &buffer);
+    set_label(gl, GL_BUFFER, buffer, "staged texels");
+    gl->NamedBufferStorage(buffer, static_cast<GLsizeiptr>(bytes), nullptr,
+                           GL_MAP_WRITE_BIT | GL_CLIENT_STORAGE_BIT);
+    // Nothing has used the buffer yet, so there is nothing to wait for.
+    void* mapped = gl->MapNamedBufferRange(buffer, 0, static_cast<GLsizeiptr>(bytes),
+                                           GL_MAP_WRITE_BIT | GL_MAP_UNSYNCHRONIZED_BIT |
+                                               GL_MAP_INVALIDATE_BUFFER_BIT);
+    if (mapped == nullptr) {  // no memory for a second copy of it
+        gl->DeleteBuffers(1, &buffer);
+        while (gl->GetError() != GL_NO_ERROR) {  // ours, not to be left to the host
+        }
+        upload(format, type, data);
+        return;
+    }
+    std::memcpy(mapped, data, bytes);
+    gl->UnmapNamedBuffer(buffer);
+    {
+        const TightTransfer tight(gl, TightTransfer::Direction::unpack, buffer);
+        write(format, type, nullptr);
+    }
+    gl->DeleteBuffers(1, &buffer);  // GL keeps what is in it until it is copied
+}
+
+void Texture::write(GLenum format, GLenum type, const void* data)
+{
+    const Device& gl = handle_.device();
     if (target_ == GL_TEXTURE_2D)
         gl->TextureSubImage2D(id(), 0, 0, 0, size_.x, size_.y, format, type, data);
     else
@@ -205,16 +189,6 @@ std::vector<float> read_texture(const Device& gl, TextureView texture, int chann
     const TightTransfer tight(gl, TightTransfer::Direction::pack);
     gl->GetTextureImage(texture.id, 0, format, GL_FLOAT,
                         static_cast<GLsizei>(texels.size() * sizeof(float)), texels.data());
-    return texels;
-}
-
-std::vector<float> read_depth_layer(const Device& gl, TextureView texture, int layer)
-{
-    std::vector<float> texels(static_cast<std::size_t>(texture.size.x) * texture.size.y);
-    const TightTransfer tight(gl, TightTransfer::Direction::pack);
-    gl->GetTextureSubImage(texture.id, 0, 0, 0, layer, texture.size.x, texture.size.y, 1,
-                           GL_DEPTH_COMPONENT, GL_FLOAT,
-                           static_cast<GLsizei>(texels.size() * sizeof(float)), texels.data());
     return texels;
 }
 

@@ -35,6 +35,11 @@ public:
 
     /// All texels, x fastest, tightly packed; `format` and `type` describe `data`.
     void upload(GLenum format, GLenum type, const void* data);
+    /// The same for what is large, by way of a buffer that the GPU reads when it comes to it. GL
+    /// has to copy what lies in our memory before upload() returns, and waits where its own place
+    /// for that is full; here it copies while it does what was asked before.
+    /// @param bytes of all texels
+    void stage(GLenum format, GLenum type, const void* data, std::size_t bytes);
 
     /// All texels as floats, `channels` of each (1, 3 or 4), first row first.
     [[nodiscard]] std::vector<float> read(int channels) const;
@@ -55,6 +60,7 @@ private:
     static void destroy(const Device& device, GLuint id);
     static Texture make(const Device& device, std::string_view label, GLenum target,
                         glm::ivec3 size, GLenum format, Filter filter);
+    void write(GLenum format, GLenum type, const void* data);
 
     Handle<&Texture::destroy> handle_;
     GLenum target_ = 0;
@@ -76,8 +82,5 @@ private:
 /// floats of a colour or depth texture that we may not own, as Texture::read.
 std::vector<float> read_texture(const Device& device, TextureView texture, int channels,
                                 bool depth = false);
-
-/// The depths of one layer of an array, 0..1, first row first.
-std::vector<float> read_depth_layer(const Device& device, TextureView texture, int layer);
 
 }  // namespace fumarole::gl

@@ -94,6 +94,7 @@ void LightSet::clear()
     views_.clear();
     suns_ = points_ = spots_ = 0;
     shaded_media_ = false;
+    sun_readbacks_.clear();
     shadow_map_ = {};
 }
 
@@ -141,11 +142,31 @@ void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, cons
     shadow_map_ = painter_.draw(views_, surfaces, map_size);
 }
 
-LightSet::SunShadow LightSet::read_sun_shadow(int i) const
+LightSet::SunReadback& LightSet::sun_readback(int i) const
 {
-    const int view = first_view_[static_cast<std::size_t>(i)];
-    return {views_[static_cast<std::size_t>(view)],
-            gl::read_depth_layer(device_, shadow_map_.view(), view), shadow_map_.size().x};
+    sun_readbacks_.resize(static_cast<std::size_t>(suns_));
+    SunReadback& sun = sun_readbacks_[static_cast<std::size_t>(i)];
+    if (!sun.depths && !sun.shadow)
+        sun.depths = {device_, shadow_map_.view(), first_view_[static_cast<std::size_t>(i)]};
+    return sun;
+}
+
+const SunShadow* LightSet::sun_shadow(int i) const
+{
+    SunReadback& sun = sun_readback(i);
+    if (!sun.shadow && sun.depths.ready()) {
+        const auto view = static_cast<std::size_t>(first_view_[static_cast<std::size_t>(i)]);
+        sun.shadow = {views_[view], DepthPyramid(sun.depths.texels(), shadow_map_.size().x)};
+        sun.depths = {};
+    }
+    return sun.shadow ? &*sun.shadow : nullptr;
+}
+
+void LightSet::wait_for_sun_shadows() const
+{
+    for (int i = 0; i < suns_ && !views_.empty(); ++i)
+        while (sun_shadow(i) == nullptr)
+            sun_readback(i).depths.wait();
 }
 
 gl::Defines LightSet::defines() const

@@ -1,11 +1,14 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "gl/buffer.h"
 #include "gl/program.h"
 #include "gl/texture.h"
+#include "gl/transfer.h"
+#include "light/depth_pyramid.h"
 #include "light/shadow_views.h"
 #include "shared/light_params.h"
 #include "surface/surface_set.h"
@@ -15,6 +18,12 @@
 // The lights of a scene on the GPU, the shadow map of its surfaces, and the world's light.
 
 namespace fumarole::light {
+
+/// What surfaces hide of a sun from the media, as the CPU asks it: the view that holds all of them.
+struct SunShadow {
+    View view;
+    DepthPyramid depths;  ///< of its shadow map
+};
 
 class LightSet {
 public:
@@ -55,19 +64,22 @@ public:
     [[nodiscard]] bool shaded_media() const { return shaded_media_; }
     [[nodiscard]] glm::vec3 world_radiance() const { return world_radiance_; }
 
-    /// What surfaces hide of sun i from the media: the view that holds all of them.
-    struct SunShadow {
-        View view;
-        std::vector<float> texels;  ///< depths, size * size, row by row
-        int size = 0;
-    };
-    /// Read back, so it waits for the GPU. Only where there are shadow views.
-    [[nodiscard]] SunShadow read_sun_shadow(int i) const;
+    /// Of sun i, once its shadow map is back from the GPU, which the first call asks for; null
+    /// until then. Never waits. Only where there are shadow views; good until the next set().
+    [[nodiscard]] const SunShadow* sun_shadow(int i) const;
+    /// Waits until those of all suns are there.
+    void wait_for_sun_shadows() const;
 
 private:
     void add_sun_views(const SunLight& sun, const surface::SurfaceSet& surfaces,
                        const Bounds& media, int map_size);
     void set_world(const World& world);
+
+    struct SunReadback {
+        gl::DepthReadback depths;
+        std::optional<SunShadow> shadow;
+    };
+    SunReadback& sun_readback(int i) const;
 
     const gl::Device& device_;
     int suns_ = 0, points_ = 0, spots_ = 0;
@@ -75,6 +87,7 @@ private:
     std::vector<int> first_view_;  ///< of each light
     std::vector<View> views_;
     bool shaded_media_ = false;
+    mutable std::vector<SunReadback> sun_readbacks_;  ///< of suns, as they are asked for
     gl::Texture shadow_map_, irradiance_, environment_;
     gl::UniformBuffer<shared::LightsParams> block_;
     ShadowPainter painter_;

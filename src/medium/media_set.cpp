@@ -82,11 +82,13 @@ int MediaSet::upload(const std::shared_ptr<const VoxelGrid>& grid, const Setting
     const TexelFormat format = texel_format(added.plan);
     added.texels = gl::Texture::make_3d(device_, grid->name + " texels", added.plan.texture_size,
                                         format.internal, gl::Filter::linear);
-    added.texels.upload(format.format, format.type, added.plan.texels.data());
+    added.texels.stage(format.format, format.type, added.plan.texels.data(),
+                       added.plan.texels.size());
     if (added.plan.layout == Layout::bricks) {
         added.pages = gl::Texture::make_3d(device_, grid->name + " pages", added.plan.page_count,
                                            GL_R32UI, gl::Filter::nearest);
-        added.pages.upload(GL_RED_INTEGER, GL_UNSIGNED_INT, added.plan.pages.data());
+        added.pages.stage(GL_RED_INTEGER, GL_UNSIGNED_INT, added.plan.pages.data(),
+                          added.plan.pages.size() * sizeof(added.plan.pages[0]));
     }
     added.plan.texels = {};
     added.plan.pages = {};

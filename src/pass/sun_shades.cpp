@@ -10,11 +10,12 @@ CameraRays SunShade::seen(const CameraRays& rays, glm::dvec3 eye) const
 {
     // As visibility_in() of glsl/scene/lights.glsl looks a point up.
     const auto turned = [&](glm::dvec3 d) {
-        const glm::dvec4 clip = view_.clip_from_world * glm::dvec4(d, 0.0);
-        return glm::dvec3(glm::dvec2(clip) * 0.5, glm::dot(d, view_.axis) / view_.range);
+        const glm::dvec4 clip = shadow_->view.clip_from_world * glm::dvec4(d, 0.0);
+        return glm::dvec3(glm::dvec2(clip) * 0.5,
+                          glm::dot(d, shadow_->view.axis) / shadow_->view.range);
     };
     CameraRays out;
-    out.origin = turned(rays.origin + eye - view_.origin) + glm::dvec3(0.5, 0.5, 0);
+    out.origin = turned(rays.origin + eye - shadow_->view.origin) + glm::dvec3(0.5, 0.5, 0);
     out.origin_dx = turned(rays.origin_dx);
     out.origin_dy = turned(rays.origin_dy);
     out.direction = turned(rays.direction);
@@ -42,7 +43,8 @@ Shade SunShade::over(const CameraRays& rays, glm::dvec2 ndc, glm::dvec2 reach,
     const auto [low_near, high_near] = end(view_z.x);
     const auto [low_far, high_far] = end(view_z.y);
     const glm::dvec3 low = glm::min(low_near, low_far), high = glm::max(high_near, high_far);
-    const light::DepthPyramid::Extent kept = pyramid_.over(glm::dvec2(low), glm::dvec2(high));
+    const light::DepthPyramid::Extent kept =
+        shadow_->depths.over(glm::dvec2(low), glm::dvec2(high));
     constexpr double kRounding = 1e-5;  // of depth: floats on the GPU, doubles here
     // A lookup clamps its depth.
     if (std::min(high.z, 1.0) + kRounding < static_cast<double>(kept.least) || kept.least >= 1)
@@ -54,18 +56,17 @@ Shade SunShade::over(const CameraRays& rays, glm::dvec2 ndc, glm::dvec2 reach,
 
 void SunShades::set(const light::LightSet& lights, const PassFrame& frame)
 {
-    if (scene_id_ != frame.scene_id) {
-        std::vector<Seen> suns;
-        for (int sun = 0; sun < lights.suns() && lights.shaded_media(); ++sun) {
-            const light::LightSet::SunShadow shadow = lights.read_sun_shadow(sun);
-            suns.push_back({SunShade(shadow.view, shadow.texels, shadow.size), {}});
-        }
-        suns_ = std::move(suns);
-        scene_id_ = frame.scene_id;
-    }
+    suns_.clear();
+    if (!lights.shaded_media())
+        return;
     const CameraRays rays = camera_rays(frame.host, frame.eye);
-    for (Seen& sun : suns_)
-        sun.rays = sun.shade.seen(rays, frame.eye.position);
+    for (int i = 0; i < lights.suns(); ++i) {
+        Seen& sun = suns_.emplace_back();
+        if (const light::SunShadow* shadow = lights.sun_shadow(i)) {
+            sun.shade.emplace(*shadow);
+            sun.rays = sun.shade->seen(rays, frame.eye.position);
+        }
+    }
 }
 
 void SunShades::find(StepSlots::Held& held, const StepSlots& slots, glm::dvec2 ndc,
@@ -77,7 +78,7 @@ void SunShades::find(StepSlots::Held& held, const StepSlots& slots, glm::dvec2 n
         if ((held.slots & StepSlots::row(first, last)) == 0)
             return;
         const Shade shade =
-            sun.shade.over(sun.rays, ndc, reach, {slots.begin(first), slots.begin(last)});
+            sun.shade->over(sun.rays, ndc, reach, {slots.begin(first), slots.begin(last)});
         if (shade == Shade::lit)
             return;
         held.lit = false;
@@ -94,6 +95,11 @@ void SunShades::find(StepSlots::Held& held, const StepSlots& slots, glm::dvec2 n
     };
     const std::uint64_t bits = held.slots;
     for (const Seen& sun : suns_) {
+        if (!sun.shade) {
+            held.lit = false;
+            held.shafts = slots.all();
+            continue;
+        }
         const int first = std::countr_zero(bits) / slots.unit() * slots.unit();
         look(sun, first, std::min(slots.count(), 64 - std::countl_zero(bits)), look);
     }

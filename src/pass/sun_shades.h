@@ -1,6 +1,6 @@
 #pragma once
 
-#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "light/depth_pyramid.h"
@@ -16,11 +16,8 @@ enum class Shade { lit, dark, mixed };
 /// A sun's shadow map as the CPU asks it.
 class SunShade {
 public:
-    /// @param view a sun's @param texels the depths of its layer, size * size, row by row
-    SunShade(const light::View& view, std::span<const float> texels, int size)
-        : view_{view}, pyramid_{texels, size}
-    {
-    }
+    /// @param shadow outlives it
+    explicit SunShade(const light::SunShadow& shadow) : shadow_{&shadow} {}
 
     /// Rays in the view: uv and depth, 0..1 each. eye: metres, world.
     [[nodiscard]] CameraRays seen(const CameraRays& rays, glm::dvec3 eye) const;
@@ -32,14 +29,14 @@ public:
                              glm::dvec2 view_z) const;
 
 private:
-    light::View view_;
-    light::DepthPyramid pyramid_;
+    const light::SunShadow* shadow_;
 };
 
 /// Where in a frame surfaces may hide a sun from the media.
 class SunShades {
 public:
-    /// Reads the shadow maps of a scene that it has not met yet.
+    /// Takes the shadow maps that are back from the GPU; while one is not, its sun may be hidden
+    /// anywhere, which is never wrong and takes longer.
     void set(const light::LightSet& lights, const PassFrame& frame);
 
     /// Whether surfaces can hide a sun at all.
@@ -52,11 +49,10 @@ public:
 
 private:
     struct Seen {
-        SunShade shade;
-        CameraRays rays;  ///< this frame's, of its view
+        std::optional<SunShade> shade;  ///< nothing: not known yet
+        CameraRays rays;                ///< this frame's, of its view
     };
     std::vector<Seen> suns_;
-    std::uint64_t scene_id_ = 0;
 };
 
 }  // namespace fumarole::pass

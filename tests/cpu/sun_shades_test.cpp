@@ -75,7 +75,8 @@ TEST(SunShade, SaysLitAndDarkOnlyWhereAllPointsAre)
     casters.add(glm::dvec3(-60, -60, -60));
     casters.add(glm::dvec3(60, 60, 60));
     const light::View view = light::parallel_view(axes, covered, casters, kSize);
-    const SunShade shade(view, texels, kSize);
+    const light::SunShadow shadow{view, light::DepthPyramid(texels, kSize)};
+    const SunShade shade(shadow);
 
     std::uniform_real_distribution<double> unit(0, 1), both(-1, 1);
     int found[3] = {};

@@ -1,0 +1,120 @@
+#include "gl/transfer.h"
+
+#include "errors.h"
+#include "gl/label.h"
+
+namespace fumarole::gl {
+
+TightTransfer::TightTransfer(const Device& gl, Direction direction, GLuint buffer)
+    : gl_{gl}, pack_{direction == Direction::pack}
+{
+    gl->GetIntegerv(pack_ ? GL_PIXEL_PACK_BUFFER_BINDING : GL_PIXEL_UNPACK_BUFFER_BINDING,
+                    &buffer_);
+    gl->BindBuffer(target(), buffer);
+    for (std::size_t i = 0; i < kNames; ++i) {
+        gl->GetIntegerv(names().at(i), &values_.at(i));
+        gl->PixelStorei(names().at(i), i == 0 ? 1 : 0);
+    }
+}
+
+TightTransfer::~TightTransfer()
+{
+    for (std::size_t i = 0; i < kNames; ++i)
+        gl_->PixelStorei(names().at(i), values_.at(i));
+    gl_->BindBuffer(target(), static_cast<GLuint>(buffer_));
+}
+
+GLenum TightTransfer::target() const
+{
+    return pack_ ? GL_PIXEL_PACK_BUFFER : GL_PIXEL_UNPACK_BUFFER;
+}
+
+/// The alignment, then all that is 0 for tight rows.
+const std::array<GLenum, TightTransfer::kNames>& TightTransfer::names() const
+{
+    static constexpr std::array<GLenum, kNames> kPack{
+        GL_PACK_ALIGNMENT, GL_PACK_ROW_LENGTH,  GL_PACK_IMAGE_HEIGHT, GL_PACK_SKIP_PIXELS,
+        GL_PACK_SKIP_ROWS, GL_PACK_SKIP_IMAGES, GL_PACK_SWAP_BYTES};
+    static constexpr std::array<GLenum, kNames> kUnpack{
+        GL_UNPACK_ALIGNMENT, GL_UNPACK_ROW_LENGTH,  GL_UNPACK_IMAGE_HEIGHT, GL_UNPACK_SKIP_PIXELS,
+        GL_UNPACK_SKIP_ROWS, GL_UNPACK_SKIP_IMAGES, GL_UNPACK_SWAP_BYTES};
+    return pack_ ? kPack : kUnpack;
+}
+
+DepthReadback::DepthReadback(const Device& gl, TextureView texture, int layer)
+    : device_{&gl}, count_{static_cast<std::size_t>(texture.size.x) *
+                           static_cast<std::size_t>(texture.size.y)}
+{
+    const auto bytes = static_cast<GLsizeiptr>(count_ * sizeof(float));
+    constexpr GLbitfield kAccess = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
+    gl->CreateBuffers(1, &buffer_);
+    set_label(gl, GL_BUFFER, buffer_, "depths read back");
+    gl->NamedBufferStorage(buffer_, bytes, nullptr, kAccess | GL_CLIENT_STORAGE_BIT);
+    mapped_ = static_cast<const float*>(gl->MapNamedBufferRange(buffer_, 0, bytes, kAccess));
+    if (mapped_ == nullptr) {
+        gl->DeleteBuffers(1, &buffer_);
+        throw Error("OpenGL: no memory to read a shadow map back; ask for a smaller one");
+    }
+    {
+        const TightTransfer tight(gl, TightTransfer::Direction::pack, buffer_);
+        gl->GetTextureSubImage(texture.id, 0, 0, 0, layer, texture.size.x, texture.size.y, 1,
+                               GL_DEPTH_COMPONENT, GL_FLOAT, static_cast<GLsizei>(bytes), nullptr);
+    }
+    fence_ = gl->FenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+}
+
+DepthReadback::DepthReadback(DepthReadback&& other) noexcept
+{
+    swap(other);
+}
+
+DepthReadback& DepthReadback::operator=(DepthReadback&& other) noexcept
+{
+    DepthReadback moved(std::move(other));
+    swap(moved);
+    return *this;
+}
+
+void DepthReadback::swap(DepthReadback& other) noexcept
+{
+    std::swap(device_, other.device_);
+    std::swap(buffer_, other.buffer_);
+    std::swap(fence_, other.fence_);
+    std::swap(mapped_, other.mapped_);
+    std::swap(count_, other.count_);
+}
+
+void DepthReadback::forget()
+{
+    if (buffer_ == 0)
+        return;
+    (*device_)->DeleteSync(fence_);
+    (*device_)->DeleteBuffers(1, &buffer_);  // unmaps it
+}
+
+bool DepthReadback::poll(GLuint64 timeout_ns)
+{
+    if (fence_ == nullptr)
+        return true;
+    // Flushes the commands before it, without which it might never come.
+    const GLenum state = (*device_)->ClientWaitSync(fence_, GL_SYNC_FLUSH_COMMANDS_BIT, timeout_ns);
+    if (state == GL_TIMEOUT_EXPIRED)
+        return false;
+    (*device_)->DeleteSync(fence_);
+    fence_ = nullptr;
+    return true;
+}
+
+bool DepthReadback::ready()
+{
+    return poll(0);
+}
+
+void DepthReadback::wait()
+{
+    constexpr GLuint64 kSecond = 1'000'000'000;
+    while (!poll(kSecond)) {
+    }
+}
+
+}  // namespace fumarole::gl
