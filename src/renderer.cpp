@@ -43,7 +43,7 @@ void check(const Frame& frame)
 struct Renderer::Parts {
     explicit Parts(gl::GetProc get_proc)
         : device{get_proc}, programs{device}, timers{device}, surfaces{device}, media{device},
-          lights{device, programs}, volumes{device, programs},
+          lights{device, programs}, volumes{device, programs, timers},
           fullscreen{device, "fullscreen"}, host{device, "host"}, frame_block{device, "frame"},
           draw_block{device, "surface draw"}, depth_sampler{device, "scene depth"}
     {
@@ -72,6 +72,7 @@ struct Renderer::Parts {
     gl::UniformBuffer<shared::DrawParams> draw_block;
     gl::Sampler depth_sampler;  ///< so that the host's filter and comparison don't matter
     std::uint64_t scene_id = 0;
+    bool marches = false;  ///< what set_scene() was told
     const pass::Toolbox tools{device, programs, timers, media, lights, volumes, fullscreen};
     Settings::Mode mode = Settings::Mode::raymarch;  ///< of the pass
     std::unique_ptr<pass::VolumePass> pass;
@@ -137,6 +138,7 @@ void Renderer::set_scene(const Scene& scene, const Settings& settings)
 {
     const gl::StateGuard guard(parts_->device, GRID_UNIT, BLOCK_COUNT, 0);
     ++parts_->scene_id;
+    parts_->marches = settings.mode == Settings::Mode::raymarch;
     try {
         parts_->media.set(scene, settings);
         parts_->surfaces.set(scene.surfaces);
@@ -178,6 +180,7 @@ void Renderer::composite(const Frame& frame, const Settings& settings)
 {
     check(frame);
     Parts& parts = *parts_;
+    const auto timed = parts.timers.frame(frame.index);
     if (parts.media.empty())
         return;
     const gl::Device& gl = parts.device;
@@ -217,6 +220,7 @@ InspectionLegend Renderer::inspect(const Frame& frame, const Settings& settings,
 {
     check(frame);
     Parts& parts = *parts_;
+    const auto timed = parts.timers.frame(frame.index);
     const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
     parts.host.attach_color({frame.color});
     const Settings s = settled(frame, settings);
@@ -464,21 +468,43 @@ Bounds Renderer::media_bounds() const
     return parts_->media.bounds();
 }
 
-void Renderer::enable_timing(bool on)
+void Renderer::wait_until_ready()
 {
-    parts_->timers.enable(on);
+    if (parts_->marches && parts_->lights.shaded_media())
+        parts_->lights.wait_for_sun_shadows();
+    parts_->device->Finish();
+}
+
+void Renderer::set_timing(Timing timing)
+{
+    parts_->timers.set_timing(timing);
+}
+
+Timing Renderer::timing() const
+{
+    return parts_->timers.timing();
+}
+
+Timing Renderer::measuring_timing() const
+{
+    return gl::measuring_timing(parts_->device);
 }
 
 FrameReport Renderer::take_report()
 {
-    return {parts_->timers.take(), parts_->device.bytes(), parts_->device.allocations(),
-            parts_->pass != nullptr ? parts_->pass->history_use() : ""};
+    FrameReport report;
+    report.timing = parts_->timers.timing();
+    if (auto times = parts_->timers.take()) {
+        report.pass_ms = std::move(times->passes);
+        report.timed_frame = times->index;
+    }
+    report.gpu_bytes = parts_->device.bytes();
+    report.allocations = parts_->device.allocations();
+    if (parts_->pass != nullptr)
+        report.history = parts_->pass->history_use();
+    return report;
 }
 
-const char* Renderer::timing_method() const
-{
-    return parts_->timers.method();
-}
 const gl::Device& Renderer::device() const
 {
     return parts_->device;

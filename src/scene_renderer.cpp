@@ -136,6 +136,22 @@ struct Canvas {
     gl::Texture color, depth;
 };
 
+/// While it lives the renderer measures by waiting, so that explain() says what its volumes took.
+class Measured {
+public:
+    explicit Measured(Renderer& renderer) : renderer_{renderer}, before_{renderer.timing()}
+    {
+        renderer_.set_timing(Timing::finish);
+    }
+    ~Measured() { renderer_.set_timing(before_); }
+    Measured(const Measured&) = delete;
+    Measured& operator=(const Measured&) = delete;
+
+private:
+    Renderer& renderer_;
+    Timing before_;
+};
+
 }  // namespace
 
 PassTime summarize(std::string name, std::vector<double> ms)
@@ -216,11 +232,20 @@ double SceneRenderer::set_scene(const Scene& scene, const Settings& settings)
         return 0;
     const auto begin = std::chrono::steady_clock::now();
     held_.reset();
-    renderer_.set_scene(scene, settings);
-    renderer_.device()->Finish();
+    {
+        const Measured measured(renderer_);
+        renderer_.set_scene(scene, settings);
+    }
+    renderer_.wait_until_ready();
     held_.emplace(scene, of_scene);
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
         .count();
+}
+
+FrameReport SceneRenderer::timed_report()
+{
+    renderer_.wait_until_ready();
+    return renderer_.take_report();
 }
 
 Settings SceneRenderer::settled(const Scene& scene, const Settings& settings)
@@ -295,13 +320,12 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
             draw();  // the variant that reads history
             renderer_.reset_history(frame.history);
         }
-        renderer_.enable_timing(true);
-        renderer_.take_report();
+        renderer_.set_timing(renderer_.measuring_timing());
         for (int i = 0; i < options.timed_frames; ++i) {
             if (gathers)
                 aim_to_gather(i);
             draw();
-            const FrameReport one = renderer_.take_report();
+            const FrameReport one = timed_report();
             volume.push_back(volume_ms(one.pass_ms));
             for (const auto& [name, ms] : one.pass_ms) {
                 if (times.find(name) == times.end())
@@ -309,11 +333,11 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
                 times[name].push_back(ms);
             }
         }
-        renderer_.enable_timing(false);
+        renderer_.set_timing(Timing::off);
         for (const std::string& name : order)
             report->passes.push_back(summarize(name, times[name]));
         report->volume = summarize("volume", volume);
-        report->timing_method = renderer_.timing_method();
+        report->timing_method = timing_name(renderer_.measuring_timing());
         report->history = renderer_.take_report().history;
         report->samples = renderer_.count_samples(frame, settings);
     }
@@ -336,8 +360,7 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
         else
             aim(i);
         if (report != nullptr && moves && i == 0) {
-            renderer_.enable_timing(true);
-            renderer_.take_report();
+            renderer_.set_timing(renderer_.measuring_timing());
         }
         renderer_.draw_surfaces(frame, settings, false);
         surface.add(color.read(4));
@@ -346,12 +369,12 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
         surface_lit.add(lit);
         renderer_.composite(frame, settings);
         if (report != nullptr && moves && i == 0) {
-            const FrameReport one = renderer_.take_report();
-            renderer_.enable_timing(false);
+            const FrameReport one = timed_report();
+            renderer_.set_timing(Timing::off);
             for (const auto& [name, ms] : one.pass_ms)
                 report->passes.push_back({name, ms, ms, ms});
             report->volume = summarize("volume", {volume_ms(one.pass_ms)});
-            report->timing_method = renderer_.timing_method();
+            report->timing_method = timing_name(renderer_.measuring_timing());
             report->history = one.history;
         }
         composite.add(color.read(4));
@@ -396,17 +419,16 @@ Glance SceneRenderer::glance(const Scene& scene, const Settings& settings, int f
     const auto begin = std::chrono::steady_clock::now();
     draw();  // compiles, and warms caches
     gl->Finish();
-    renderer_.enable_timing(true);
-    renderer_.take_report();
+    renderer_.set_timing(renderer_.measuring_timing());
     std::vector<double> volume;
     const auto in_time = [&] {
         return std::chrono::steady_clock::now() - begin < std::chrono::duration<double>(seconds);
     };
     while (static_cast<int>(volume.size()) < frames && (volume.empty() || in_time())) {
         draw();
-        volume.push_back(volume_ms(renderer_.take_report().pass_ms));
+        volume.push_back(volume_ms(timed_report().pass_ms));
     }
-    renderer_.enable_timing(false);
+    renderer_.set_timing(Timing::off);
     glance.volume = summarize("volume", volume);
     Mean composite(size.x, size.y, 3);
     composite.add(canvas.color.read(4));

@@ -341,9 +341,10 @@ private:
     {
         progress_.show("writing");
         const gl::Capabilities& gl = renderer_.renderer().device().capabilities();
-        report_.machine = fmt::format(
-            "{}; {}; {}; {} rounds of {} frames, 480 x 270 unless said", gl.renderer,
-            processor_name(), renderer_.renderer().timing_method(), effort_.rounds, effort_.frames);
+        report_.machine =
+            fmt::format("{}; {}; {}; {} rounds of {} frames, 480 x 270 unless said", gl.renderer,
+                        processor_name(), timing_name(renderer_.renderer().measuring_timing()),
+                        effort_.rounds, effort_.frames);
         report_.goals = study::bench_goals(report_.figures, report_.scenes);
         report_.files = {folder_ / "bench.csv"};
         study::write_whole(report_.files.front(), study::bench_csv(report_.figures));

@@ -1,7 +1,7 @@
 #include "gl/transfer.h"
 
-#include "errors.h"
 #include "gl/label.h"
+#include <fumarole/errors.h>
 
 namespace fumarole::gl {
 

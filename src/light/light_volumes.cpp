@@ -109,12 +109,20 @@ gl::Defines no_lights()
     return {{"SUN_COUNT", "0"}, {"POINT_COUNT", "0"}, {"SPOT_COUNT", "0"}};
 }
 
-/// Times what it spans, the GPU's part too.
+/// Times what it spans, the GPU's part too, where times are measured by waiting for it.
 class Stopwatch {
 public:
-    explicit Stopwatch(const gl::Device& gl) : gl_{gl} { gl_->Finish(); }
-    [[nodiscard]] double ms() const
+    Stopwatch(const gl::Device& gl, const gl::PassTimers& timers)
+        : gl_{gl}, runs_{timers.timing() == Timing::finish}
     {
+        if (runs_)
+            gl_->Finish();
+        begin_ = std::chrono::steady_clock::now();
+    }
+    [[nodiscard]] std::optional<double> ms() const
+    {
+        if (!runs_)
+            return std::nullopt;
         gl_->Finish();
         return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin_)
             .count();
@@ -122,8 +130,15 @@ public:
 
 private:
     const gl::Device& gl_;
-    std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+    bool runs_;
+    std::chrono::steady_clock::time_point begin_;
 };
+
+/// Nothing where it was not measured.
+std::string filled_in(std::optional<double> ms)
+{
+    return ms ? fmt::format(" in {:.1f} ms", *ms) : "";
+}
 
 }  // namespace
 
@@ -200,7 +215,7 @@ void LightVolumes::set_depth(const MediaKey& key, const Settings& settings, medi
     }
     if (same && (refill_ || depth_lights_ == wanted_lights_))
         return;  // what is on its way begins anew where lights have moved meanwhile
-    const Stopwatch watch(device_);
+    const Stopwatch watch(device_, timers_);
     depth_key_ = key;
     depth_lattice_ = lattice;
     depth_defines_ = fill_defines(media, no_lights());
@@ -214,7 +229,6 @@ void LightVolumes::set_depth(const MediaKey& key, const Settings& settings, medi
         depth_ = make_volume(device_, "optical depth to lights", lattice, count,
                              rgb_ ? GL_RGBA16F : GL_R16F);
     }
-    int filled = 0;
     const glm::dvec3 eye = centre_of(lattice);
     begin_fill(eye, media, lights);
     for (int i = 0; i < count; ++i) {
@@ -222,10 +236,9 @@ void LightVolumes::set_depth(const MediaKey& key, const Settings& settings, medi
         if (same && depth_lights_[layer] == wanted_lights_[layer])
             continue;
         fill_depth(depth_, i, wanted_lights_[layer], 0, lattice.count.z, eye);
-        ++filled;
     }
     depth_lights_ = wanted_lights_;
-    depth_cost_ = {watch.ms(), filled};
+    depth_ms_ = watch.ms();
 }
 
 void LightVolumes::begin_refill()
@@ -314,7 +327,7 @@ void LightVolumes::set_world(const WorldKey& key, medium::MediaSet& media,
 {
     if ((world_ || on_surfaces_) && world_key_ == key)
         return;
-    const Stopwatch watch(device_);
+    const Stopwatch watch(device_, timers_);
     plan_world(key, media, surfaces);
     if (media.traits().marched > 0 && key.dims && !extinction_)
         fill_extinction(media, lights);
@@ -329,7 +342,7 @@ void LightVolumes::set_world(const WorldKey& key, medium::MediaSet& media,
         fill_world(surface_lattice_, on_surfaces_dimmed_, kSurfaceBands, true, shadows, media, eye);
     world_key_ = key;
     turned_ = false;
-    world_cost_ = {watch.ms(), 0};
+    world_ms_ = watch.ms();
 }
 
 void LightVolumes::begin_fill(glm::dvec3 eye, medium::MediaSet& media, LightSet& lights)
@@ -428,8 +441,9 @@ gl::Texture LightVolumes::draw_world(const WorldKey& key, const surface::Surface
     if (views.empty())
         return {};
     gl::Texture shadows = painter_.draw(views, surfaces, kWorldShadowMap);
-    // llvmpipe starts a compute shader while what was drawn for it is still on its way.
-    device_->Finish();
+    // llvmpipe starts a compute shader while what was drawn for it is still on its way, unless a
+    // barrier comes between; GL asks for none, and elsewhere this one costs nothing.
+    device_->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT);
     return shadows;
 }
 
@@ -515,10 +529,10 @@ std::vector<std::string> LightVolumes::describe() const
     std::vector<std::string> lines;
     if (depth_) {
         const int layers = static_cast<int>(depth_lights_.size());
-        lines.push_back(fmt::format(
-            "optical depth to {} light{}: {}{}, filled in {:.1f} ms: one fetch a sample", layers,
-            layers == 1 ? "" : "s", size_of(depth_, layers, rgb_ ? 8 : 2), rgb_ ? ", coloured" : "",
-            depth_cost_.ms));
+        lines.push_back(
+            fmt::format("optical depth to {} light{}: {}{}, filled{}: one fetch a sample", layers,
+                        layers == 1 ? "" : "s", size_of(depth_, layers, rgb_ ? 8 : 2),
+                        rgb_ ? ", coloured" : "", filled_in(depth_ms_)));
     }
     if (world_)
         lines.push_back(fmt::format("world's light in the media: {} for {} harmonic{}",
@@ -529,8 +543,8 @@ std::vector<std::string> LightVolumes::describe() const
                                     size_of(on_surfaces_, kSurfaceBands * kSurfaceBands, 8),
                                     on_surfaces_dimmed_ ? ", and again through the media" : ""));
     if (world_ || on_surfaces_)
-        lines.push_back(fmt::format("world's light: filled from {} directions in {:.1f} ms",
-                                    params_.fill.y, world_cost_.ms));
+        lines.push_back(fmt::format("world's light: filled from {} directions{}", params_.fill.y,
+                                    filled_in(world_ms_)));
     return lines;
 }
 

@@ -7,6 +7,7 @@
 #include "gl/buffer.h"
 #include "gl/program.h"
 #include "gl/texture.h"
+#include "gl/timer.h"
 #include "light/light_set.h"
 #include "light/shadow_views.h"
 #include "medium/media_set.h"
@@ -37,8 +38,8 @@ struct Lattice {
 /// the world's axes). All are filled from a volume of the media's extinction that is freed again.
 class LightVolumes {
 public:
-    LightVolumes(const gl::Device& device, gl::ProgramCache& programs)
-        : device_{device}, programs_{programs}, painter_{device, programs},
+    LightVolumes(const gl::Device& device, gl::ProgramCache& programs, const gl::PassTimers& timers)
+        : device_{device}, programs_{programs}, timers_{timers}, painter_{device, programs},
           block_{device, "light volumes"}, world_block_{device, "world directions"}
     {
     }
@@ -92,10 +93,6 @@ private:
         bool dims = true;      ///< the media do
         bool operator==(const WorldKey&) const = default;
     };
-    struct Cost {
-        double ms = 0;
-        int layers = 0;  ///< of them filled anew
-    };
 
     /// Depths towards lights that have moved, and that take the place of depth_ once all are
     /// filled.
@@ -132,6 +129,7 @@ private:
 
     const gl::Device& device_;
     gl::ProgramCache& programs_;
+    const gl::PassTimers& timers_;
     ShadowPainter painter_;
     gl::UniformBuffer<shared::LightVolumesParams> block_;
     gl::UniformBuffer<shared::WorldParams> world_block_;
@@ -153,7 +151,7 @@ private:
     gl::Defines depth_defines_;  ///< of the shader that fills it
     std::optional<Refill> refill_;
     WorldKey world_key_;
-    Cost depth_cost_, world_cost_;
+    std::optional<double> depth_ms_, world_ms_;  ///< that filling them took, if that was measured
 };
 
 }  // namespace fumarole::light

@@ -595,7 +595,7 @@ Chart measure_chart(const Scene& scene, const ReferenceStill& reference, SceneRe
     Chart chart = gather_chart(points, visits, options);
     chart.visited = visited;
     chart.size = scene.resolution;
-    chart.timing_method = renderer.renderer().timing_method();
+    chart.timing_method = timing_name(renderer.renderer().measuring_timing());
     chart.limits = limits_of(chart, options);
     return chart;
 }

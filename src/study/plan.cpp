@@ -137,7 +137,7 @@ private:
         start_ = glance(options_.start);
         setup_s_ = 1e-3 * start_.setup_ms;
         glance_s_ = kFrameSeconds + 3e-3 * glance_ms_;  // the first one compiled its shaders too
-        plan_.timing_method = renderer_.renderer().timing_method();
+        plan_.timing_method = timing_name(renderer_.renderer().measuring_timing());
         reference_ = std::make_unique<SparseReference>(scene_, guide(), kCoarsest, options_.cancel);
     }
 

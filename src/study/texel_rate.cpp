@@ -29,7 +29,7 @@ TexelRate::TexelRate(const gl::Device& device)
     const std::vector<float> ones(std::size_t{kEdge} * kEdge * kEdge, 1.0f);
     volume_.upload(GL_RED, GL_FLOAT, ones.data());
     framebuffer_.attach_color({picture_.view()});
-    timers_.enable(true);
+    timers_.set_timing(gl::measuring_timing(device_));
     time(1);  // compiles
     while (draws_ < kMostDraws && time(draws_) < kLeastMs)
         draws_ *= 2;
@@ -48,11 +48,13 @@ double TexelRate::time(int draws)
     device_->BindVertexArray(fullscreen_.id());
     volume_.bind(0);
     {
+        const auto frame = timers_.frame(0);
         const auto scope = timers_.scope("texel rate");
         for (int i = 0; i < draws; ++i)
             device_->DrawArrays(GL_TRIANGLES, 0, 3);
     }
-    return timers_.take().front().second;
+    device_->Finish();
+    return timers_.take()->passes.front().second;
 }
 
 }  // namespace fumarole::study

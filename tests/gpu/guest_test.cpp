@@ -646,7 +646,7 @@ void expect_good_manners(const gl::Device& gl, gl::GetProc get_proc, const Scene
         }
         results.explained = renderer.explain(settings);
         after("explain");
-        renderer.enable_timing(true);
+        renderer.set_timing(Timing::queries);
         renderer.composite(picture.frame, settings);
         after("composite, timed");
         renderer.take_report();
@@ -711,7 +711,7 @@ void expect_good_manners(const gl::Device& gl, gl::GetProc get_proc, const Scene
     EXPECT_EQ(clean.samples, odd.samples);
     EXPECT_EQ(without_times(clean.explained), without_times(odd.explained));
     // That the scene is worth comparing.
-    EXPECT_GT(clean.samples, 1000);
+    EXPECT_GT(clean.samples, 100);
     EXPECT_EQ(*std::min_element(clean.depth.begin(), clean.depth.end()) ==
                   *std::max_element(clean.depth.begin(), clean.depth.end()),
               scene.surfaces.empty());

@@ -558,7 +558,8 @@ void App::draw_panels()
                              .reference = reference_,
                              .reference_runs = reference_worker_.busy(),
                              .errors = errors_,
-                             .timing_method = a_->renderer().renderer().timing_method(),
+                             .timing_method =
+                                 timing_name(a_->renderer().renderer().measuring_timing()),
                              .device = report_.device.c_str(),
                              .plan = planner_.busy() ? planner_.progress() : plan_text_,
                              .explain = [this] {

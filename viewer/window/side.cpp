@@ -13,7 +13,7 @@ Side::Side(gl::GetProc get_proc)
                                                                 renderer_.renderer().device(),
                                                                 "window picture"}
 {
-    renderer_.renderer().enable_timing(true);
+    renderer_.renderer().set_timing(renderer_.renderer().measuring_timing());
 }
 
 bool Side::continues(const SideRequest& request) const
@@ -83,7 +83,10 @@ bool Side::draw(const SideRequest& request)
     else
         renderer.composite(frame, request.settings);
     accumulate(number);
-    report_ = renderer.take_report();
+    FrameReport report = renderer.take_report();
+    if (report.pass_ms.empty())  // none has come in since: the last ones known still tell
+        report.pass_ms = std::move(report_.pass_ms);
+    report_ = std::move(report);
     drawn_ = {*request.scene, request.settings, request.pixels, request.inspection};
     frames_ = request.average ? number + 1 : 0;
     return true;

@@ -12,6 +12,7 @@
 #include <fumarole/inspection.h>
 #include <fumarole/scene.h>
 #include <fumarole/settings.h>
+#include <fumarole/timing.h>
 
 namespace fumarole {
 
@@ -65,8 +66,12 @@ struct LayerImages {
 
 /// What a frame cost and did.
 struct FrameReport {
-    std::vector<std::pair<std::string, double>> pass_ms;  ///< empty unless timing is on
-    std::uint64_t gpu_bytes = 0;                          ///< textures and buffers of the renderer
+    /// Milliseconds of each pass of one frame: the last whose times are known. Empty where no
+    /// frame's have come to be known since the last report.
+    std::vector<std::pair<std::string, double>> pass_ms;
+    Timing timing = Timing::off;    ///< how they were measured
+    std::uint64_t timed_frame = 0;  ///< Frame::index of the frame that they are of
+    std::uint64_t gpu_bytes = 0;    ///< textures and buffers of the renderer
     std::uint64_t allocations = 0;  ///< textures and buffers that it has made so far
     /// What the last frame did with those before it, and why; "" where nothing is kept.
     std::string history;
@@ -130,10 +135,20 @@ public:
     [[nodiscard]] const medium::MediaTraits& media_traits() const;
     [[nodiscard]] Bounds media_bounds() const;
 
-    void enable_timing(bool on);
-    /// Times since the last call, and the bytes held now.
+    /// Waits for the GPU: for stills and tests, not for a frame loop. What a frame would go without
+    /// for a while is there then: where no surface hides a sun is known to the march from a shadow
+    /// map that comes back from the GPU some frames after set_scene(), and until then it takes
+    /// shorter steps. No other call waits, but for those that return pixels or counts.
+    void wait_until_ready();
+
+    /// Times the passes of each frame from now on: from one composite() or inspect() to the next.
+    void set_timing(Timing timing);
+    [[nodiscard]] Timing timing() const;
+    /// The method whose times can be believed on this device: queries, or, on a software
+    /// rasteriser, finish.
+    [[nodiscard]] Timing measuring_timing() const;
+    /// What is known of the last frames, and held now. Never waits.
     FrameReport take_report();
-    [[nodiscard]] const char* timing_method() const;
     [[nodiscard]] const gl::Device& device() const;
 
 private:

@@ -108,6 +108,9 @@ public:
     [[nodiscard]] Renderer& renderer() { return renderer_; }
 
 private:
+    /// Of the frame just drawn: waits for it.
+    FrameReport timed_report();
+
     Renderer renderer_;
     std::optional<std::pair<Scene, Settings>> held_;
 };
