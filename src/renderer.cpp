@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
+#include <limits>
 #include <numeric>
 #include <optional>
 
@@ -24,6 +25,10 @@
 namespace fumarole {
 
 namespace {
+
+/// Of the pictures that prepare() draws, and the view that they are of.
+constexpr glm::ivec2 kPreparedSize(16);
+constexpr int kPreparedView = std::numeric_limits<int>::min();
 
 /// A surface pixel shows one shadow ray where a ray's samples average many: it gets this many times
 /// the steps. (Bands of 16 steps show in a smoke's shadow on the ground, bands of 64 do not.)
@@ -72,7 +77,8 @@ struct Renderer::Parts {
     gl::UniformBuffer<shared::DrawParams> draw_block;
     gl::Sampler depth_sampler;  ///< so that the host's filter and comparison don't matter
     std::uint64_t scene_id = 0;
-    bool marches = false;  ///< what set_scene() was told
+    bool marches = false;   ///< what set_scene() was told
+    bool prepares = false;  ///< while prepare() draws
     const pass::Toolbox tools{device, programs, timers, media, lights, volumes, fullscreen};
     Settings::Mode mode = Settings::Mode::raymarch;  ///< of the pass
     std::unique_ptr<pass::VolumePass> pass;
@@ -93,7 +99,7 @@ pass::VolumePass& Renderer::Parts::volume_pass(const Settings& s)
 
 pass::PassFrame Renderer::Parts::bind_frame(const Frame& frame, const Settings& s)
 {
-    const pass::PassFrame view{frame, s, pass::make_eye(frame), media.bounds(), scene_id};
+    const pass::PassFrame view{frame, s, pass::make_eye(frame), media.bounds(), scene_id, prepares};
     frame_block.write(pass::make_frame_params(frame, view.eye, view.media, s));
     device->BindBufferBase(GL_UNIFORM_BUFFER, FRAME_BLOCK, frame_block.id());
     gl::bind_texture(device, SCENE_DEPTH_UNIT, frame.depth);
@@ -466,6 +472,48 @@ const medium::MediaTraits& Renderer::media_traits() const
 Bounds Renderer::media_bounds() const
 {
     return parts_->media.bounds();
+}
+
+void Renderer::prepare(const Frame& frame, const Settings& settings)
+{
+    check(frame);
+    Parts& parts = *parts_;
+    const gl::Texture color = gl::Texture::make_2d(parts.device, "prepared picture", kPreparedSize,
+                                                   GL_RGBA16F, gl::Filter::nearest);
+    const gl::Texture depth = gl::Texture::make_2d(parts.device, "prepared depth", kPreparedSize,
+                                                   GL_DEPTH_COMPONENT32F, gl::Filter::nearest);
+    const Bounds media = parts.media.bounds();
+    const pass::Eye eye = pass::make_eye(frame);
+    // Amid the media, whatever the frame sees, and a little further: a view that has moved.
+    const auto look_from = [&](double part) {
+        glm::dvec3 p = eye.position;
+        if (!media.empty())
+            p = glm::mix(media.min, media.max, part) - eye.forward * eye.near;
+        Frame small = frame;
+        small.color = color.view();
+        small.depth = depth.view();
+        small.view_from_world = glm::translate(glm::dmat4(glm::transpose(eye.world_from_view)), -p);
+        small.history = kPreparedView;
+        return small;
+    };
+    Frame still = look_from(0.5), moved = look_from(0.51);
+    for (const bool through_media : {false, true})
+        draw_surfaces(still, settings, through_media);
+    parts.prepares = true;
+    std::vector<int> scales{settled(still, settings).resolution};
+    if (settings.mode == Settings::Mode::raymarch && settings.resolution == Settings::kAutomatic)
+        scales = {2, 4};
+    for (const int scale : scales) {
+        Settings s = settings;
+        s.resolution = scale;
+        for (Frame* one : {&still, &still, &moved}) {
+            composite(*one, s);
+            ++still.index;
+            ++moved.index;
+        }
+        reset_history(kPreparedView);
+    }
+    parts.prepares = false;
 }
 
 void Renderer::wait_until_ready()

@@ -152,9 +152,9 @@ void StepTiles::set(const PassFrame& frame)
     const auto marching = [](const glm::uvec4& tile) { return tile.x != 0; };
     const auto lit = [](const glm::uvec4& tile) { return StepSlots::is_lit(tile); };
     const std::vector<glm::uvec4>& texels = march_.texels;
-    lit_ = std::any_of(texels.begin(), texels.end(), lit);
-    shaded_ = std::any_of(texels.begin(), texels.end(),
-                          [&](const glm::uvec4& tile) { return marching(tile) && !lit(tile); });
+    const auto shaded = [&](const glm::uvec4& tile) { return marching(tile) && !lit(tile); };
+    lit_ = frame.prepares || std::any_of(texels.begin(), texels.end(), lit);
+    shaded_ = frame.prepares || std::any_of(texels.begin(), texels.end(), shaded);
     upload("tiles that march", march_);
     upload("tiles with depth", depth_);
     upload("tiles of the picture", picture_);

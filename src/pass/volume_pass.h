@@ -46,6 +46,7 @@ struct PassFrame {
     Eye eye;
     Bounds media;                ///< world bounds of all media [m], not empty
     std::uint64_t scene_id = 0;  ///< another after every set_scene()
+    bool prepares = false;       ///< drawn so that each variant of the shaders has been drawn with
 };
 
 /// What the media do to each pixel between the eye and the scene's depth. The composite is

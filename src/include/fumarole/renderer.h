@@ -95,6 +95,13 @@ public:
     /// naming both; the renderer then holds no scene.
     void set_scene(const Scene& scene, const Settings& settings);
 
+    /// Compiles what composite() and draw_surfaces() need for frames of the scene like this one, of
+    /// any camera and size, so that the first of them compiles nothing. Compiling takes hundreds of
+    /// milliseconds, so call it where those may pass, after set_scene(). It draws small pictures
+    /// of its own: drivers finish shaders when they are first drawn with. `frame` is only looked
+    /// at.
+    void prepare(const Frame& frame, const Settings& settings);
+
     /// Composites the media over frame.color: color * transmittance + scattering.
     /// Without media it draws nothing and the picture keeps its bits.
     /// @throws Error if frame's sizes differ or its colour can't be drawn to.
