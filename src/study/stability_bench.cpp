@@ -395,6 +395,7 @@ Picture StabilityBench::over_white(const Scene& scene, const Settings& with,
     host.color.upload(GL_RGBA, GL_FLOAT, white.data());
     host.depth.upload(GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
     renderer().set_scene(scene, with);
+    renderer().wait_until_ready();
     renderer().composite(host.frame, with);
     return host.read();
 }
@@ -427,6 +428,7 @@ StabilityView::~StabilityView()
 void StabilityView::set_scene(const Scene& scene)
 {
     renderer_.set_scene(scene, settings_);
+    renderer_.wait_until_ready();
 }
 
 Picture StabilityView::draw(const Camera& camera, glm::uvec2 size)

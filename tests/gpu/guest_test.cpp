@@ -624,6 +624,10 @@ void expect_good_manners(const gl::Device& gl, gl::GetProc get_proc, const Scene
         Results results;
         renderer.set_scene(scene, settings);
         after("set_scene");
+        renderer.prepare(picture.frame, settings);
+        after("prepare");
+        renderer.wait_until_ready();
+        after("wait_until_ready");
         renderer.draw_surfaces(picture.frame, settings, false);
         after("draw_surfaces");
         renderer.draw_surfaces(picture.frame, settings, true);
@@ -649,6 +653,9 @@ void expect_good_manners(const gl::Device& gl, gl::GetProc get_proc, const Scene
         renderer.set_timing(Timing::queries);
         renderer.composite(picture.frame, settings);
         after("composite, timed");
+        renderer.set_timing(Timing::finish);
+        renderer.composite(picture.frame, settings);
+        after("composite, measured");
         renderer.take_report();
         after("take_report");
         renderer.set_scene(empty_scene(), settings);
@@ -742,6 +749,7 @@ TEST_P(Guest, CompositeWritesColourAloneAndKeepsItsAlpha)
     Picture picture(gl(), scene);
     Renderer renderer(get_proc());
     renderer.set_scene(scene, settings);
+    renderer.wait_until_ready();
     renderer.draw_surfaces(picture.frame, settings, true);
     std::vector<float> before = picture.color.read(4);
     for (std::size_t i = 0; i < before.size(); i += 4)
@@ -770,6 +778,7 @@ TEST_P(Guest, CompositeIsColourTimesTransmittancePlusScattering)
     Picture picture(gl(), scene);
     Renderer renderer(get_proc());
     renderer.set_scene(scene, settings);
+    renderer.wait_until_ready();
     renderer.draw_surfaces(picture.frame, settings, true);
     const std::vector<float> before = picture.color.read(4);
     renderer.composite(picture.frame, settings);
@@ -792,6 +801,7 @@ TEST_P(Guest, WithoutMediaThePictureKeepsItsBits)
     Picture picture(gl(), scene);
     Renderer renderer(get_proc());
     renderer.set_scene(scene, settings);
+    renderer.wait_until_ready();
     std::vector<float> bits(picture.color.read(4).size());
     for (std::size_t i = 0; i < bits.size(); ++i)
         bits[i] = -0.1f * static_cast<float>(i);
@@ -832,6 +842,7 @@ TEST_P(Guest, LeavesNothingBehind)
         const std::uint64_t bare = renderer.device().bytes();
         const auto frame = [&] {
             renderer.set_scene(scene, settings);
+            renderer.wait_until_ready();
             renderer.draw_surfaces(picture.frame, settings, true);
             renderer.composite(picture.frame, settings);
             renderer.read_layers(picture.frame, settings);
@@ -897,15 +908,19 @@ TEST_P(Guest, TwoRenderersInOneContextAndMovesDontMixUp)
     {
         Renderer renderer(get_proc());
         renderer.set_scene(busy, settings);
+        renderer.wait_until_ready();
         alone_busy = draw(renderer, busy);
         renderer.set_scene(other, settings);
+        renderer.wait_until_ready();
         alone_other = draw(renderer, other);
     }
     EXPECT_NE(alone_busy, alone_other);
     auto a = std::make_unique<Renderer>(get_proc());
     Renderer b(get_proc());
     a->set_scene(busy, settings);
+    a->wait_until_ready();
     b.set_scene(other, settings);
+    b.wait_until_ready();
     EXPECT_EQ(draw(*a, busy), alone_busy);
     EXPECT_EQ(draw(b, other), alone_other);
     Renderer moved = std::move(*a);

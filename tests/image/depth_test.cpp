@@ -198,6 +198,7 @@ protected:
         host.frame.depth_convention = {convention.zero_to_one, convention.reversed};
         Renderer& renderer = scene_renderer().renderer();
         renderer.set_scene(scene, settings);
+        renderer.wait_until_ready();
         renderer.draw_surfaces(host.frame, settings, true);
         renderer.composite(host.frame, settings);
         return host.read();
@@ -276,6 +277,7 @@ protected:
         host.fill(glm::vec3(1), scene.camera.near, view_z);
         Renderer& renderer = scene_renderer().renderer();
         renderer.set_scene(scene, settings);
+        renderer.wait_until_ready();
         renderer.composite(host.frame, settings);
         const Image actual = host.read();
         const double step = std::exp(-0.2 * kNear) - std::exp(-0.2 * kFar);
@@ -373,6 +375,7 @@ TEST_F(DepthEdges, AsFarApartAsDepthsCanBe)
                 settings.depth_threshold = threshold;
                 Renderer& renderer = scene_renderer().renderer();
                 renderer.set_scene(scene, settings);
+                renderer.wait_until_ready();
                 renderer.composite(host.frame, settings);
                 for (const float v : host.read().pixels) {
                     ASSERT_TRUE(v >= 0 && v <= 1.0001f)

@@ -51,6 +51,7 @@ protected:
     {
         Renderer& renderer = scene_renderer().renderer();
         renderer.set_scene(scene, settings);
+        renderer.wait_until_ready();
         renderer.composite(frame_, settings);
         const std::vector<float> after = color_.read(4);
         return std::memcmp(after.data(), bits_.data(), bits_.size() * sizeof(float)) == 0;

@@ -223,15 +223,18 @@ TEST_F(LightVolume, IsFilledOverFramesWhereThatIsAsked)
     const auto at_once = [&] {
         Renderer fresh(get_proc());
         fresh.set_scene(scene, settings);
+        fresh.wait_until_ready();
         host.fill(glm::vec3(0), scene.camera.near, [](int, int) { return 0.0; });
         fresh.composite(host.frame, settings);
         return host.read();
     };
     renderer.set_scene(scene, settings);
+    renderer.wait_until_ready();
     EXPECT_TRUE(images_near(next_frame(), at_once(), 0, 0, "first")) << "a new volume is whole";
 
     std::get<PointLight>(scene.lights[1]).position.x += 1.5;
     renderer.set_scene(scene, settings);
+    renderer.wait_until_ready();
     for (int i = 0; i < 3; ++i)
         EXPECT_GT(max_difference(next_frame(), at_once()), 1e-3) << "frame " << i;
     EXPECT_TRUE(images_near(next_frame(), at_once(), 1e-3, 1e-4, "16-bit depths of other sums"));
@@ -239,9 +242,11 @@ TEST_F(LightVolume, IsFilledOverFramesWhereThatIsAsked)
     // What moves on while it is filled is caught up with in one more turn.
     std::get<PointLight>(scene.lights[1]).position.x -= 2.5;
     renderer.set_scene(scene, settings);
+    renderer.wait_until_ready();
     next_frame();
     std::get<SunLight>(scene.lights[0]).direction_to_light.x = -0.8;
     renderer.set_scene(scene, settings);
+    renderer.wait_until_ready();
     for (int i = 0; i < 5; ++i)
         EXPECT_GT(max_difference(next_frame(), at_once()), 1e-3) << "frame " << i;
     EXPECT_TRUE(images_near(next_frame(), at_once(), 1e-3, 1e-4, "16-bit depths of other sums"));

@@ -74,6 +74,7 @@ TEST_F(MarchHistory, TheFirstFrameIsThePlainMarch)
             settings.resolution = resolution;
             Renderer renderer(get_proc());
             renderer.set_scene(scene, settings);
+            renderer.wait_until_ready();
             const LayerImages plain = alone(renderer, scene, settings, 3);
             EXPECT_EQ(run(renderer, scene, settings, 1, 3).history, "none: first frame");
             EXPECT_EQ(layers.scattering, plain.scattering) << resolution;
@@ -97,6 +98,7 @@ TEST_F(MarchHistory, AStillHasTheMeanOfItsFramesOpticalDepths)
         settings.resolution = 1;  // between texels a mean of depths is no mean of depths
         Renderer renderer(get_proc());
         renderer.set_scene(scene, settings);
+        renderer.wait_until_ready();
         const std::size_t size = scene.resolution.x * scene.resolution.y * 3u;
         FrameSums sums{std::vector<double>(size), std::vector<double>(size),
                        std::vector<double>(size), std::vector<double>(size, 1e9),
@@ -142,6 +144,7 @@ TEST_F(MarchHistory, AGlowIsTheMeanOfItsFrames)
     const Settings settings = temporal(8);
     Renderer renderer(get_proc());
     renderer.set_scene(scene, settings);
+    renderer.wait_until_ready();
     std::vector<double> mean(scene.resolution.x * scene.resolution.y * 3u);
     double moved = 0;
     for (std::uint64_t i = 0; i < kFrames; ++i) {
@@ -167,6 +170,7 @@ TEST_F(MarchHistory, AStillOfFewStepsIsAsBrightAsOneOfMany)
     const Settings few = temporal(8);
     Renderer renderer(get_proc());
     renderer.set_scene(scene, few);
+    renderer.wait_until_ready();
     const LayerImages truth = alone(renderer, scene, many, 0);
     run(renderer, scene, few, 48);
     const study::Metrics m = study::compare(layers.scattering, truth.scattering);
@@ -192,6 +196,7 @@ TEST_F(MarchHistory, AMovingViewHasAQuarterOfTheError)
     };
     Renderer renderer(get_proc());
     renderer.set_scene(scene, many);
+    renderer.wait_until_ready();
     double few = 0, twice = 0, with = 0;
     for (std::uint64_t i = 0; i < kFrames; ++i) {
         orbit(scene.camera, 0.5 * static_cast<double>(i));
@@ -202,6 +207,7 @@ TEST_F(MarchHistory, AMovingViewHasAQuarterOfTheError)
         const LayerImages mean = layers;
         Renderer other(get_proc());
         other.set_scene(scene, many);
+        other.wait_until_ready();
         const LayerImages truth = alone(other, scene, many, 0);
         with += error(mean, truth);
         few += error(alone(other, scene, temporal(kSteps), i), truth);
@@ -230,11 +236,13 @@ TEST_F(MarchHistory, WhatIsUncoveredHasNoTrail)
     for (const double travel : {0.0, 0.02}) {
         Renderer renderer(get_proc());
         renderer.set_scene(scene, settings);
+        renderer.wait_until_ready();
         HostPicture picture(gl(), glm::ivec2(48));
         Settings plain = settings;
         plain.temporal = false;
         Renderer other(get_proc());
         other.set_scene(scene, plain);
+        other.wait_until_ready();
         const auto draw = [&](Renderer& by, const Settings& how, int post) {
             picture.look(scene.camera);
             picture.fill(glm::vec3(0), scene.camera.near,
@@ -263,6 +271,7 @@ TEST_F(MarchHistory, IsDroppedForAReasonThatIsTold)
                                [&](const Scene& scene, const Settings& how, std::uint64_t number) {
                                    Renderer renderer(get_proc());
                                    renderer.set_scene(scene, how);
+                                   renderer.wait_until_ready();
                                    return alone(renderer, scene, how, number).scattering;
                                });
 }
@@ -275,9 +284,11 @@ TEST_F(MarchHistory, ViewsKeepTheirOwn)
     const Settings settings = temporal(12);
     Renderer renderer(get_proc());
     renderer.set_scene(scene, settings);
+    renderer.wait_until_ready();
     run(renderer, scene, settings, 4);
     const LayerImages alone = layers;
     renderer.set_scene(scene, settings);
+    renderer.wait_until_ready();
     HostPicture left(gl(), glm::ivec2(48)), right(gl(), glm::ivec2(48));
     right.frame.history = 1;
     for (std::uint64_t i = 0; i < 4; ++i) {
@@ -298,6 +309,7 @@ TEST_F(MarchHistory, WhatIsNoNumberDoesNotLiveOn)
             settings.format = Settings::Format::rgba32f;
             Renderer renderer(get_proc());
             renderer.set_scene(scene, settings);
+            renderer.wait_until_ready();
             for (std::uint64_t i = 0; i < 6; ++i) {
                 orbit(scene.camera, 0.5 * static_cast<double>(std::min<std::uint64_t>(i, 3)));
                 run(renderer, scene, settings, 1, i);
@@ -318,6 +330,7 @@ TEST_F(MarchHistory, CostsNothingWhereItIsNotAsked)
         settings.temporal = on;
         Renderer renderer(get_proc());
         renderer.set_scene(scene, settings);
+        renderer.wait_until_ready();
         HostPicture picture(gl(), glm::ivec2(48));
         picture.frame.history = history;
         return draw_frames(renderer, picture, scene, settings, 2).gpu_bytes;
@@ -327,6 +340,7 @@ TEST_F(MarchHistory, CostsNothingWhereItIsNotAsked)
     EXPECT_GT(bytes(true, 0), without);
     Renderer renderer(get_proc());
     renderer.set_scene(scene, temporal(12));
+    renderer.wait_until_ready();
     run(renderer, scene, temporal(12), 2);
     Settings off = temporal(12);
     off.temporal = false;
