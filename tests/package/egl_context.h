@@ -7,8 +7,12 @@
 /// with.
 inline bool make_egl_context()
 {
-    EGLDisplay display =
-        eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+    // By name: libepoxy asks a display, which is not there yet, for its version of EGL.
+    const auto get_display = reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(
+        eglGetProcAddress("eglGetPlatformDisplayEXT"));
+    if (get_display == nullptr)
+        return false;
+    EGLDisplay display = get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
     if (eglInitialize(display, nullptr, nullptr) == EGL_FALSE)
         return false;
     const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
