@@ -5,7 +5,9 @@
 #include <limits>
 #include <openvdb/Types.h>
 #include <openvdb/tools/Interpolation.h>
-#include <openvdb/tree/Tree.h>
+#include <openvdb/tree/InternalNode.h>
+#include <openvdb/tree/LeafNode.h>
+#include <openvdb/tree/RootNode.h>
 #include <openvdb/tree/ValueAccessor.h>
 #include <variant>
 
@@ -15,7 +17,25 @@ namespace fumarole::asset {
 
 namespace {
 
-template <class T> using TreeOf = typename openvdb::tree::Tree4<T, 5, 4, 3>::Type;
+/// OpenVDB's nodes and accessors without its Tree, whose virtual functions (files, printing, ...)
+/// would all be compiled here, for three types: a minute of it.
+template <class T> struct TreeOf {
+    using RootNodeType = openvdb::tree::RootNode<openvdb::tree::InternalNode<
+        openvdb::tree::InternalNode<openvdb::tree::LeafNode<T, 3>, 4>, 5>>;
+    using LeafNodeType = typename RootNodeType::LeafNodeType;
+    using ValueType = T;
+    static constexpr openvdb::Index DEPTH = RootNodeType::LEVEL + 1;
+
+    explicit TreeOf(const T& background) : root_{background} {}
+    RootNodeType& root() { return root_; }
+    const RootNodeType& root() const { return root_; }
+    /// What keeps accessors of a tree that changes; these never do while they have any.
+    void attachAccessor(openvdb::tree::ValueAccessorBase<const TreeOf, false>&) const {}
+    void releaseAccessor(openvdb::tree::ValueAccessorBase<const TreeOf, false>&) const {}
+
+private:
+    RootNodeType root_;
+};
 using ScalarTree = TreeOf<float>;
 using VectorTree = TreeOf<openvdb::Vec3f>;
 using IndexTree = TreeOf<std::int32_t>;
@@ -58,7 +78,7 @@ template <class Tree> std::unique_ptr<Tree> build(const VoxelGrid& grid, IndexTr
     auto tree = std::make_unique<Tree>(T(0));
     const auto touch = [&](glm::ivec3 first_brick, glm::ivec3 last_brick) {
         // A cell reaches one voxel on, so a brick's values fill cells of the bricks before it too.
-        index.fill({to_coord(first_brick - 1), to_coord(last_brick)}, kFilledBrick, true);
+        index.root().fill({to_coord(first_brick - 1), to_coord(last_brick)}, kFilledBrick, true);
     };
     for (const VoxelTile& tile : grid.tiles) {
         T value;
@@ -66,13 +86,13 @@ template <class Tree> std::unique_ptr<Tree> build(const VoxelGrid& grid, IndexTr
             value = tile.value.x;
         else
             value = T(tile.value.x, tile.value.y, tile.value.z);
-        tree->fill({to_coord(tile.brick_min * kBrickDim),
+        tree->root().fill({to_coord(tile.brick_min * kBrickDim),
                     to_coord(tile.brick_max * kBrickDim + (kBrickDim - 1))},
                    value, true);
         touch(tile.brick_min, tile.brick_max);
     }
     for (std::size_t b = 0; b < grid.bricks.size(); ++b) {
-        auto* leaf = tree->touchLeaf(to_coord(grid.bricks[b] * kBrickDim));
+        auto* leaf = tree->root().touchLeaf(to_coord(grid.bricks[b] * kBrickDim));
         for (int z = 0; z < kBrickDim; ++z)
             for (int y = 0; y < kBrickDim; ++y)
                 for (int x = 0; x < kBrickDim; ++x) {
@@ -102,7 +122,7 @@ std::vector<PaddedBrick> pad(const ScalarTree& tree, const VoxelGrid& grid, Inde
     const Accessor<ScalarTree> accessor(tree);
     const auto add = [&](glm::ivec3 brick) {
         const openvdb::Coord at = to_coord(brick);
-        if (index.getValue(at) != kFilledBrick || padded.size() * sizeof(PaddedBrick) > kMostBytes)
+        if (index.root().getValue(at) != kFilledBrick || padded.size() * sizeof(PaddedBrick) > kMostBytes)
             return;
         PaddedBrick& one = padded.emplace_back();
         float* to = one.values.data();
@@ -110,7 +130,7 @@ std::vector<PaddedBrick> pad(const ScalarTree& tree, const VoxelGrid& grid, Inde
             for (int y = 0; y < PaddedBrick::kDim; ++y)
                 for (int x = 0; x < PaddedBrick::kDim; ++x)
                     *to++ = accessor.getValue(to_coord(brick * kBrickDim + glm::ivec3(x, y, z)));
-        index.setValueOn(at, static_cast<std::int32_t>(padded.size()));
+        index.root().setValueOn(at, static_cast<std::int32_t>(padded.size()));
     };
     for (const glm::ivec3 brick : grid.bricks)
         for (int i = 0; i < 8; ++i)
