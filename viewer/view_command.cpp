@@ -66,8 +66,7 @@ void run(const Options& options, const CLI::App& command)
     if (!options.screenshot.empty())
         check_png("--screenshot", options.screenshot);
     window::AppOptions app;
-    app.memory_file = window::memory_file();
-    app.memory = window::recall(app.memory_file, app.complaint);
+    app.memory = window::recall(window::memory_file(), app.complaint);
     apply(options, command, app.memory);
     if (!options.script.empty())
         app.script = window::Script::read(options.script);

@@ -1,21 +1,36 @@
-// What the window does that needs no window: cameras under a hand, the pace, the playhead, the
-// words of a command line, what is kept for a person, scripts.
+// What the window does that needs no window: cameras under a hand, the layout, the pointer, the
+// document and its sequence, the pace, what is drawn anew, the reference, the words of a command
+// line, what is kept for a person, scripts.
 
+#include <chrono>
 #include <cmath>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <thread>
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
 
 #include "settings_input.h"
 #include "shell_words.h"
 #include "support/temp_folder.h"
+#include "window/automation.h"
 #include "window/camera_control.h"
+#include "window/document.h"
 #include "window/frame_store.h"
 #include "window/keys.h"
+#include "window/layout.h"
+#include "window/notices.h"
 #include "window/pace.h"
 #include "window/playback.h"
+#include "window/pointer_input.h"
+#include "window/reference_view.h"
+#include "window/saving.h"
 #include "window/scene_handles.h"
 #include "window/script.h"
 #include "window/user_files.h"
+#include "window/viewport.h"
+
 #include <fumarole/errors.h>
 
 namespace fumarole::window {
@@ -155,6 +170,406 @@ TEST(LightHandles, TheNearestWithinReachIsTaken)
     EXPECT_EQ(handle_at(handles, {0.6, 0.5}, {1000, 500}, 12), std::nullopt);
 }
 
+TEST(Layout, APictureHasRoomOfItsOwn)
+{
+    const float em = 10;
+    const Layout wide = lay_out({1000, 600}, {2000, 1200}, em, true, true);
+    EXPECT_EQ(wide.panel_width, 250);
+    EXPECT_EQ(wide.timeline_height, 24);
+    EXPECT_EQ(wide.picture.at, glm::dvec2(250, 0));
+    EXPECT_NEAR(wide.picture.size.x, 750, 1e-4);
+    EXPECT_NEAR(wide.picture.size.y, 576, 1e-4);
+    // Two pixels for a unit of the window; the framebuffer's rows begin at the bottom.
+    EXPECT_EQ(wide.picture_pixels(), glm::ivec2(1500, 1152));
+    EXPECT_EQ(wide.picture_lower_left(), glm::ivec2(500, 48));
+    EXPECT_EQ(wide.picture.share({625, 288}), glm::dvec2(0.5));
+    EXPECT_FALSE(wide.picture.holds({249, 10}));
+
+    const Layout narrow = lay_out({440, 600}, {440, 600}, em, true, true);
+    EXPECT_EQ(narrow.panel_width, 0) << "200 are the picture's at least";
+    EXPECT_GT(narrow.timeline_height, 0) << "what the panel leaves is the timeline's";
+    EXPECT_EQ(lay_out({290, 600}, {290, 600}, em, false, true).timeline_height, 0);
+    EXPECT_EQ(lay_out({1000, 600}, {1000, 600}, em, false, false).picture.size,
+              glm::dvec2(1000, 600));
+    EXPECT_TRUE(lay_out({199, 600}, {199, 600}, em, false, false).too_small());
+    EXPECT_FALSE(lay_out({200, 150}, {200, 150}, em, false, false).too_small());
+}
+
+/// A pointer over a picture of 160 x 100 units at (40, 0).
+class PointerInputTest : public testing::Test {
+protected:
+    Change at(glm::dvec2 to) { return pointer_.handle(PointerMoved{to}, target()); }
+    Change press(int button, bool shift = false)
+    {
+        return pointer_.handle(PointerButton{button, true, {.shift = shift}}, target());
+    }
+    Change release(int button)
+    {
+        return pointer_.handle(PointerButton{button, false, {}}, target());
+    }
+    PointerTarget target() { return {scene_, state_, {{40, 0}, {160, 100}}, whole_, over_panel_}; }
+
+    Scene scene_ = lit_scene();
+    const Camera first_ = scene_.camera;
+    ViewState state_;
+    bool whole_ = true, over_panel_ = false;
+    PointerInput pointer_;
+};
+
+TEST_F(PointerInputTest, EachButtonMovesTheCameraInItsWay)
+{
+    const auto drag = [&](int button, bool shift) {
+        scene_.camera = first_;
+        EXPECT_EQ(at({100, 50}), Change::none);
+        EXPECT_EQ(press(button, shift), Change::none);
+        EXPECT_EQ(at({110, 45}), Change::view);
+        release(button);
+        EXPECT_EQ(at({150, 45}), Change::none) << "let go";
+        return scene_.camera;
+    };
+    const Camera orbit = drag(0, false), look = drag(1, false), pan = drag(2, false);
+    EXPECT_EQ(orbit.look_at, first_.look_at);
+    EXPECT_NE(orbit.position, first_.position);
+    EXPECT_EQ(look.position, first_.position);
+    EXPECT_NE(look.look_at, first_.look_at);
+    EXPECT_NE(pan.position, first_.position);
+    EXPECT_NE(pan.look_at, first_.look_at);
+    EXPECT_EQ(drag(0, true), pan) << "Shift pans";
+    scene_.camera = first_;
+    EXPECT_EQ(pointer_.handle(Wheel{1}, target()), Change::view);
+    EXPECT_NEAR(distance(scene_.camera), 0.88 * distance(first_), 1e-9);
+}
+
+TEST_F(PointerInputTest, NothingBeginsBesideThePictureOverAPanelOrBeforeTheSceneIsWhole)
+{
+    const auto nothing_moves = [&](glm::dvec2 from) {
+        at(from);
+        EXPECT_EQ(pointer_.handle(Wheel{1}, target()), Change::none);
+        press(0);
+        EXPECT_EQ(at(from + glm::dvec2(20, 10)), Change::none);
+        release(0);
+        EXPECT_EQ(scene_.camera, first_);
+    };
+    nothing_moves({10, 50});
+    over_panel_ = true;
+    nothing_moves({100, 50});
+    over_panel_ = false;
+    whole_ = false;
+    nothing_moves({100, 50});
+    // A drag goes on over a panel, and pauses while another scene comes in.
+    whole_ = true;
+    at({100, 50});
+    press(0);
+    over_panel_ = true;
+    EXPECT_EQ(at({20, 50}), Change::view);
+    whole_ = false;
+    EXPECT_EQ(at({30, 50}), Change::none);
+}
+
+TEST_F(PointerInputTest, TheLineOfASplitAndTheHandlesOfLightsGoBeforeTheCamera)
+{
+    state_.comparison = Comparison::split;
+    at({124, 50});
+    EXPECT_TRUE(pointer_.over_split(state_, target().picture));
+    press(0);
+    EXPECT_EQ(at({72, 50}), Change::none) << "the picture is shown in other parts, not drawn anew";
+    EXPECT_DOUBLE_EQ(state_.wipe, 0.2);
+    at({900, 50});
+    EXPECT_EQ(state_.wipe, 1);
+    release(0);
+
+    state_.comparison = Comparison::none;
+    const Area picture = target().picture;
+    const auto handles = light_handles(scene_, picture.aspect());
+    const glm::dvec2 handle = picture.at + handles[1].at * picture.size;
+    const Light before = scene_.lights[handles[1].light];
+    at(handle);
+    press(0);
+    at(handle + glm::dvec2(3, 2));
+    release(0);
+    EXPECT_EQ(scene_.lights[handles[1].light], before) << "its handle was not shown";
+    scene_.camera = first_;
+    state_.lights = true;
+    at(handle);
+    press(0);
+    EXPECT_EQ(at(handle + glm::dvec2(3, 2)), Change::content);
+    EXPECT_NE(scene_.lights[handles[1].light], before);
+    EXPECT_EQ(scene_.camera, first_);
+    scene_.lights.clear();  // in the panel, while its handle is held
+    EXPECT_EQ(at(handle), Change::none);
+}
+
+TEST_F(PointerInputTest, KeysFlyOnlyWhileOneLooksAround)
+{
+    Camera& camera = scene_.camera;
+    EXPECT_FALSE(pointer_.take_key({GLFW_KEY_D})) << "it means a difference otherwise";
+    EXPECT_EQ(pointer_.fly(0.1, camera), Change::none);
+    at({100, 50});
+    press(1);
+    EXPECT_EQ(pointer_.fly(0.1, camera), Change::none) << "no key is held";
+    EXPECT_TRUE(pointer_.take_key({GLFW_KEY_W}));
+    EXPECT_EQ(pointer_.fly(0.1, camera), Change::view);
+    const glm::dvec3 ahead = glm::normalize(first_.look_at - first_.position);
+    const double flown = glm::dot(camera.position - first_.position, ahead);
+    EXPECT_NEAR(flown, 0.05 * distance(first_), 1e-9);
+    EXPECT_FALSE(pointer_.take_key({GLFW_KEY_F}));
+    release(1);
+    EXPECT_EQ(pointer_.fly(0.1, camera), Change::none);
+    press(1);
+    EXPECT_EQ(pointer_.fly(0.1, camera), Change::none) << "the key was let go with the button";
+}
+
+/// Takes what is loaded until the scene is whole. Returns the changes.
+std::vector<Change> load(Document& document)
+{
+    std::vector<Change> changes;
+    for (int i = 0; i < 3000 && !document.whole(); ++i) {
+        if (const Change change = document.take_loaded(); change != Change::none)
+            changes.push_back(change);
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    EXPECT_TRUE(document.whole());
+    while (document.loading())
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return changes;
+}
+
+command::SceneInput sample(const std::string& name)
+{
+    return {.file = FUM_TEST_DATA "/" + name, .size = "", .grid = "", .up = "auto"};
+}
+
+TEST(Document, IsReadInPartsAndStaysWhatItWasUntilTheNextIsThere)
+{
+    EXPECT_TRUE(Document({}).empty());
+    Document document(sample("smoke_plume_sun.json"));
+    EXPECT_FALSE(document.empty());
+    EXPECT_FALSE(document.at_rest());
+    EXPECT_THAT(load(document), testing::Each(Change::scene));
+    EXPECT_TRUE(document.at_rest());
+    EXPECT_TRUE(document.untouched());
+    ASSERT_FALSE(document.scene().lights.empty());
+    document.open("none.vdb");
+    std::string error;
+    for (int i = 0; i < 3000 && error.empty(); ++i) {
+        try {
+            document.take_loaded();
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        } catch (const Error& thrown) {
+            error = thrown.what();
+        }
+    }
+    EXPECT_THAT(error, HasSubstr("none.vdb"));
+    EXPECT_TRUE(document.whole());
+    EXPECT_THAT(document.input().file, HasSubstr("smoke_plume_sun.json"));
+    document.scene().lights.clear();
+    EXPECT_FALSE(document.untouched());
+    EXPECT_FALSE(document.as_read().lights.empty());
+}
+
+TEST(Document, AnotherFrameBringsItsGridsAndLeavesEditsAlone)
+{
+    Document document(sample("smoke_seq/smoke_####.vdb"));
+    load(document);
+    Sequence& sequence = document.sequence();
+    ASSERT_TRUE(sequence.moves());
+    EXPECT_EQ(sequence.shown(), 1);
+    EXPECT_FALSE(document.untouched()) << "no one file is what is shown";
+    EXPECT_EQ(document.play(0.1), Change::none) << "it does not play yet";
+    auto& medium = std::get<GridMedium>(document.scene().media[0]);
+    const auto first_grid = medium.density;
+    medium.g = 0.7f;
+    document.scene().camera.position += glm::dvec3(1, 0, 0);
+    const Camera moved = document.scene().camera;
+    const auto show_next = [&] {
+        sequence.playback().act(Action::frame_on);
+        EXPECT_TRUE(sequence.waits());
+        EXPECT_FALSE(document.at_rest());
+        Change change = Change::none;
+        for (int i = 0; i < 3000 && change == Change::none; ++i) {
+            change = document.play(0);
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        }
+        EXPECT_EQ(change, Change::frame);
+    };
+    show_next();
+    EXPECT_EQ(sequence.shown(), 2);
+    EXPECT_TRUE(document.at_rest());
+    const auto& second = std::get<GridMedium>(document.scene().media[0]);
+    EXPECT_NE(second.density, first_grid);
+    EXPECT_THAT(second.file, HasSubstr("0002"));
+    EXPECT_EQ(second.g, 0.7f);
+    EXPECT_EQ(document.scene().camera, moved);
+    // A camera that was not moved, or put back, is the scene's own.
+    document.scene().camera = document.as_read().camera;
+    show_next();
+    EXPECT_EQ(document.scene().camera, document.as_read().camera);
+}
+
+TEST(Sequence, SpansAllOfItsFilesOrElseTheCamerasPath)
+{
+    const TempFolder folder;
+    for (const char* name : {"a_03.vdb", "a_07.vdb", "b_5.vdb", "b_9.vdb"})
+        folder.write(name, "");
+    GridMedium a, b;
+    a.file = (folder.path() / "a_##.vdb").string();
+    b.file = (folder.path() / "b_#.vdb").string();
+    Scene scene;
+    scene.media = {a, b};
+    EXPECT_EQ(frames_in(scene), std::pair(3, 9));
+    scene.media.clear();
+    EXPECT_EQ(frames_in(scene), std::nullopt);
+    scene.frames_per_second = 10;
+    scene.camera_path = {CameraKey{0, {}}, CameraKey{1.55, {}}};
+    EXPECT_EQ(frames_in(scene), std::pair(0, 16));
+    EXPECT_FALSE(Sequence().moves());
+    EXPECT_FALSE(Sequence().waits());
+}
+
+TEST(ExposureDue, IsChosenAtOnceForANewSceneAndOnceMoreWhenThatIsSharp)
+{
+    ExposureDue due;
+    EXPECT_TRUE(due.now(false));
+    due.chosen(false);
+    EXPECT_FALSE(due.now(false));
+    EXPECT_TRUE(due.now(true));
+    due.chosen(true);
+    EXPECT_FALSE(due.now(true)) << "it does not follow the camera";
+    due.note(Change::view);
+    due.note(Change::frame);
+    EXPECT_FALSE(due.now(true));
+    due.note(Change::content);
+    EXPECT_FALSE(due.now(false));
+    EXPECT_TRUE(due.now(true));
+    due.note(Change::scene);
+    EXPECT_TRUE(due.now(false));
+}
+
+/// Follows the reference until it is whole.
+void follow_to_the_end(ReferenceView& view, const Scene& scene, double tolerance)
+{
+    for (int i = 0; i < 3000 && !view.picture().whole; ++i) {
+        view.follow(scene, tolerance, false, 10.0 + i);
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    EXPECT_TRUE(view.picture().whole) << view.picture().error;
+}
+
+TEST(ReferenceView, IsAskedForAtRestAndMeasuresEachPictureOnce)
+{
+    Scene scene = lit_scene();
+    scene.resolution = {12, 8};
+    ReferenceView view;
+    view.follow(scene, 0.1, true, 0);
+    EXPECT_FALSE(view.busy()) << "not for each step of a drag";
+    follow_to_the_end(view, scene, 0.1);
+    EXPECT_EQ(view.picture().share, 1);
+    const Image truth = view.image();
+    ASSERT_EQ(truth.pixels.size(), 12u * 8 * 3);
+    EXPECT_TRUE(view.unmeasured());
+    Image brighter = truth, small = truth;
+    for (float& value : brighter.pixels)
+        value *= 1.5f;
+    small.pixels.resize(3);
+    view.measure({{"A", truth}, {"B", brighter}, {"of another size", small}});
+    ASSERT_EQ(view.errors().size(), 2u);
+    EXPECT_EQ(view.errors()[0].metrics.relmse, 0);
+    EXPECT_NEAR(view.errors()[1].metrics.bias, 0.5, 1e-5);
+    EXPECT_FALSE(view.unmeasured());
+    // The same again asks for nothing; another camera does.
+    view.follow(scene, 0.1, false, 1e6);
+    EXPECT_FALSE(view.busy());
+    EXPECT_EQ(view.errors().size(), 2u);
+    scene.camera.position.x += 0.1;
+    view.follow(scene, 0.1, true, 2e6);
+    EXPECT_TRUE(view.errors().empty());
+    view.drop();
+    EXPECT_EQ(view.picture().version, 0u);
+}
+
+TEST(Notices, ANoteGoesAndAMessageStays)
+{
+    Notices notices;
+    notices.show_message("lost");
+    notices.show_note("wrote x.png");
+    notices.pass(3);
+    EXPECT_EQ(notices.note(), "wrote x.png");
+    notices.pass(2);
+    EXPECT_EQ(notices.note(), "");
+    EXPECT_EQ(notices.message(), "lost");
+    notices.close_message();
+    EXPECT_EQ(notices.message(), "");
+}
+
+TEST(Saving, ANameIsNoFilesYet)
+{
+    const TempFolder folder;
+    const std::filesystem::path before = std::filesystem::current_path();
+    std::filesystem::current_path(folder.path());
+    EXPECT_EQ(unused_name("/x/smoke_####.vdb", ".png"), "smoke_.png");
+    folder.write("smoke.png", "");
+    folder.write("smoke_2.png", "");
+    EXPECT_EQ(unused_name("/x/smoke.vdb", ".png"), "smoke_3.png");
+    EXPECT_EQ(unused_name("/x/smoke.vdb", ".exr"), "smoke.exr");
+    std::filesystem::current_path(before);
+}
+
+TEST(Automation, ARunEndsAfterItsFramesOrWithItsPicture)
+{
+    Automation person({}, 0, "");
+    EXPECT_FALSE(person.active());
+    EXPECT_FALSE(person.ends(true));
+    Automation counted({}, 2, "");
+    EXPECT_TRUE(counted.active());
+    EXPECT_FALSE(counted.ends(true));
+    EXPECT_TRUE(counted.ends(false));
+    EXPECT_FALSE(counted.request_last_screenshot());
+    Automation shot({}, 0, "x.png");
+    EXPECT_FALSE(shot.ends(false));
+    EXPECT_TRUE(shot.ends(true));
+    EXPECT_TRUE(shot.request_last_screenshot());
+    EXPECT_THROW(shot.check_screenshots(), Error) << "no frame took it";
+    EXPECT_THAT(shot.take_screenshots(), ElementsAre("x.png"));
+    shot.check_screenshots();
+    const TempFolder folder;
+    Automation scripted(Script::read(folder.write("s.json", R"([{"frames": 1}])")), 1, "");
+    EXPECT_FALSE(scripted.ends(true)) << "frames count after the script";
+}
+
+TEST(ViewState, ActionsChangeWhatIsShown)
+{
+    ViewState state;
+    EXPECT_FALSE(change_view(state, Action::fit));
+    EXPECT_TRUE(change_view(state, Action::split));
+    EXPECT_EQ(state.comparison, Comparison::split);
+    change_view(state, Action::difference);
+    EXPECT_EQ(state.comparison, Comparison::difference);
+    change_view(state, Action::difference);
+    EXPECT_FALSE(state.compares());
+    change_view(state, Action::reference);
+    EXPECT_TRUE(state.wants_reference());
+    change_view(state, Action::froxel);
+    EXPECT_FALSE(state.wants_reference());
+    EXPECT_EQ(state.settings.mode, Settings::Mode::froxel);
+    // Through all that can be seen inside, and back to the picture; a march has no froxels.
+    const auto count_kinds = [&] {
+        int kinds = 0;
+        for (change_view(state, Action::see_inside); state.inspection && kinds < 100;
+             change_view(state, Action::see_inside))
+            ++kinds;
+        return kinds;
+    };
+    const int kinds = static_cast<int>(inspection_table().size());
+    EXPECT_EQ(count_kinds(), kinds);
+    state.inspection = Inspection{.kind = Inspection::Kind::froxel_slice};
+    EXPECT_EQ(state.frames_at_rest(), 1);
+    EXPECT_EQ(display_of(state).transform, Display::Transform::srgb);
+    change_view(state, Action::raymarch);
+    EXPECT_FALSE(state.inspection);
+    EXPECT_EQ(state.frames_at_rest(), state.aa);
+    EXPECT_EQ(count_kinds(), kinds - 1);
+}
+
 TEST(Pace, LosesNoMoreThanTheTimeAsksAndSharpensAtRest)
 {
     Pace pace(false);
@@ -164,7 +579,7 @@ TEST(Pace, LosesNoMoreThanTheTimeAsksAndSharpensAtRest)
         return 200 * e.scale * e.scale * e.steps / (e.resolution * e.resolution);
     };
     for (int i = 0; i < 40; ++i) {
-        pace.begin(true, 0.03);
+        pace.begin(Change::view, 0.03);
         pace.end(cost());
     }
     EXPECT_TRUE(pace.moving());
@@ -172,14 +587,31 @@ TEST(Pace, LosesNoMoreThanTheTimeAsksAndSharpensAtRest)
     EXPECT_GT(cost(), 3) << "more than was needed was lost";
     int frames = 0;
     while (!pace.full() && frames < 100) {
-        pace.begin(false, 0.03);
+        pace.begin(Change::none, 0.03);
         pace.end(cost());
         ++frames;
     }
     EXPECT_LT(frames, 20);
     EXPECT_FALSE(pace.moving());
-    pace.begin(true, 0.03);
+    pace.begin(Change::view, 0.03);
     EXPECT_FALSE(pace.full()) << "what was learnt is kept";
+}
+
+TEST(Pace, VolumesOfLightAreCoarseWhileWhatFillsThemMoves)
+{
+    const Settings asked;
+    Pace pace(false);
+    pace.begin(Change::view, 0.03);
+    EXPECT_EQ(pace.settings(asked).world_directions, asked.world_directions);
+    pace.begin(Change::frame, 0.03);
+    const int coarse = pace.settings(asked).world_directions;
+    EXPECT_LT(coarse, asked.world_directions);
+    pace.begin(Change::none, 0.03);
+    EXPECT_EQ(pace.settings(asked).world_directions, coarse) << "a sequence plays on";
+    pace.begin(Change::none, 10);
+    EXPECT_EQ(pace.settings(asked).world_directions, asked.world_directions) << "at rest";
+    pace.begin(Change::view, 0.03);
+    EXPECT_EQ(pace.settings(asked).world_directions, asked.world_directions) << "the camera alone";
 }
 
 TEST(Pace, FullEffortIsWhatWasAskedFor)
@@ -278,7 +710,8 @@ TEST(UserFiles, WhatIsRememberedIsRecalled)
     for (int i = 0; i < 12; ++i)
         add_recent(what, fmt::format("/x/{}.vdb", i));
     add_recent(what, "/x/5.vdb");
-    remember(what, file);
+    what.file = file;
+    remember(what);
     std::string complaint;
     const Remembered back = recall(file, complaint);
     EXPECT_EQ(complaint, "");

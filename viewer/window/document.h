@@ -1,52 +1,70 @@
 #pragma once
 
-#include <memory>
-#include <mutex>
-#include <optional>
 #include <string>
+#include <vector>
 
-#include "scene_input.h"
-#include "window/background.h"
-#include <fumarole/asset/scene_file.h>
+#include "window/change.h"
+#include "window/scene_loader.h"
+#include "window/sequence.h"
+
+#include <fumarole/scene.h>
 
 namespace fumarole::window {
 
-/// A scene on its way in. Files are read on a thread of their own, and what is there already can be
-/// shown: camera, lights and procedural media at once, each grid as it is read.
+/// The open scene: as it was read, as it has been edited since, and its frames in time.
 class Document {
 public:
-    struct News {
-        asset::LoadedScene loaded;  ///< whole: with all of its files; else what is there of it
-        bool whole = false;
-        Scene moving;  ///< whole: with the #s of sequences, for FrameStore
-        std::string error;
-    };
+    /// An empty document, or one whose file is being read. @param input its file "" for empty
+    explicit Document(const command::SceneInput& input);
 
-    /// Starts to read; what was on its way is dropped.
-    void open(const command::SceneInput& input);
+    /// Starts to read another file. The scene that is there stays until that one has come.
+    void open(const std::string& file);
 
-    /// What has come since the last call: the newest alone.
-    std::optional<News> take();
+    /// Takes what was read since the last call.
+    /// @throws Error if the file can't be read; what was there stays
+    Change take_loaded();
 
-    [[nodiscard]] bool loading() const { return task_.busy(); }
-    /// What is being read, in a few words.
-    [[nodiscard]] std::string progress() const;
+    /// Moves the playhead by the time that went by, and takes its frame once that is read. Edits of
+    /// media and lights stay, and so does a camera that was moved.
+    /// @throws Error if the frame can't be read; the playhead stops at the one shown
+    Change play(double seconds);
+
+    /// The scene as it is drawn, to be edited.
+    [[nodiscard]] Scene& scene() { return scene_; }
+    [[nodiscard]] const Scene& scene() const { return scene_; }
+    /// The scene as it was read, of the frame shown: what a reset goes back to.
+    [[nodiscard]] const Scene& as_read() const { return as_read_; }
+    /// Whether all files of the scene are read; until then it can't be edited.
+    [[nodiscard]] bool whole() const { return whole_; }
+    /// Whether it is empty, with nothing on its way.
+    [[nodiscard]] bool empty() const { return input_.file.empty() && !loading(); }
+    /// Whether anything can be drawn.
+    [[nodiscard]] bool drawable() const
+    {
+        return whole_ || !scene_.media.empty() || !scene_.surfaces.empty();
+    }
+    /// Whether neither camera nor media nor lights differ from the file's.
+    [[nodiscard]] bool untouched() const;
+    /// Whether the whole scene is there and nothing of it plays or is being read.
+    [[nodiscard]] bool at_rest() const;
+
+    /// The words that the scene was opened by.
     [[nodiscard]] const command::SceneInput& input() const { return input_; }
+    [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
+    [[nodiscard]] bool loading() const { return loader_.loading(); }
+    /// The file that is being read, or "".
+    [[nodiscard]] std::string progress() const { return loading() ? loader_.progress() : ""; }
+
+    [[nodiscard]] Sequence& sequence() { return sequence_; }
+    [[nodiscard]] const Sequence& sequence() const { return sequence_; }
 
 private:
-    /// Shared with the thread, which may outlive its being wanted.
-    struct Mail {
-        std::mutex lock;
-        std::optional<News> news;
-        std::string progress;
-    };
-    static void read(const command::SceneInput& input, Mail& mail, const Background::Stop& stop);
-    static void read_scene(const command::SceneInput& input, Mail& mail,
-                           const Background::Stop& stop);
-
+    SceneLoader loader_;
     command::SceneInput input_;
-    std::shared_ptr<Mail> mail_ = std::make_shared<Mail>();
-    Background task_;
+    Scene scene_, as_read_;
+    std::vector<std::string> notes_;
+    bool whole_ = false;
+    Sequence sequence_;
 };
 
 }  // namespace fumarole::window

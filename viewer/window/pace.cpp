@@ -33,9 +33,15 @@ const Effort& Pace::effort() const
     return kEfforts[static_cast<std::size_t>(now_)];
 }
 
-void Pace::begin(bool changed, double seconds)
+Settings Pace::settings(const Settings& asked) const
 {
-    still_ = changed ? 0 : still_ + seconds;
+    return settings_at(asked, effort(), content_moves_ && moving_);
+}
+
+void Pace::begin(Change change, double seconds)
+{
+    content_moves_ = change >= Change::frame || (content_moves_ && moving_);
+    still_ = change != Change::none ? 0 : still_ + seconds;
     const bool was_moving = moving_;
     moving_ = still_ < rest_after;
     if (moving_)

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "window/change.h"
+
 #include <fumarole/settings.h>
 
 namespace fumarole::window {
@@ -22,15 +24,17 @@ public:
     double target_ms = 33;
     double rest_after = 0.15;  ///< seconds without a change that make rest
 
-    /// A frame is about to be drawn. @param changed the camera, the scene or a setting
-    void begin(bool changed, double seconds);
-    /// It took so long.
+    /// A frame is about to be drawn, `seconds` after the last one.
+    void begin(Change change, double seconds);
+    /// Takes the time that the frame took.
     void end(double ms);
 
     [[nodiscard]] bool moving() const { return moving_; }
     /// Whether it is drawn as asked for: frames may be averaged.
     [[nodiscard]] bool full() const { return now_ == 0; }
     [[nodiscard]] const Effort& effort() const;
+    /// What was asked for, at this frame's effort.
+    [[nodiscard]] Settings settings(const Settings& asked) const;
     [[nodiscard]] int level() const { return now_; }
     static int levels();
 
@@ -38,7 +42,8 @@ private:
     int live_;  ///< while something moves
     int now_;   ///< of this frame
     bool moving_ = true;
-    double still_ = 0;  ///< seconds since the last change
+    bool content_moves_ = false;  ///< what moves is more than the camera or a setting
+    double still_ = 0;            ///< seconds since the last change
 };
 
 /// The settings of a frame at an effort. @param content_changes media or lights are being edited:

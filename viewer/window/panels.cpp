@@ -7,7 +7,6 @@
 #include <imgui.h>
 #include <imgui_stdlib.h>
 
-#include "study/false_color.h"
 #include "window/controls.h"
 #include "window/keys.h"
 #include "window/scene_handles.h"
@@ -226,9 +225,30 @@ bool draw_lights(ViewState& state, Scene& scene, const Scene& first)
 
 // ----------------------------------------------------------------------------- other sections
 
+void draw_actions(const PanelContext& context, PanelWishes& wishes)
+{
+    const auto button = [&](const char* name, Action action) {
+        if (ImGui::Button(name))
+            wishes.actions.push_back(action);
+    };
+    button("fit", Action::fit);
+    ImGui::SameLine();
+    button("first camera", Action::first_camera);
+    ImGui::SameLine();
+    button("save scene", Action::save_scene);
+    button("PNG", Action::save_png);
+    ImGui::SameLine();
+    button("EXR", Action::save_exr);
+    ImGui::SameLine();
+    button("copy command line", Action::copy_command);
+    for (const std::string& note : context.document.notes())
+        ImGui::TextDisabled("%s", note.c_str());
+}
+
 void draw_file(const PanelContext& context, std::string& path, PanelWishes& wishes)
 {
-    text(context.file.empty() ? "no file" : context.file);
+    const Document& document = context.document;
+    text(document.input().file.empty() ? "no file" : document.input().file);
     if (ImGui::InputTextWithHint("##path", "a .vdb or a scene", &path,
                                  ImGuiInputTextFlags_EnterReturnsTrue) &&
         !path.empty())
@@ -242,22 +262,10 @@ void draw_file(const PanelContext& context, std::string& path, PanelWishes& wish
                 wishes.open = file;
         ImGui::EndCombo();
     }
-    if (!context.loading.empty())
-        say("{} ...", context.loading);
-    if (!context.whole)
-        return;
-    wishes.fit = ImGui::Button("fit");
-    ImGui::SameLine();
-    wishes.first_camera = ImGui::Button("first camera");
-    ImGui::SameLine();
-    wishes.save_scene = ImGui::Button("save scene");
-    wishes.save_png = ImGui::Button("PNG");
-    ImGui::SameLine();
-    wishes.save_exr = ImGui::Button("EXR");
-    ImGui::SameLine();
-    wishes.copy_command = ImGui::Button("copy command line");
-    for (const std::string& note : context.notes)
-        ImGui::TextDisabled("%s", note.c_str());
+    if (document.loading())
+        say("{} ...", document.progress());
+    if (document.whole())
+        draw_actions(context, wishes);
 }
 
 bool draw_mode(ViewState& state)
@@ -316,14 +324,14 @@ bool draw_compare(const PanelContext& context)
                        state.difference_scale, 0, 10, 0);
     number_control({"tolerance", "", "", "of the reference: relative error of a pixel"},
                    state.tolerance, 1e-3, 0.5, 0.02);
-    if (context.reference_runs || context.reference.share > 0) {
-        ImGui::ProgressBar(
-            static_cast<float>(context.reference.share), {-1, 0},
-            fmt::format("reference {:.0f} %", 100 * context.reference.share).c_str());
-        if (!context.reference.error.empty())
-            text("reference: " + context.reference.error);
+    const ReferenceView& reference = context.viewport.reference();
+    if (const auto& picture = reference.picture(); reference.busy() || picture.share > 0) {
+        ImGui::ProgressBar(static_cast<float>(picture.share), {-1, 0},
+                           fmt::format("reference {:.0f} %", 100 * picture.share).c_str());
+        if (!picture.error.empty())
+            text("reference: " + picture.error);
     }
-    for (const ErrorFigures& side : context.errors)
+    for (const ErrorFigures& side : reference.errors())
         say("{}: relMSE {:.2e}, bias {:+.2f} %, SMAPE {:.2f} %, 99.9 %: {:.2g}", side.name,
             side.metrics.relmse, 100 * side.metrics.bias, 100 * side.metrics.smape,
             side.metrics.p999);
@@ -394,29 +402,76 @@ bool draw_display(ViewState& state)
 
 void draw_cost(const PanelContext& context)
 {
-    if (!context.history_ms.empty()) {
-        const float most = *std::max_element(context.history_ms.begin(), context.history_ms.end());
-        ImGui::PlotLines("##ms", context.history_ms.data(),
-                         static_cast<int>(context.history_ms.size()), 0,
-                         fmt::format("{:.1f} ms a frame", context.frame_ms).c_str(), 0, most * 1.1f,
+    const Viewport& viewport = context.viewport;
+    const DrawStatistics& cost = viewport.statistics();
+    const Side& a = viewport.sides().a();
+    if (!cost.gpu_ms.empty()) {
+        const float largest = *std::max_element(cost.gpu_ms.begin(), cost.gpu_ms.end());
+        ImGui::PlotLines("##ms", cost.gpu_ms.data(), static_cast<int>(cost.gpu_ms.size()), 0,
+                         fmt::format("{:.1f} ms a frame", cost.frame_ms).c_str(), 0, largest * 1.1f,
                          {-1, ImGui::GetFontSize() * 4});
     }
-    for (const auto& [name, ms] : context.side.report().pass_ms)
+    for (const auto& [name, ms] : a.report().pass_ms)
         say("{:<24}{:>9.2f} ms", name, ms);
-    if (context.other != nullptr)
-        for (const auto& [name, ms] : context.other->report().pass_ms)
+    if (const Side* b = viewport.sides().b(); b != nullptr && context.state.compares())
+        for (const auto& [name, ms] : b->report().pass_ms)
             say("B {:<22}{:>9.2f} ms", name, ms);
-    say("set-up {:.0f} ms; loss {} of {} to keep the frame time", context.side.setup_ms(),
-        context.effort_level, context.effort_levels - 1);
-    say("{} x {}, frame {} of {}", context.pixels.x, context.pixels.y, context.side.frames(),
-        context.state.aa);
-    if (context.samples > 0)
-        say("{:.3g} evaluations of the media", context.samples);
-    say("{:.1f} MB in textures and buffers",
-        static_cast<double>(context.side.report().gpu_bytes) * 1e-6);
-    if (!context.side.report().history.empty())
-        say("history: {}", context.side.report().history);
-    say("{}, {}", context.device, context.timing_method);
+    say("set-up {:.0f} ms; loss {} of {} to keep the frame time", a.setup_ms(),
+        viewport.pace().level(), Pace::levels() - 1);
+    const glm::ivec2 pixels(a.picture().size());
+    say("{} x {}, frame {} of {}", pixels.x, pixels.y, a.frames(), context.state.aa);
+    if (cost.samples > 0)
+        say("{:.3g} evaluations of the media", cost.samples);
+    say("{:.1f} MB in textures and buffers", static_cast<double>(a.report().gpu_bytes) * 1e-6);
+    if (!a.report().history.empty())
+        say("history: {}", a.report().history);
+    say("{}, {}", context.device, context.viewport.timing_method());
+}
+
+void draw_content(const PanelContext& context, PanelWishes& wishes)
+{
+    ViewState& state = context.state;
+    Scene& scene = context.document.scene();
+    const Scene& first = context.document.as_read();
+    bool changed = false;
+    if (section("medium")) {
+        changed |= draw_media(scene, first);
+        changed |= setting_group("medium", state);
+    }
+    if (section("lights", false)) {
+        changed |= draw_lights(state, scene, first);
+        changed |= setting_group("light", state);
+    }
+    if (changed)
+        include(wishes.change, Change::content);
+}
+
+bool draw_mode_settings(ViewState& state)
+{
+    bool changed = draw_mode(state);
+    const bool froxel = state.settings.mode == Settings::Mode::froxel;
+    changed |= setting_group(froxel ? "froxel" : "march", state);
+    if (froxel && ImGui::TreeNode("shared with the march")) {
+        changed |= setting_group("march", state);
+        ImGui::TreePop();
+    }
+    return changed;
+}
+
+void draw_plan(const PanelContext& context, float& max_error, float& budget_ms, PanelWishes& wishes)
+{
+    using Kind = study::PlanGoal::Kind;
+    text("the cheapest settings for an error (the root of relMSE), or the best for a time");
+    number_control({"error", "", "", "of one frame's composite, at most"}, max_error, 1e-4f, 1,
+                   0.01f);
+    number_control({"budget", "ms", "", "that the volume adds to a frame, at most"}, budget_ms,
+                   0.1f, 1000, 16);
+    if (ImGui::Button("plan for the error"))
+        wishes.plan = {Kind::max_error, max_error};
+    ImGui::SameLine();
+    if (ImGui::Button("for the time"))
+        wishes.plan = {Kind::budget, budget_ms};
+    text(context.plan);
 }
 
 constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
@@ -424,87 +479,64 @@ constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_N
 
 }  // namespace
 
-PanelWishes Panels::draw_panel(const PanelContext& context, float width, float height)
+PanelWishes Panels::draw_panel(const PanelContext& context, const Layout& layout)
 {
     PanelWishes wishes;
     ImGui::SetNextWindowPos({0, 0});
-    ImGui::SetNextWindowSize({width, height});
+    ImGui::SetNextWindowSize({layout.panel_width, static_cast<float>(layout.window.y)});
     ImGui::Begin("panel", nullptr, kFixed | ImGuiWindowFlags_NoTitleBar);
-    ViewState& state = context.state;
     if (section("file"))
         draw_file(context, path_, wishes);
-    if (!context.whole) {
-        ImGui::End();
-        return wishes;
-    }
-    if (section("medium")) {
-        wishes.content_changed |= draw_media(context.scene, context.first);
-        wishes.content_changed |= setting_group("medium", state);
-    }
-    if (section("lights", false)) {
-        wishes.content_changed |= draw_lights(state, context.scene, context.first);
-        wishes.content_changed |= setting_group("light", state);
-    }
-    if (section("mode")) {
-        wishes.view_changed |= draw_mode(state);
-        wishes.view_changed |= setting_group(
-            state.settings.mode == Settings::Mode::froxel ? "froxel" : "march", state);
-        if (state.settings.mode == Settings::Mode::froxel &&
-            ImGui::TreeNode("shared with the march")) {
-            wishes.view_changed |= setting_group("march", state);
-            ImGui::TreePop();
-        }
-    }
-    if (section("plan", false)) {
-        using Kind = study::PlanGoal::Kind;
-        text("the cheapest settings for an error (the root of relMSE), or the best for a time");
-        number_control({"error", "", "", "of one frame's composite, at most"}, max_error_, 1e-4f, 1,
-                       0.01f);
-        number_control({"budget", "ms", "", "that the volume adds to a frame, at most"}, budget_ms_,
-                       0.1f, 1000, 16);
-        if (ImGui::Button("plan for the error"))
-            wishes.plan = {Kind::max_error, max_error_};
-        ImGui::SameLine();
-        if (ImGui::Button("for the time"))
-            wishes.plan = {Kind::budget, budget_ms_};
-        text(context.plan);
-    }
-    if (section("resolve", false))
-        wishes.view_changed |= setting_group("resolve", state);
-    if (section("display"))
-        wishes.view_changed |= draw_display(state);
-    if (section("compare"))
-        wishes.view_changed |= draw_compare(context);
-    if (section("see inside"))
-        wishes.view_changed |= draw_inside(state);
-    if (section("cost"))
-        draw_cost(context);
-    if (section("what the scene needs", false))
-        for (const std::string& line : context.explain())
-            text(line);
-    ImGui::TextDisabled("? lists the keys");
+    if (context.document.whole())
+        draw_sections(context, wishes);
     ImGui::End();
     return wishes;
 }
 
-bool Panels::draw_timeline(Playback& playback, int frames_there, bool waits, glm::vec2 at,
-                           glm::vec2 size)
+void Panels::draw_sections(const PanelContext& context, PanelWishes& wishes)
 {
-    ImGui::SetNextWindowPos({at.x, at.y});
-    ImGui::SetNextWindowSize({size.x, size.y});
+    ViewState& state = context.state;
+    draw_content(context, wishes);
+    bool changed = false;
+    if (section("mode"))
+        changed |= draw_mode_settings(state);
+    if (section("plan", false))
+        draw_plan(context, max_error_, budget_ms_, wishes);
+    if (section("resolve", false))
+        changed |= setting_group("resolve", state);
+    if (section("display"))
+        changed |= draw_display(state);
+    if (section("compare"))
+        changed |= draw_compare(context);
+    if (section("see inside"))
+        changed |= draw_inside(state);
+    if (section("cost"))
+        draw_cost(context);
+    if (section("what the scene needs", false))
+        for (const std::string& line : context.viewport.explain(state.settings))
+            text(line);
+    ImGui::TextDisabled("? lists the keys");
+    if (changed)
+        include(wishes.change, Change::view);
+}
+
+void Panels::draw_timeline(Sequence& sequence, const Layout& layout)
+{
+    Playback& playback = sequence.playback();
+    const glm::vec2 corner(layout.window);
+    const float width = corner.x - layout.panel_width;
+    ImGui::SetNextWindowPos({layout.panel_width, corner.y - layout.timeline_height});
+    ImGui::SetNextWindowSize({width, layout.timeline_height});
     ImGui::Begin("timeline", nullptr,
                  kFixed | ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoScrollbar);
-    bool chosen = false;
     if (ImGui::Button(playback.playing() ? "pause" : "play"))
         playback.play(!playback.playing());
     ImGui::SameLine();
     int frame = playback.frame();
-    ImGui::SetNextItemWidth(std::max(60.0f, size.x - ImGui::GetFontSize() * 27));
+    ImGui::SetNextItemWidth(std::max(60.0f, width - ImGui::GetFontSize() * 27));
     if (ImGui::SliderInt("##frame", &frame, playback.first(), playback.last(), "frame %d",
-                         ImGuiSliderFlags_AlwaysClamp)) {
+                         ImGuiSliderFlags_AlwaysClamp))
         playback.scrub(frame);
-        chosen = true;
-    }
     ImGui::SameLine();
     ImGui::Checkbox("loop", &playback.loop);
     ImGui::SameLine();
@@ -513,10 +545,10 @@ bool Panels::draw_timeline(Playback& playback, int frames_there, bool waits, glm
     if (ImGui::SliderFloat("##fps", &rate, 1, 120, "%.3g/s", ImGuiSliderFlags_AlwaysClamp))
         playback.frames_per_second = rate;
     ImGui::SameLine();
-    ImGui::TextDisabled(
-        "%s", fmt::format("{} frames there{}", frames_there, waits ? ", reading" : "").c_str());
+    ImGui::TextDisabled("%s", fmt::format("{} frames there{}", sequence.frames_there(),
+                                          sequence.waits() ? ", reading" : "")
+                                  .c_str());
     ImGui::End();
-    return chosen;
 }
 
 bool Panels::draw_help(glm::vec2 size)
@@ -551,41 +583,6 @@ bool Panels::draw_message(const std::string& message, glm::vec2 size)
     const bool open = !ImGui::Button("close");
     ImGui::End();
     return open;
-}
-
-void Panels::draw_greeting(const std::string& greeting, glm::vec2 at, glm::vec2 size)
-{
-    ImDrawList& draw = *ImGui::GetBackgroundDrawList();
-    const ImVec2 extent = ImGui::CalcTextSize(greeting.c_str(), nullptr, false, size.x * 0.9f);
-    draw.AddText(nullptr, 0, {at.x + (size.x - extent.x) / 2, at.y + (size.y - extent.y) / 2},
-                 IM_COL32(210, 210, 210, 255), greeting.c_str(), nullptr, size.x * 0.9f);
-}
-
-void Panels::draw_legend(const std::string& caption, double low, double high,
-                         const std::string& unit, glm::vec2 corner)
-{
-    ImDrawList& draw = *ImGui::GetBackgroundDrawList();
-    const float em = ImGui::GetFontSize();
-    const float width = std::max(16 * em, ImGui::CalcTextSize(caption.c_str()).x);
-    const float bar = 0.8f * em;
-    const ImVec2 at{corner.x - width - em, corner.y - 3.6f * em};
-    draw.AddRectFilled({at.x - 0.5f * em, at.y - 0.3f * em}, {corner.x - 0.5f * em, corner.y},
-                       IM_COL32(20, 20, 22, 210));
-    constexpr int kPieces = 64;
-    const auto piece = [&](int i) { return at.x + width * static_cast<float>(i) / kPieces; };
-    for (int i = 0; i < kPieces; ++i) {
-        const glm::vec3 color = write::display_transform(
-            study::difference_color((static_cast<float>(i) + 0.5f) / kPieces,
-                                    study::Difference::magnitude),
-            {.exposure_ev = 0, .transform = Display::Transform::srgb});
-        draw.AddRectFilled({piece(i), at.y}, {piece(i + 1), at.y + bar},
-                           ImGui::ColorConvertFloat4ToU32({color.r, color.g, color.b, 1}));
-    }
-    const ImU32 ink = IM_COL32(230, 230, 230, 255);
-    const std::string end = fmt::format("{:.3g} {}", high, unit);
-    draw.AddText({at.x, at.y + bar}, ink, fmt::format("{:.3g}", low).c_str());
-    draw.AddText({at.x + width - ImGui::CalcTextSize(end.c_str()).x, at.y + bar}, ink, end.c_str());
-    draw.AddText({at.x, at.y + bar + 1.2f * em}, ink, caption.c_str());
 }
 
 }  // namespace fumarole::window

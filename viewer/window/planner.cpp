@@ -23,10 +23,11 @@ Planner::Answer answer_of(const study::Plan& plan)
 }  // namespace
 
 void Planner::start(const Scene& scene, const Settings& settings, const std::string& preset,
-                    const study::PlanGoal& goal, bool software)
+                    bool software)
 {
-    mail_ = std::make_shared<Mail>();
-    task_.run([=, mail = mail_](const Background::Stop& stop) {
+    const study::PlanGoal goal = *std::exchange(goal_, std::nullopt);
+    shared_ = std::make_shared<Shared>();
+    task_.run([=, shared = shared_](const Background::Stop& stop) {
         Answer answer;
         try {
             using Backend = gl::HeadlessContext::Backend;
@@ -38,8 +39,8 @@ void Planner::start(const Scene& scene, const Settings& settings, const std::str
             options.start = settings;
             options.cancel = &stop;
             options.progress = [&](std::string_view what, double share) {
-                const std::lock_guard lock(mail->lock);
-                mail->progress = fmt::format("plan: {}, {:.0f} %", what, 100 * share);
+                const std::lock_guard lock(shared->lock);
+                shared->progress = fmt::format("plan: {}, {:.0f} %", what, 100 * share);
             };
             answer = answer_of(study::make_plan(scene, renderer, goal, options));
         } catch (const study::PlanCancelled&) {
@@ -47,21 +48,26 @@ void Planner::start(const Scene& scene, const Settings& settings, const std::str
         } catch (const std::exception& error) {
             answer.error = error.what();
         }
-        const std::lock_guard lock(mail->lock);
-        mail->answer = std::move(answer);
+        const std::lock_guard lock(shared->lock);
+        shared->answer = std::move(answer);
     });
 }
 
-std::string Planner::progress() const
+std::string Planner::text() const
 {
-    const std::lock_guard lock(mail_->lock);
-    return mail_->progress;
+    if (!busy())
+        return text_;
+    const std::lock_guard lock(shared_->lock);
+    return shared_->progress;
 }
 
 std::optional<Planner::Answer> Planner::take()
 {
-    const std::lock_guard lock(mail_->lock);
-    return std::exchange(mail_->answer, std::nullopt);
+    const std::lock_guard lock(shared_->lock);
+    std::optional<Answer> answer = std::exchange(shared_->answer, std::nullopt);
+    if (answer && answer->error.empty())
+        text_ = answer->text;
+    return answer;
 }
 
 }  // namespace fumarole::window

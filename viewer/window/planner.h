@@ -20,23 +20,34 @@ public:
         std::string error;
     };
 
-    /// Starts over. @param scene its resolution is the picture's
+    /// Asks for settings, to be looked for by the next start().
+    void ask(const std::optional<study::PlanGoal>& goal) { goal_ = goal; }
+    /// Whether settings were asked for and start() has not been called since.
+    [[nodiscard]] bool asked() const { return goal_.has_value(); }
+
+    /// Starts to look for what was asked for; drops what it still looks for.
+    /// @param scene its resolution is the picture's
     /// @param software whether the window draws on the processor, which is then planned for
     void start(const Scene& scene, const Settings& settings, const std::string& preset,
-               const study::PlanGoal& goal, bool software);
+               bool software);
     [[nodiscard]] bool busy() const { return task_.busy(); }
-    /// What it does, in a few words.
-    [[nodiscard]] std::string progress() const;
-    /// The answer, once.
+    /// Whether all that was asked for is found, and something was.
+    [[nodiscard]] bool done() const { return !asked() && !busy() && !text_.empty(); }
+    /// What it does, or what it found, in a few words.
+    [[nodiscard]] std::string text() const;
+    /// Returns the answer, once.
     std::optional<Answer> take();
 
 private:
-    struct Mail {
+    /// State shared with the thread.
+    struct Shared {
         std::mutex lock;
         std::string progress;
         std::optional<Answer> answer;
     };
-    std::shared_ptr<Mail> mail_ = std::make_shared<Mail>();
+    std::optional<study::PlanGoal> goal_;
+    std::string text_;  ///< what the last plan chose
+    std::shared_ptr<Shared> shared_ = std::make_shared<Shared>();
     Background task_;
 };
 

@@ -23,6 +23,26 @@ void Playback::scrub(int frame)
     since_ = 0;
 }
 
+bool Playback::act(Action action)
+{
+    switch (action) {
+    case Action::play:
+        play(!playing_);
+        return true;
+    case Action::frame_back:
+        scrub(frame_ - 1);
+        return true;
+    case Action::frame_on:
+        scrub(frame_ + 1);
+        return true;
+    case Action::first_frame:
+        scrub(first_);
+        return true;
+    default:
+        return false;
+    }
+}
+
 void Playback::advance(double seconds, bool ready)
 {
     if (!playing_ || !ready)

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "window/keys.h"
+
 namespace fumarole::window {
 
 /// A playhead over the frames of a scene in time.
@@ -16,6 +18,9 @@ public:
 
     void play(bool on);
     void scrub(int frame);  ///< held within the range
+
+    /// Does what an action does to the playhead. Returns false if it is about something else.
+    bool act(Action action);
 
     /// Moves on by the time that went by. Stays where it is while its frame is not `ready`: frames
     /// are shown late rather than skipped.

@@ -3,7 +3,6 @@
 #include "gl/program.h"
 #include "gl/state_guard.h"
 #include "shared/bindings.h"
-#include <fumarole/asset/animation.h>
 
 namespace fumarole::window {
 

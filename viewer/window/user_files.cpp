@@ -59,6 +59,7 @@ fs::path cache_folder()
 Remembered recall(const fs::path& file, std::string& complaint)
 {
     Remembered what;
+    what.file = file;
     std::error_code none;
     if (file.empty() || !fs::exists(file, none))
         return what;
@@ -79,8 +80,9 @@ Remembered recall(const fs::path& file, std::string& complaint)
     return what;
 }
 
-void remember(const Remembered& what, const fs::path& file)
+void remember(const Remembered& what)
 {
+    const fs::path& file = what.file;
     if (file.empty())
         return;
     const ViewState& state = what.state;

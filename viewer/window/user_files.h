@@ -14,6 +14,7 @@ struct Remembered {
     std::vector<std::string> recent;  ///< files, the last one first, absolute
     glm::ivec2 size{1280, 720};       ///< of the window
     ViewState state;                  ///< but for what belongs to one scene alone
+    std::filesystem::path file;       ///< where it is kept; "" keeps nothing
 };
 
 /// $XDG_CONFIG_HOME/fumarole/view.json, or ~/.config's. "" if there is neither.
@@ -26,8 +27,8 @@ std::filesystem::path cache_folder();
 /// what could not be read, or "".
 Remembered recall(const std::filesystem::path& file, std::string& complaint);
 
-/// Writes beside, then renames; makes the folder. @throws Error naming the file
-void remember(const Remembered& what, const std::filesystem::path& file);
+/// Writes its file, in one piece; makes the folder. @throws Error naming the file
+void remember(const Remembered& what);
 
 /// Puts a file first among the recent ones, once, ten at most.
 void add_recent(Remembered& what, const std::string& file);

@@ -10,6 +10,88 @@
 
 namespace fumarole::window {
 
+namespace {
+
+void show_mode(ViewState& state, Settings::Mode mode)
+{
+    state.settings.mode = mode;
+    state.reference = false;
+    // A march has no froxels to look into.
+    if (mode == Settings::Mode::raymarch && state.inspection &&
+        state.inspection->kind == Inspection::Kind::froxel_slice)
+        state.inspection.reset();
+}
+
+/// Compares in a way, or no longer if it does so already.
+void toggle(ViewState& state, Comparison comparison)
+{
+    state.comparison = state.comparison == comparison ? Comparison::none : comparison;
+}
+
+/// From the picture through all that can be seen inside, and back to the picture.
+void inspect_next(ViewState& state)
+{
+    const auto kinds = inspection_table();
+    std::size_t next = state.inspection ? static_cast<std::size_t>(state.inspection->kind) + 1 : 0;
+    const auto suits = [&](Inspection::Kind kind) {
+        return kind != Inspection::Kind::froxel_slice ||
+               state.settings.mode == Settings::Mode::froxel;
+    };
+    while (next < kinds.size() && !suits(kinds[next].kind))
+        ++next;
+    if (next >= kinds.size()) {
+        state.inspection.reset();
+        return;
+    }
+    if (!state.inspection)
+        state.inspection.emplace();
+    state.inspection->kind = kinds[next].kind;
+}
+
+}  // namespace
+
+bool change_view(ViewState& state, Action action)
+{
+    switch (action) {
+    case Action::raymarch:
+        show_mode(state, Settings::Mode::raymarch);
+        return true;
+    case Action::froxel:
+        show_mode(state, Settings::Mode::froxel);
+        return true;
+    case Action::reference:
+        state.reference = true;
+        return true;
+    case Action::split:
+        toggle(state, Comparison::split);
+        return true;
+    case Action::difference:
+        toggle(state, Comparison::difference);
+        return true;
+    case Action::see_inside:
+        inspect_next(state);
+        return true;
+    case Action::lights:
+        state.lights = !state.lights;
+        return true;
+    case Action::panel:
+        state.panel = !state.panel;
+        return true;
+    case Action::help:
+        state.help = !state.help;
+        return true;
+    default:
+        return false;
+    }
+}
+
+Display display_of(const ViewState& state)
+{
+    if (state.inspection && state.inspection->kind != Inspection::Kind::scattering)
+        return {.exposure_ev = 0, .transform = Display::Transform::srgb};
+    return state.display();
+}
+
 std::vector<std::string> others()
 {
     std::vector<std::string> names{"raymarch", "froxel"};

@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "window/display_pass.h"
+#include "window/keys.h"
+
 #include <fumarole/inspection.h>
 #include <fumarole/scene.h>
 #include <fumarole/settings.h>
@@ -36,11 +38,26 @@ struct ViewState {
     bool lights = false;
     bool help = false;
 
+    [[nodiscard]] bool compares() const { return comparison != Comparison::none; }
     [[nodiscard]] bool wants_reference() const
     {
-        return reference || (comparison != Comparison::none && other == "reference");
+        return reference || (compares() && other == "reference");
+    }
+    /// Frames that make a picture at rest: what is seen inside is drawn once.
+    [[nodiscard]] int frames_at_rest() const { return inspection ? 1 : aa; }
+    /// The picture's own display, whatever is seen inside.
+    [[nodiscard]] Display display() const
+    {
+        return {.exposure_ev = exposure_ev, .transform = transform};
     }
 };
+
+/// Does what an action does to the state alone. Returns false if it is about something else.
+bool change_view(ViewState& state, Action action);
+
+/// How side A and side B are shown: as the picture is, but for what is seen inside, whose colours
+/// are its values already.
+Display display_of(const ViewState& state);
 
 /// The settings of the other side, or nothing for `reference`. A mode takes the rest from
 /// `settings`. @throws Error listing what there is

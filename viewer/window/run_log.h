@@ -1,0 +1,49 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "window/reference_view.h"
+
+namespace fumarole::window {
+
+/// What a run did, for machines.
+struct AppReport {
+    int frames = 0;
+    double first_frame_ms = 0;    ///< until the window first showed something
+    double first_picture_ms = 0;  ///< until it first showed a whole scene, 0 if never
+    double settled_ms = 0;        ///< until that was as sharp as it gets, 0 if never
+    std::string device;
+    std::string message;               ///< that stood in the window at the end
+    std::vector<ErrorFigures> errors;  ///< against the reference, at the end
+};
+
+/// The run's clock, and the moments that the report tells of.
+class RunLog {
+public:
+    explicit RunLog(std::string device) { report_.device = std::move(device); }
+
+    /// Seconds since the start.
+    [[nodiscard]] double now() const
+    {
+        return std::chrono::duration<double>(Clock::now() - begin_).count();
+    }
+    /// Begins a frame. Returns the seconds since the last one began.
+    double begin_frame();
+    /// A frame is over. @param picture true if it showed a whole scene
+    void end_frame(bool picture, bool settled);
+    /// A frame was over at once: a minimised window shows nothing.
+    void skip_frame() { ++report_.frames; }
+
+    [[nodiscard]] const AppReport& report() const { return report_; }
+
+private:
+    using Clock = std::chrono::steady_clock;
+
+    Clock::time_point begin_ = Clock::now();
+    double frame_begin_ = 0;  ///< [s] since the start
+    AppReport report_;
+};
+
+}  // namespace fumarole::window

@@ -1,0 +1,31 @@
+#include "window/sides.h"
+
+namespace fumarole::window {
+
+Sides::Sides(gl::GetProc get_proc) : get_proc_{get_proc}, a_{std::make_unique<Side>(get_proc)} {}
+
+bool Sides::draw(const SideRequest& a, const std::optional<SideRequest>& b)
+{
+    if (!error_.empty())
+        return false;
+    if (b && !b_)
+        b_ = std::make_unique<Side>(get_proc_);
+    if (!b)
+        b_.reset();
+    bool drawn = draw(*a_, a);
+    if (b)
+        drawn |= draw(*b_, *b);
+    return drawn;
+}
+
+bool Sides::draw(Side& side, const SideRequest& request)
+{
+    try {
+        return side.draw(request);
+    } catch (const std::exception& error) {
+        error_ = error.what();
+        return false;
+    }
+}
+
+}  // namespace fumarole::window
