@@ -11,6 +11,7 @@
 #include "output_folder.h"
 #include "progress.h"
 #include "study/stability.h"
+#include "study/stability_held.h"
 #include "study/whole_file.h"
 #include <fumarole/errors.h>
 
@@ -27,7 +28,7 @@ using study::StabilityRun;
 struct Options {
     std::string output = "stability", backend = "osmesa", held;
     study::StabilityChoice choice;
-    bool list = false, explain = false, json = false;
+    bool list = false, explain = false, json = false, accept = false;
 };
 
 std::string_view sense_of(const StabilityCase& c)
@@ -173,7 +174,9 @@ void print_json(const std::vector<StabilityResult>& results, const study::HeldCh
     const Json json{{"seconds", seconds},
                     {"cases", cases},
                     {"no_longer_hold", changes.lost},
+                    {"worse", changes.worse},
                     {"newly_hold", changes.gained},
+                    {"added", changes.added},
                     {"outputs", outputs}};
     fmt::print("{}\n", json.dump(1, ' ', false, Json::error_handler_t::replace));
 }
@@ -192,6 +195,31 @@ std::vector<StabilityResult> measure(const std::vector<StabilityRun>& runs, cons
                                         const double share = static_cast<double>(done) / all;
                                         progress.show(what, share, left);
                                     });
+}
+
+void print_changes(const study::HeldChanges& changes)
+{
+    for (const std::string& text : changes.gained)
+        fmt::print("newly holds: {}\n", text);
+    for (const std::string& text : changes.added)
+        fmt::print("not known then: {}\n", text);
+}
+
+/// What is worse than in the held file fails the run, or is taken as it is.
+void judge(const std::vector<study::HeldCase>& before, const std::vector<StabilityResult>& results,
+           const study::HeldChanges& changes, const Options& options)
+{
+    if (options.accept) {
+        study::write_whole(options.held, study::accepted_csv(before, results, options.held));
+        return;
+    }
+    std::vector<std::string> lines = changes.lost;
+    lines.insert(lines.end(), changes.worse.begin(), changes.worse.end());
+    if (!lines.empty())
+        throw Error(fmt::format("{} cases no longer hold and {} are worse than in {}; --accept "
+                                "takes them as they are now:\n  {}",
+                                changes.lost.size(), changes.worse.size(), options.held,
+                                fmt::join(lines, "\n  ")));
 }
 
 void run(const Options& options)
@@ -222,16 +250,13 @@ void run(const Options& options)
         print_json(results, changes, files, seconds);
     } else {
         print_table(results, options.explain);
-        for (const std::string& text : changes.gained)
-            fmt::print("newly holds: {}\n", text);
+        print_changes(changes);
         fmt::print("wrote {}{}, in {}\n", files[0].string(),
                    pictures.empty() ? "" : fmt::format(" and {} pictures", pictures.size()),
                    duration(seconds));
     }
-    if (!changes.lost.empty())
-        throw Error(fmt::format("{} of the cases that held in {} no longer hold:\n  {}",
-                                changes.lost.size(), options.held,
-                                fmt::join(changes.lost, "\n  ")));
+    if (!options.held.empty())
+        judge(before, results, changes, options);
 }
 
 }  // namespace
@@ -252,10 +277,16 @@ void add_stability(CLI::App& app)
     command->add_option("--preset", o.choice.preset, "one preset alone [all]");
     command->add_flag("--list", o.list, "say what the cases are, and measure nothing");
     command->add_flag("--explain", o.explain, "say with each figure what it is, and why its bound");
+    CLI::Option* held =
+        command
+            ->add_option("--held", o.held,
+                         "an earlier stability.csv: fail if a case that held there no longer does "
+                         "or lost half its margin, or if one that fell short is 1.25 times worse")
+            ->check(CLI::ExistingFile);
     command
-        ->add_option("--held", o.held,
-                     "an earlier stability.csv: fail if a case that held there no longer does")
-        ->check(CLI::ExistingFile);
+        ->add_flag("--accept", o.accept,
+                   "write this run's figures into the file given to --held instead of failing")
+        ->needs(held);
     command->add_flag("--json", o.json, "print JSON");
     command->add_option("--backend", o.backend, "OpenGL without a window [osmesa]")
         ->check(CLI::IsMember({"osmesa", "egl"}));

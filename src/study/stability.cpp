@@ -1,12 +1,10 @@
 #include "study/stability.h"
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <fmt/format.h>
 
-#include "study/chart.h"
 #include "study/false_color.h"
 #include "study/label_font.h"
 #include "study/panels.h"
@@ -38,46 +36,6 @@ using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point begin)
 {
     return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
-// ------------------------------------------------------------------------------------------- csv
-
-constexpr std::array<std::string_view, 11> kColumns{"group",  "case",  "mode",  "preset",
-                                                    "figure", "sense", "bound", "unit",
-                                                    "holds",  "shows", "reason"};
-
-std::string csv_row(const std::vector<std::string>& fields)
-{
-    std::string row;
-    for (std::size_t i = 0; i < fields.size(); ++i) {
-        if (i > 0)
-            row += ',';
-        row += csv_field(fields[i]);
-    }
-    row += "\r\n";
-    return row;
-}
-
-/// Fields of the record that begins at `at`, which moves past it. Quotes as csv_field makes them.
-std::vector<std::string> take_record(std::string_view csv, std::size_t& at)
-{
-    std::vector<std::string> fields{""};
-    bool quoted = false;
-    for (; at < csv.size(); ++at) {
-        const char c = csv[at];
-        if (c == '"' && quoted && at + 1 < csv.size() && csv[at + 1] == '"')
-            fields.back() += csv[++at];
-        else if (c == '"')
-            quoted = !quoted;
-        else if (c == ',' && !quoted)
-            fields.emplace_back();
-        else if (c == '\n' && !quoted)
-            break;
-        else if (c != '\r' || quoted)
-            fields.back() += c;
-    }
-    ++at;
-    return fields;
 }
 
 // -------------------------------------------------------------------------------------- pictures
@@ -206,94 +164,6 @@ std::vector<StabilityResult> measure_stability(const std::vector<StabilityRun>& 
         results.push_back(std::move(result));
     }
     return results;
-}
-
-std::string stability_csv(const std::vector<StabilityResult>& results)
-{
-    std::string csv = csv_row({kColumns.begin(), kColumns.end()});
-    for (const StabilityResult& r : results) {
-        const StabilityCase& c = *r.run.what;
-        csv += csv_row({fmt::format("{}", c.group), c.name, std::string(r.run.subject->mode),
-                        std::string(r.run.subject->preset), fmt::format("{:.4g}", r.figure.value),
-                        c.sense == StabilityCase::Bound::at_most ? "at most" : "at least",
-                        fmt::format("{:.4g}", c.bound), c.unit,
-                        r.holds ? "yes" : (r.refusal.empty() ? "no" : "no: " + r.refusal), c.shows,
-                        c.reason});
-    }
-    return csv;
-}
-
-std::vector<HeldCase> read_held(std::string_view csv, const std::filesystem::path& file)
-{
-    std::size_t at = 0;
-    const std::vector<std::string> names = take_record(csv, at);
-    const auto column = [&](std::string_view name) {
-        const auto found = std::find(names.begin(), names.end(), name);
-        if (found == names.end())
-            throw Error(
-                fmt::format("{}: no column '{}'; is it a stability.csv?", file.string(), name));
-        return static_cast<std::size_t>(found - names.begin());
-    };
-    const std::size_t name = column("case"), mode = column("mode"), preset = column("preset"),
-                      figure = column("figure"), holds = column("holds");
-    std::vector<HeldCase> cases;
-    for (int record = 2; at < csv.size(); ++record) {
-        const std::vector<std::string> fields = take_record(csv, at);
-        if (fields.size() != names.size())
-            throw Error(fmt::format("{}: record {} has {} fields where {} belong", file.string(),
-                                    record, fields.size(), names.size()));
-        HeldCase one{fields[name], fields[mode], fields[preset], 0, fields[holds] == "yes"};
-        const std::string& text = fields[figure];
-        const auto [end, error] =
-            std::from_chars(text.data(), text.data() + text.size(), one.figure);
-        if (error != std::errc{} || end != text.data() + text.size())
-            throw Error(
-                fmt::format("{}: record {}: '{}' is no figure", file.string(), record, text));
-        if (!one.held && !fields[holds].starts_with("no"))
-            throw Error(fmt::format("{}: record {}: '{}' is neither yes nor no", file.string(),
-                                    record, fields[holds]));
-        cases.push_back(std::move(one));
-    }
-    return cases;
-}
-
-HeldChanges compare_held(const std::vector<HeldCase>& before,
-                         const std::vector<StabilityResult>& now)
-{
-    const std::vector<StabilityRun> all = stability_runs({});
-    HeldChanges changes;
-    const auto title = [](const HeldCase& c) {
-        return fmt::format("{} ({}, {})", c.name, c.mode, c.preset);
-    };
-    for (const HeldCase& old : before) {
-        const auto is_old = [&](const StabilityRun& run) {
-            return run.is(old.name, old.mode, old.preset);
-        };
-        const auto found = std::find_if(now.begin(), now.end(),
-                                        [&](const StabilityResult& r) { return is_old(r.run); });
-        if (found == now.end()) {
-            if (old.held && std::none_of(all.begin(), all.end(), is_old))
-                changes.lost.push_back(fmt::format("{} held and is no case any more", title(old)));
-            continue;
-        }
-        const StabilityCase& c = *found->run.what;
-        if (old.held == found->holds)
-            continue;
-        (old.held ? changes.lost : changes.gained)
-            .push_back(
-                fmt::format("{}: {:.4g} then, {:.4g} now, to be {} {:.4g}{}", title(old),
-                            old.figure, found->figure.value,
-                            c.sense == StabilityCase::Bound::at_most ? "at most" : "at least",
-                            c.bound, found->refusal.empty() ? "" : ": " + found->refusal));
-    }
-    for (const StabilityResult& r : now)
-        if (r.holds && std::none_of(before.begin(), before.end(), [&](const HeldCase& old) {
-                return r.run.is(old.name, old.mode, old.preset);
-            }))
-            changes.gained.push_back(fmt::format("{} ({}, {}): {:.4g}, not known then",
-                                                 r.run.what->name, r.run.subject->mode,
-                                                 r.run.subject->preset, r.figure.value));
-    return changes;
 }
 
 Image stability_strip(const StabilityPictures& pictures)

@@ -110,30 +110,6 @@ std::vector<StabilityResult> measure_stability(const std::vector<StabilityRun>& 
                                                const std::filesystem::path& scratch,
                                                const StabilityProgress& progress);
 
-/// A record of stability.csv each: group, case, mode, preset, figure, sense, bound, unit, holds
-/// (`yes`, `no`, or `no: ` and why there is no figure), shows, reason.
-std::string stability_csv(const std::vector<StabilityResult>& results);
-
-/// What an earlier run found.
-struct HeldCase {
-    std::string name, mode, preset;
-    double figure = 0;
-    bool held = false;
-};
-
-/// Reads stability_csv's text. @throws Error naming `file`, the line and what is wrong with it.
-std::vector<HeldCase> read_held(std::string_view csv, const std::filesystem::path& file);
-
-/// How a run differs from an earlier one: a line each.
-struct HeldChanges {
-    std::vector<std::string> lost;    ///< held before and no longer, or are no case any more
-    std::vector<std::string> gained;  ///< fell short before, or are new, and hold
-};
-
-/// Cases that this run left out are passed over.
-HeldChanges compare_held(const std::vector<HeldCase>& before,
-                         const std::vector<StabilityResult>& now);
-
 /// One strip: actual, expected, and their difference in false colour with its scale.
 Image stability_strip(const StabilityPictures& pictures);
 

@@ -143,6 +143,56 @@ TEST_F(StabilityCommand, FailsWhereWhatHeldNoLongerDoes)
     EXPECT_EQ(other.code, 0) << other;
 }
 
+// order-step-edge is at least 0.9: the default's order is 1.046, the 2017 preset's 0.828.
+TEST_F(StabilityCommand, FailsWhereAFigureGrowsThoughItsCaseHoldsOrFallsShortAsBefore)
+{
+    const Arguments measure{"--case", "order-step-edge", "--mode", "raymarch", "-o", "out"};
+    const auto against = [&](const std::string& file, bool accept = false) {
+        Arguments all = measure;
+        all.insert(all.end(), {"--held", file});
+        if (accept)
+            all.emplace_back("--accept");
+        return run(all);
+    };
+    ASSERT_EQ(run(measure).code, 0);
+    const std::string csv = read_bytes(path("out/stability.csv"));
+    ASSERT_NE(csv.find("default,1.046"), std::string::npos) << csv;
+    ASSERT_NE(csv.find("eevee2017,0.8278"), std::string::npos) << csv;
+    const auto then = [&](const std::string& preset, const std::string& now,
+                          const std::string& figure) {
+        return doctored(csv, preset, preset + ',' + now, preset + ',' + figure);
+    };
+    folder_.write("held.csv", then("default", "1.046", "1.18"));  // half way to 0.9 is 1.04
+    EXPECT_EQ(against("held.csv").code, 0);
+    folder_.write("held.csv", then("default", "1.046", "1.21"));  // 1.055
+    const Outcome margin = against("held.csv");
+    EXPECT_EQ(margin.code, 1) << margin;
+    EXPECT_NE(margin.err.find("order-step-edge (raymarch, default): 1.21 then, 1.046 now"),
+              std::string::npos)
+        << margin;
+    EXPECT_NE(margin.err.find("0 cases no longer hold and 1 are worse"), std::string::npos)
+        << margin;
+    EXPECT_NE(margin.err.find("--accept"), std::string::npos) << margin;
+    folder_.write("held.csv", then("eevee2017", "0.8278", "0.838"));  // 1.16 times as short
+    EXPECT_EQ(against("held.csv").code, 0);
+    folder_.write("held.csv", then("eevee2017", "0.8278", "0.846"));  // 1.34 times
+    const Outcome grown = against("held.csv");
+    EXPECT_EQ(grown.code, 1) << grown;
+    EXPECT_NE(grown.err.find("order-step-edge (raymarch, eevee2017)"), std::string::npos) << grown;
+
+    // What is accepted is what was measured; cases that were not stay as they were.
+    const std::string other = "\n1,slab-emission,raymarch,default,0.5,at most,0.01,,no,s,r\r\n";
+    folder_.write("held.csv", then("default", "1.046", "1.5") + other.substr(1));
+    EXPECT_EQ(run({"--case", "order-step-edge", "--accept"}).code, 2) << "into which file?";
+    const Outcome accepted = against("held.csv", true);
+    EXPECT_EQ(accepted.code, 0) << accepted;
+    const std::string now = read_bytes(path("held.csv"));
+    EXPECT_NE(now.find("default,1.046"), std::string::npos) << now;
+    EXPECT_NE(now.find(other), std::string::npos) << now;
+    EXPECT_EQ(now.size(), csv.size() + other.size() - 1);
+    EXPECT_EQ(against("held.csv").code, 0);
+}
+
 TEST_F(StabilityCommand, SaysWhatIsWrong)
 {
     const std::vector<std::pair<Arguments, std::string>> misuses{

@@ -30,7 +30,6 @@
 #include "window/script.h"
 #include "window/user_files.h"
 #include "window/viewport.h"
-
 #include <fumarole/errors.h>
 
 namespace fumarole::window {

@@ -8,7 +8,6 @@
 #include "window/overlay.h"
 #include "window/saving.h"
 #include "window/scene_handles.h"
-
 #include <fumarole/asset/scene_file.h>
 #include <fumarole/errors.h>
 

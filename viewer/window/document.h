@@ -6,7 +6,6 @@
 #include "window/change.h"
 #include "window/scene_loader.h"
 #include "window/sequence.h"
-
 #include <fumarole/scene.h>
 
 namespace fumarole::window {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "window/change.h"
-
 #include <fumarole/settings.h>
 
 namespace fumarole::window {

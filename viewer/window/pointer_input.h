@@ -7,7 +7,6 @@
 #include "window/event.h"
 #include "window/layout.h"
 #include "window/view_state.h"
-
 #include <fumarole/scene.h>
 
 namespace fumarole::window {

@@ -7,7 +7,6 @@
 
 #include "study/metrics.h"
 #include "window/reference_worker.h"
-
 #include <fumarole/write/image_writer.h>
 
 namespace fumarole::window {

@@ -7,7 +7,6 @@
 #include "shell_words.h"
 #include "study/reference_cache.h"
 #include "window/user_files.h"
-
 #include <fumarole/asset/scene_file.h>
 #include <fumarole/errors.h>
 

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "window/glfw_window.h"
-
 #include <fumarole/asset/animation.h>
 #include <fumarole/asset/frame_loader.h>
 

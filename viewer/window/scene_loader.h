@@ -7,7 +7,6 @@
 
 #include "scene_input.h"
 #include "window/background.h"
-
 #include <fumarole/asset/scene_file.h>
 
 namespace fumarole::window {

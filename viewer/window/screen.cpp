@@ -1,7 +1,6 @@
 #include "window/screen.h"
 
 #include "study/srgb.h"
-
 #include <fumarole/errors.h>
 #include <fumarole/write/image_writer.h>
 

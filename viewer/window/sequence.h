@@ -6,7 +6,6 @@
 
 #include "window/frame_store.h"
 #include "window/playback.h"
-
 #include <fumarole/scene.h>
 
 namespace fumarole::window {

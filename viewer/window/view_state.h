@@ -6,7 +6,6 @@
 
 #include "window/display_pass.h"
 #include "window/keys.h"
-
 #include <fumarole/inspection.h>
 #include <fumarole/scene.h>
 #include <fumarole/settings.h>
