@@ -212,6 +212,23 @@ TEST_F(View, TheReferenceComesAndErrorsAreMeasuredAgainstIt)
     EXPECT_EQ(shot("reference.png").width, 240);
 }
 
+TEST_F(View, ErrorsAreThoseOfThePictureThatIsShown)
+{
+    const auto error = [&](const std::string& change) {
+        const Outcome run =
+            view(R"([{"wait": "loaded"}, {"key": "3"}, {"wait": "reference"},
+                                     {"frames": 2}, )" +
+                     change + R"({"wait": "settled"}, {"frames": 2}])",
+                 {sample("smoke_plume_sun.json"), "--aa=1", "--exposure=0"}, "120x90");
+        EXPECT_EQ(run.code, 0) << run;
+        const Json errors = Json::parse(run.out)["errors"];
+        EXPECT_EQ(errors.size(), 1u) << run;
+        return errors.empty() ? 0 : errors[0]["relmse"].get<double>();
+    };
+    EXPECT_GT(error(R"({"set": {"steps": 3}}, {"frames": 2}, )"), 1.5 * error(""))
+        << "the reference is the same, the picture is not";
+}
+
 TEST_F(View, APlanIsMadeBesideThePictureAndTaken)
 {
     const Outcome run =

@@ -52,8 +52,10 @@ class HeldRun : public testing::Test {
 protected:
     HeldRun()
     {
-        for (const StabilityRun& run :
-             stability_runs({.pattern = "odd-sizes", .preset = "default"}))
+        StabilityChoice choice;
+        choice.pattern = "odd-sizes";
+        choice.preset = "default";
+        for (const StabilityRun& run : stability_runs(choice))
             now_.push_back({run, {}, true, "", 0});
     }
     /// A run whose one figure is `figure`, compared with one whose figure was `before`.

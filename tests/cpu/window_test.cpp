@@ -458,6 +458,7 @@ TEST(ReferenceView, IsAskedForAtRestAndMeasuresEachPictureOnce)
 {
     Scene scene = lit_scene();
     scene.resolution = {12, 8};
+    scene.world.radiance = glm::vec3(1);
     ReferenceView view;
     view.follow(scene, 0.1, true, 0);
     EXPECT_FALSE(view.busy()) << "not for each step of a drag";
@@ -475,6 +476,8 @@ TEST(ReferenceView, IsAskedForAtRestAndMeasuresEachPictureOnce)
     EXPECT_EQ(view.errors()[0].metrics.relmse, 0);
     EXPECT_NEAR(view.errors()[1].metrics.bias, 0.5, 1e-5);
     EXPECT_FALSE(view.unmeasured());
+    view.outdate_errors();
+    EXPECT_TRUE(view.unmeasured()) << "other settings, the same truth";
     // The same again asks for nothing; another camera does.
     view.follow(scene, 0.1, false, 1e6);
     EXPECT_FALSE(view.busy());

@@ -9,8 +9,8 @@
 #include <random>
 
 #include "gl/texture.h"
-#include "medium/grid_layout.h"
 #include "image_test.h"
+#include "medium/grid_layout.h"
 
 namespace fumarole::test {
 namespace {

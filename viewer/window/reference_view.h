@@ -41,6 +41,8 @@ public:
     {
         return picture_.share > 0 && measured_ != picture_.version;
     }
+    /// Has the pictures measured again: they are being drawn anew.
+    void outdate_errors() { measured_ = 0; }
     /// Measures pictures by name, in the place of those measured before; a picture of another size
     /// is left out.
     void measure(const std::vector<std::pair<std::string, Image>>& pictures);

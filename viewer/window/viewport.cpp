@@ -54,8 +54,10 @@ std::string Viewport::draw(const Document& document, ViewState& state, glm::ivec
     pace_.target_ms = state.target_ms;
     pace_.begin(change_, seconds);
     exposure_.note(change_);
-    if (change_ != Change::none)
+    if (change_ != Change::none) {
         sides_.retry();
+        reference_.outdate_errors();
+    }
     change_ = Change::none;
     const bool had_failed = failed();
     const auto begin = Clock::now();
