@@ -87,8 +87,8 @@ template <class Tree> std::unique_ptr<Tree> build(const VoxelGrid& grid, IndexTr
         else
             value = T(tile.value.x, tile.value.y, tile.value.z);
         tree->root().fill({to_coord(tile.brick_min * kBrickDim),
-                    to_coord(tile.brick_max * kBrickDim + (kBrickDim - 1))},
-                   value, true);
+                           to_coord(tile.brick_max * kBrickDim + (kBrickDim - 1))},
+                          value, true);
         touch(tile.brick_min, tile.brick_max);
     }
     for (std::size_t b = 0; b < grid.bricks.size(); ++b) {
@@ -122,7 +122,8 @@ std::vector<PaddedBrick> pad(const ScalarTree& tree, const VoxelGrid& grid, Inde
     const Accessor<ScalarTree> accessor(tree);
     const auto add = [&](glm::ivec3 brick) {
         const openvdb::Coord at = to_coord(brick);
-        if (index.root().getValue(at) != kFilledBrick || padded.size() * sizeof(PaddedBrick) > kMostBytes)
+        if (index.root().getValue(at) != kFilledBrick ||
+            padded.size() * sizeof(PaddedBrick) > kMostBytes)
             return;
         PaddedBrick& one = padded.emplace_back();
         float* to = one.values.data();
