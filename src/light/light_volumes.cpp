@@ -441,8 +441,9 @@ gl::Texture LightVolumes::draw_world(const WorldKey& key, const surface::Surface
     if (views.empty())
         return {};
     gl::Texture shadows = painter_.draw(views, surfaces, kWorldShadowMap);
-    // llvmpipe starts a compute shader while what was drawn for it is still on its way, unless a
-    // barrier comes between; GL asks for none, and elsewhere this one costs nothing.
+    // llvmpipe may start a compute shader while what was drawn for it is still on its way; any
+    // barrier makes it finish that first. GL asks for none here, and elsewhere this one costs
+    // nothing.
     device_->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT);
     return shadows;
 }
