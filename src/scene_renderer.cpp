@@ -9,7 +9,6 @@
 
 #include "gl/texture.h"
 #include "halton.h"
-#include "pass/frame_setup.h"
 #include <fumarole/errors.h>
 
 namespace fumarole {

@@ -5,6 +5,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "halton.h"
+#include "pass/layer_format.h"
 #include "shared/bindings.h"
 #include <fumarole/errors.h>
 
@@ -23,22 +24,22 @@ int guard_columns(const Settings& s)
     return s.lookup == Settings::Lookup::tricubic ? 2 : 1;
 }
 
-glm::ivec3 froxel_count(const PassFrame& frame)
+glm::ivec3 froxel_count(const PreparedFrame& frame)
 {
     const Settings& s = frame.settings;
-    const glm::ivec2 columns = (glm::ivec2(frame.host.color.size) + s.tile - 1) / s.tile;
+    const glm::ivec2 columns = (frame.picture_size + s.tile - 1) / s.tile;
     return {columns + 2 * guard_columns(s), s.slices};
 }
 
-FroxelPlan make_plan(const Toolbox& tools, const PassFrame& frame)
+FroxelPlan make_plan(const Toolbox& tools, const PreparedFrame& frame)
 {
     const medium::MediaTraits& media = tools.media.traits();
     const Settings& s = frame.settings;
     FroxelPlan plan;
     plan.count = froxel_count(frame);
-    plan.picture = glm::ivec2(frame.host.color.size);
+    plan.picture = frame.picture_size;
     plan.format = gl_format(s.format);
-    plan.history = keeps_history(frame.host, s);
+    plan.history = frame.keeps_history;
     plan.source_format = plan.history ? gl_format(s.history_format) : plan.format;
     const bool alpha = plan.format != GL_R11F_G11F_B10F && plan.source_format != GL_R11F_G11F_B10F;
     plan.extinction_in_alpha = alpha && !media.colored_extinction;
@@ -71,7 +72,7 @@ glm::dvec3 spacing_of(const Settings& s, bool perspective)
 }
 
 /// Where in their froxels this frame's samples lie; frame 0 has them in the middle.
-glm::dvec3 jitter_of(const PassFrame& frame)
+glm::dvec3 jitter_of(const PreparedFrame& frame)
 {
     if (frame.settings.jitter == Settings::Jitter::none)
         return glm::dvec3(0.5);
@@ -117,7 +118,7 @@ void bind_image(const gl::Device& gl, GLuint unit, const gl::Texture& volume, GL
 
 Froxels::Froxels(const Toolbox& tools) : VolumePass{tools}, block_{tools.device, "froxels"} {}
 
-Froxels::View& Froxels::view_of(const PassFrame& frame)
+Froxels::View& Froxels::view_of(const PreparedFrame& frame)
 {
     const FroxelPlan plan = make_plan(tools_, frame);
     check_size(plan.count, tools_.device);
@@ -147,7 +148,7 @@ Froxels::View& Froxels::view_of(const PassFrame& frame)
     return view;
 }
 
-void Froxels::write_block(const PassFrame& frame, const View& view, float history_weight) const
+void Froxels::write_block(const PreparedFrame& frame, const View& view, float history_weight) const
 {
     const HistoryView now = make_history_view(frame);
     const HistoryView& last = view.last ? *view.last : now;
@@ -181,7 +182,7 @@ void Froxels::dispatch(const char* file, const gl::Defines& defines, glm::ivec3 
     gl->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
 }
 
-void Froxels::draw_v_buffer(const PassFrame& frame, const View& view) const
+void Froxels::draw_v_buffer(const PreparedFrame& frame, const View& view) const
 {
     const gl::Device& gl = tools_.device;
     const FroxelPlan& plan = view.plan;
@@ -201,7 +202,7 @@ void Froxels::bind_v_buffer(const View& view) const
     view.phase.bind(V_BUFFER_PHASE_UNIT);
 }
 
-void Froxels::scatter(const PassFrame& frame, View& view, HistoryUse use) const
+void Froxels::scatter(const PreparedFrame& frame, View& view, HistoryUse use) const
 {
     const gl::Device& gl = tools_.device;
     const FroxelPlan& plan = view.plan;
@@ -221,7 +222,7 @@ void Froxels::scatter(const PassFrame& frame, View& view, HistoryUse use) const
     dispatch("pass/scatter.comp", defines, plan.count, kFroxelGroup);
 }
 
-void Froxels::integrate(const PassFrame& frame, const View& view) const
+void Froxels::integrate(const PreparedFrame& frame, const View& view) const
 {
     const gl::Device& gl = tools_.device;
     const FroxelPlan& plan = view.plan;
@@ -236,7 +237,7 @@ void Froxels::integrate(const PassFrame& frame, const View& view) const
              {FROXEL_COLUMNS, FROXEL_COLUMNS, 1});
 }
 
-void Froxels::draw(const PassFrame& frame)
+void Froxels::draw(const PreparedFrame& frame)
 {
     View& view = view_of(frame);
     const HistoryView now = make_history_view(frame);
@@ -257,23 +258,14 @@ void Froxels::draw(const PassFrame& frame)
     view.last = now;
 }
 
-void Froxels::resolve(const PassFrame& frame, Layer layer)
+IntegratedFroxels Froxels::integrated(const PreparedFrame& frame)
 {
     const View& view = view_of(frame);
     write_block(frame, view, 0);
-    gl::Defines defines = storage_defines(view.plan);
-    if (frame.settings.lookup == Settings::Lookup::tricubic)
-        defines.emplace_back("TRICUBIC", "");
-    if (layer == Layer::transmittance)
-        defines.emplace_back("TRANSMITTANCE", "");
-    if (layer == Layer::both)
-        defines.emplace_back("BOTH", "");
-    view.scattering.bind(INTEGRATED_SCATTERING_UNIT);
-    view.transmittance.bind(INTEGRATED_TRANSMITTANCE_UNIT);
-    tools_.draw_fullscreen("resolve/froxels.frag", defines);
+    return {&view.scattering, &view.transmittance, storage_defines(view.plan)};
 }
 
-gl::Texture Froxels::sample_counts(const PassFrame& frame)
+gl::Texture Froxels::sample_counts(const PreparedFrame& frame)
 {
     const gl::Device& gl = tools_.device;
     const View& view = view_of(frame);
@@ -290,14 +282,14 @@ gl::Texture Froxels::sample_counts(const PassFrame& frame)
     return counts;
 }
 
-void Froxels::show_samples(const PassFrame& frame, const gl::Texture& counts)
+void Froxels::show_samples(const PreparedFrame& frame, const gl::Texture& counts)
 {
     write_block(frame, view_of(frame), 0);
     counts.bind(INSPECTED_UNIT);
     tools_.draw_fullscreen("pass/inspect_froxels.frag", {{"SAMPLES", ""}});
 }
 
-void Froxels::show_slice(const PassFrame& frame)
+void Froxels::show_slice(const PreparedFrame& frame)
 {
     const View& view = view_of(frame);
     write_block(frame, view, 0);

@@ -29,21 +29,30 @@ struct FroxelPlan {
     bool operator==(const FroxelPlan&) const = default;
 };
 
+/// What the froxels of a frame add up to, front to back.
+struct IntegratedFroxels {
+    const gl::Texture* scattering = nullptr;     ///< with one extinction, transmittance in alpha
+    const gl::Texture* transmittance = nullptr;  ///< empty where it is in that alpha
+    gl::Defines storage;                         ///< which of the two it is, for the shaders
+};
+
 /// Froxels: media and light sampled in the cells of a grid in the view's frustum, kept from frame
-/// to frame, integrated front to back, looked up at each pixel's depth. Wronski 2014, "Volumetric
+/// to frame, integrated front to back. Wronski 2014, "Volumetric
 /// Fog"; Hillaire 2015; Eevee's design of October 2017. One file a step: glsl/pass/v_buffer.comp,
-/// scatter.comp, integrate.comp, glsl/resolve/froxels.frag.
+/// scatter.comp, integrate.comp.
 class Froxels : public VolumePass {
 public:
     explicit Froxels(const Toolbox& tools);
-    void draw(const PassFrame& frame) override;
-    void resolve(const PassFrame& frame, Layer layer) override;
-    [[nodiscard]] const char* resolve_name() const override { return "froxel lookup of"; }
-    gl::Texture sample_counts(const PassFrame& frame) override;
-    void show_samples(const PassFrame& frame, const gl::Texture& counts) override;
-    void show_slice(const PassFrame& frame) override;
-    void forget(int view) override { views_.erase(view); }
-    [[nodiscard]] std::string history_use() const override { return to_string(use_); }
+    void draw(const PreparedFrame& frame) override;
+    gl::Texture sample_counts(const PreparedFrame& frame) override;
+    void show_samples(const PreparedFrame& frame, const gl::Texture& counts) override;
+    void show_slice(const PreparedFrame& frame) override;
+
+    /// What the last draw() of such a frame integrated; binds the froxels' block.
+    IntegratedFroxels integrated(const PreparedFrame& frame);
+
+    void forget(int view) { views_.erase(view); }
+    [[nodiscard]] const char* history_use() const { return to_string(use_); }
 
 private:
     struct View {
@@ -56,12 +65,12 @@ private:
         std::optional<HistoryView> last;
         HistoryWeight weight;
     };
-    View& view_of(const PassFrame& frame);
-    void write_block(const PassFrame& frame, const View& view, float history_weight) const;
-    void draw_v_buffer(const PassFrame& frame, const View& view) const;
+    View& view_of(const PreparedFrame& frame);
+    void write_block(const PreparedFrame& frame, const View& view, float history_weight) const;
+    void draw_v_buffer(const PreparedFrame& frame, const View& view) const;
     void bind_v_buffer(const View& view) const;
-    void scatter(const PassFrame& frame, View& view, HistoryUse use) const;
-    void integrate(const PassFrame& frame, const View& view) const;
+    void scatter(const PreparedFrame& frame, View& view, HistoryUse use) const;
+    void integrate(const PreparedFrame& frame, const View& view) const;
     void dispatch(const char* file, const gl::Defines& defines, glm::ivec3 invocations,
                   glm::ivec3 group) const;
 

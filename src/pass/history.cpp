@@ -29,9 +29,9 @@ bool is_cut(const HistoryView& last, const HistoryView& now)
 
 }  // namespace
 
-HistoryView make_history_view(const PassFrame& frame)
+HistoryView make_history_view(const PreparedFrame& frame)
 {
-    glm::dvec2 range = step_range(frame.eye, frame.media, frame.settings);
+    glm::dvec2 range = frame.step_range;
     range.y = std::max(range.y, range.x * (1 + 1e-6) + 1e-30);
     return {frame.host.view_from_world,
             frame.host.clip_from_view,

@@ -3,7 +3,7 @@
 #include <glm/glm.hpp>
 #include <optional>
 
-#include "pass/frame_setup.h"
+#include "prepared_frame.h"
 #include "pass/volume_pass.h"
 
 // What passes that keep something of a view from frame to frame share: how last frame's view lay,
@@ -20,7 +20,7 @@ struct HistoryView {
     std::uint64_t scene_id = 0;
 };
 
-HistoryView make_history_view(const PassFrame& frame);
+HistoryView make_history_view(const PreparedFrame& frame);
 
 /// view_z of an eye-centred point as a dot product; eye: what it is centred at (metres, world).
 glm::dvec4 view_z_from_eye(const HistoryView& view, glm::dvec3 eye);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "pass/blue_noise.h"
+#include "pass/layer_format.h"
 #include "shared/bindings.h"
 
 namespace fumarole::pass {
@@ -11,16 +12,6 @@ namespace fumarole::pass {
 namespace {
 
 constexpr const char* kMarch = "pass/ray_march.frag";
-
-gl::Defines upsample_defines(const Settings& s)
-{
-    const bool small = s.upsample == Settings::Upsample::bilinear2x2;
-    gl::Defines defines{{"LAYER_SCALE", fmt::format("{}", s.resolution)},
-                        {"UPSAMPLE_TAPS", s.resolution == 1 ? "1" : (small ? "2" : "4")}};
-    if (s.upsample == Settings::Upsample::box4x4)
-        defines.emplace_back("BOX_2017", "");
-    return defines;
-}
 
 }  // namespace
 
@@ -57,40 +48,39 @@ gl::Defines RayMarch::march_defines(const Settings& s) const
     return defines;
 }
 
-void RayMarch::resize(const PassFrame& frame)
+void RayMarch::resize(const PreparedFrame& frame)
 {
     const gl::Device& gl = tools_.device;
-    const glm::ivec2 texels = layer_size(glm::ivec2(frame.host.color.size), frame.settings);
     const Settings::Format format = march_format(tools_, frame.settings);
     const bool monochrome = tools_.monochrome(frame.settings);
-    const bool media_depth = keeps_history(frame.host, frame.settings);
-    if (texels == size_ && format == format_ && monochrome == monochrome_ &&
+    const bool media_depth = frame.keeps_history;
+    if (frame.layer_size == size_ && format == format_ && monochrome == monochrome_ &&
         media_depth == has_media_depth_)
         return;
-    size_ = texels;
+    size_ = frame.layer_size;
     format_ = format;
     monochrome_ = monochrome;
     has_media_depth_ = media_depth;
     const GLenum color = gl_format(format);
-    depth_ = gl::Texture::make_2d(gl, "layer depth", texels, GL_R32F, gl::Filter::nearest);
-    scattering_ = gl::Texture::make_2d(gl, "layer scattering", texels, color, gl::Filter::nearest);
+    depth_ = gl::Texture::make_2d(gl, "layer depth", size_, GL_R32F, gl::Filter::nearest);
+    scattering_ = gl::Texture::make_2d(gl, "layer scattering", size_, color, gl::Filter::nearest);
     transmittance_ = {};
     depth_framebuffer_ = {gl, "layer depth"};
     depth_framebuffer_.attach_color({depth_.view()});
     framebuffer_ = {gl, "layer"};
     if (!monochrome)
         transmittance_ =
-            gl::Texture::make_2d(gl, "layer transmittance", texels, color, gl::Filter::nearest);
+            gl::Texture::make_2d(gl, "layer transmittance", size_, color, gl::Filter::nearest);
     else if (media_depth)
         transmittance_ =
-            gl::Texture::make_2d(gl, "layer media depth", texels, GL_RG32F, gl::Filter::nearest);
+            gl::Texture::make_2d(gl, "layer media depth", size_, GL_RG32F, gl::Filter::nearest);
     if (transmittance_)
         framebuffer_.attach_color({scattering_.view(), transmittance_.view()});
     else
         framebuffer_.attach_color({scattering_.view()});
 }
 
-void RayMarch::draw_layer_depth(const PassFrame& frame)
+void RayMarch::draw_layer_depth(const PreparedFrame& frame)
 {
     resize(frame);
     {
@@ -107,7 +97,7 @@ void RayMarch::draw_layer_depth(const PassFrame& frame)
     blue_noise_.bind(BLUE_NOISE_UNIT);
 }
 
-void RayMarch::march(const PassFrame& frame)
+void RayMarch::draw(const PreparedFrame& frame)
 {
     tools_.check_loops(frame.settings.steps, frame.settings.shadow_steps, frame.settings);
     draw_layer_depth(frame);
@@ -124,47 +114,13 @@ void RayMarch::march(const PassFrame& frame)
     tiles_.draw_march(kMarch, defines);
 }
 
-void RayMarch::draw(const PassFrame& frame)
-{
-    if (!frame.settings.keeps_history())
-        history_.reset();
-    march(frame);
-    if (!keeps_history(frame.host, frame.settings))
-        return;
-    if (!history_)
-        history_.emplace(tools_);
-    history_->add(frame, tiles_, scattering_, transmittance_);
-}
-
-void RayMarch::forget(int view)
-{
-    if (history_)
-        history_->forget(view);
-}
-
-std::string RayMarch::history_use() const
-{
-    return history_ ? to_string(history_->use()) : "";
-}
-
-void RayMarch::resolve(const PassFrame& frame, Layer layer)
+MarchedLayer RayMarch::layer(const PreparedFrame& frame)
 {
     resize(frame);
-    gl::Defines defines = upsample_defines(frame.settings);
-    depth_.bind(LAYER_DEPTH_UNIT);
-    const bool averaged = has_media_depth_ && history_;
-    const MarchHistory::Layer* mean = averaged ? history_->find(frame.host.history) : nullptr;
-    const gl::Texture& scattering = mean != nullptr ? mean->scattering : scattering_;
-    const gl::Texture& transmittance = mean != nullptr ? mean->more : transmittance_;
-    (layer == Layer::transmittance ? transmittance : scattering).bind(SCATTERING_UNIT);
-    if (layer == Layer::both) {
-        transmittance.bind(TRANSMITTANCE_UNIT);
-        defines.emplace_back("BOTH", "");
-    }
-    tiles_.draw_picture("resolve/upsample.frag", defines);
+    return {&tiles_, &depth_, &scattering_, &transmittance_};
 }
 
-gl::Texture RayMarch::sample_counts(const PassFrame& frame)
+gl::Texture RayMarch::sample_counts(const PreparedFrame& frame)
 {
     draw_layer_depth(frame);
     const gl::Device& gl = tools_.device;
@@ -181,7 +137,7 @@ gl::Texture RayMarch::sample_counts(const PassFrame& frame)
     return counts;
 }
 
-void RayMarch::show_samples(const PassFrame& frame, const gl::Texture& counts)
+void RayMarch::show_samples(const PreparedFrame& frame, const gl::Texture& counts)
 {
     counts.bind(INSPECTED_UNIT);
     tools_.draw_fullscreen("pass/inspect_rays.frag",

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "gl/framebuffer.h"
 #include "gl/texture.h"
-#include "pass/march_history.h"
 #include "pass/step_tiles.h"
 #include "pass/volume_pass.h"
 
@@ -11,24 +11,30 @@ namespace fumarole::pass {
 /// transmittance, and one with a history the media's depth.
 Settings::Format march_format(const Toolbox& tools, const Settings& settings);
 
-/// Marches a ray through the media for each texel of a layer that may be smaller than the picture,
-/// then brings the layer to the picture's size with an eye to its depth. Eevee's design of July
-/// 2017; glsl/pass/ray_march.frag, glsl/resolve/upsample.frag.
+/// What was marched for a frame: a texel a ray.
+struct MarchedLayer {
+    const StepTiles* tiles = nullptr;      ///< that were marched, and whose pixels see a medium
+    const gl::Texture* depth = nullptr;    ///< view_z of the scene [m] as each texel took it
+    const gl::Texture* scattering = nullptr;  ///< monochrome: transmittance in its alpha
+    /// Monochrome: empty, or, of a frame that keeps a history, the media's depth.
+    const gl::Texture* transmittance = nullptr;
+};
+
+/// Marches a ray through the media for each texel of a layer that may be smaller than the picture.
+/// Eevee's design of July 2017; glsl/pass/ray_march.frag.
 class RayMarch : public VolumePass {
 public:
     explicit RayMarch(const Toolbox& tools);
-    void draw(const PassFrame& frame) override;
-    void resolve(const PassFrame& frame, Layer layer) override;
-    [[nodiscard]] const char* resolve_name() const override { return "upsample"; }
-    gl::Texture sample_counts(const PassFrame& frame) override;
-    void show_samples(const PassFrame& frame, const gl::Texture& counts) override;
-    void forget(int view) override;
-    [[nodiscard]] std::string history_use() const override;
+    void draw(const PreparedFrame& frame) override;
+    gl::Texture sample_counts(const PreparedFrame& frame) override;
+    void show_samples(const PreparedFrame& frame, const gl::Texture& counts) override;
+
+    /// What the last draw() of such a frame marched.
+    MarchedLayer layer(const PreparedFrame& frame);
 
 private:
-    void resize(const PassFrame& frame);
-    void march(const PassFrame& frame);
-    void draw_layer_depth(const PassFrame& frame);
+    void resize(const PreparedFrame& frame);
+    void draw_layer_depth(const PreparedFrame& frame);
     [[nodiscard]] gl::Defines march_defines(const Settings& settings) const;
 
     glm::ivec2 size_{0};  ///< texels of the layer
@@ -37,11 +43,8 @@ private:
     bool has_media_depth_ = false;
     StepTiles tiles_;
     gl::Texture blue_noise_;
-    gl::Texture depth_;  ///< r32f: view_z of the scene [m] as each texel took it
-    /// transmittance_: of a monochrome layer that has a history, the media's depth.
-    gl::Texture scattering_, transmittance_;
+    gl::Texture depth_, scattering_, transmittance_;  ///< as MarchedLayer has them
     gl::Framebuffer depth_framebuffer_, framebuffer_;
-    std::optional<MarchHistory> history_;  ///< while the settings ask for it
 };
 
 }  // namespace fumarole::pass

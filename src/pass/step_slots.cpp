@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 
-#include "pass/frame_setup.h"
 
 namespace fumarole::pass {
 
@@ -16,10 +15,10 @@ int power_of_two(int least)
 
 }  // namespace
 
-StepSlots::StepSlots(const PassFrame& frame)
+StepSlots::StepSlots(const PreparedFrame& frame)
     : steps_{frame.settings.steps}, width_{power_of_two((steps_ + kMost - 1) / kMost)}
 {
-    const glm::dvec2 range = step_range(frame.eye, frame.media, frame.settings);
+    const glm::dvec2 range = frame.step_range;
     const double lambda = frame.eye.perspective ? frame.settings.distribution : 0;
     for (int i = 0; i < steps_ + width_; i += width_) {
         // glsl/lib/step_lattice.glsl

@@ -4,7 +4,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
-#include "pass/volume_pass.h"
+#include "prepared_frame.h"
 
 namespace fumarole::pass {
 
@@ -21,7 +21,7 @@ public:
         bool lit = false;  ///< no surface hides a light from any of them
     };
 
-    explicit StepSlots(const PassFrame& frame);
+    explicit StepSlots(const PreparedFrame& frame);
 
     /// Those that view_z from low to high lies in. Outside the range the first and the last.
     [[nodiscard]] std::uint64_t between(double low, double high) const;

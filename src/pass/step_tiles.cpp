@@ -8,7 +8,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
-#include "pass/frame_setup.h"
+#include "prepared_frame.h"
 
 namespace fumarole::pass {
 
@@ -119,19 +119,18 @@ constexpr glm::uvec4 kEmptyTile(0), kDrawnTile(1, 0, 0, 0);
 
 }  // namespace
 
-StepTiles::View::View(const PassFrame& of)
+StepTiles::View::View(const PreparedFrame& of)
     : frame{of}, slots{of}, scale{static_cast<double>(of.settings.resolution)},
-      offset{of.host.layer_offset - glm::dvec2(layer_guard(of.settings))},
+      offset{of.host.layer_offset - glm::dvec2(of.layer_guard)},
       reach{of.settings.upsample == Settings::Upsample::bilinear2x2 ? 1.0 : 2.0}
 {
 }
 
-void StepTiles::set(const PassFrame& frame)
+void StepTiles::set(const PreparedFrame& frame)
 {
     const auto tiles_of = [](glm::ivec2 pixels, int edge) { return (pixels + edge - 1) / edge; };
-    const glm::ivec2 picture(frame.host.color.size);
-    march_.count = depth_.count = tiles_of(layer_size(picture, frame.settings), kLayerTile);
-    picture_.count = tiles_of(picture, kPictureTile);
+    march_.count = depth_.count = tiles_of(frame.layer_size, kLayerTile);
+    picture_.count = tiles_of(frame.picture_size, kPictureTile);
     const bool media = frame.settings.range == Settings::Range::media;
     const bool skip = frame.settings.skip && media;
     for (Tiles* tiles : {&march_, &depth_, &picture_})
@@ -162,7 +161,7 @@ void StepTiles::set(const PassFrame& frame)
 
 void StepTiles::see_media(const View& view)
 {
-    const PassFrame& frame = view.frame;
+    const PreparedFrame& frame = view.frame;
     seen_.assign(march_.texels.size(), {});
     std::vector<Projected> projected;
     for (const medium::Occupied& part : tools_.media.occupied()) {
@@ -212,7 +211,7 @@ void StepTiles::choose_steps(const View& view)
     const bool all_lit = tools_.lights.shadow_views() > 0 && !tools_.lights.shaded_media();
     // Where other lights are shaded is not looked up. Grain as large as this would show.
     const bool shafts_anywhere = !suns_alone && tools_.lights.shaded_media() && s.resolution > 2;
-    const glm::dvec2 ndc_per_pixel = 2.0 / glm::dvec2(view.frame.host.color.size);
+    const glm::dvec2 ndc_per_pixel = 2.0 / glm::dvec2(view.frame.picture_size);
     const double pixels = view.scale * double{kLayerTile};
     const auto choose = [&](std::size_t i) {
         const Seen& seen = seen_[i];

@@ -23,7 +23,7 @@ public:
     explicit StepTiles(const Toolbox& tools) : tools_{tools} {}
 
     /// For the frame's camera; all tiles and all depths where bricks are not to be skipped.
-    void set(const PassFrame& frame);
+    void set(const PreparedFrame& frame);
 
     /// Draws a fragment shader over the texels that march, over those whose depth is asked for, or
     /// over the pixels that see a medium. The framebuffer is bound; its viewport is changed.
@@ -43,8 +43,8 @@ private:
     };
     /// A frame, and what of it all steps ask for.
     struct View {
-        explicit View(const PassFrame& of);
-        const PassFrame& frame;
+        explicit View(const PreparedFrame& of);
+        const PreparedFrame& frame;
         StepSlots slots;
         double scale;       ///< pixels of a texel
         glm::dvec2 offset;  ///< of the layer's first texel from the picture's, in texels

@@ -54,17 +54,16 @@ Shade SunShade::over(const CameraRays& rays, glm::dvec2 ndc, glm::dvec2 reach,
     return Shade::mixed;
 }
 
-void SunShades::set(const light::LightSet& lights, const PassFrame& frame)
+void SunShades::set(const light::LightSet& lights, const PreparedFrame& frame)
 {
     suns_.clear();
     if (!lights.shaded_media())
         return;
-    const CameraRays rays = camera_rays(frame.host, frame.eye);
     for (int i = 0; i < lights.suns(); ++i) {
         Seen& sun = suns_.emplace_back();
         if (const light::SunShadow* shadow = lights.sun_shadow(i)) {
             sun.shade.emplace(*shadow);
-            sun.rays = sun.shade->seen(rays, frame.eye.position);
+            sun.rays = sun.shade->seen(frame.rays, frame.eye.position);
         }
     }
 }

@@ -5,7 +5,7 @@
 
 #include "light/depth_pyramid.h"
 #include "light/light_set.h"
-#include "pass/frame_setup.h"
+#include "prepared_frame.h"
 #include "pass/step_slots.h"
 
 namespace fumarole::pass {
@@ -37,7 +37,7 @@ class SunShades {
 public:
     /// Takes the shadow maps that are back from the GPU; while one is not, its sun may be hidden
     /// anywhere, which is never wrong and takes longer.
-    void set(const light::LightSet& lights, const PassFrame& frame);
+    void set(const light::LightSet& lights, const PreparedFrame& frame);
 
     /// Whether surfaces can hide a sun at all.
     [[nodiscard]] bool any() const { return !suns_.empty(); }

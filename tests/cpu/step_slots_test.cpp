@@ -5,7 +5,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
-#include "pass/frame_setup.h"
+#include "prepared_frame.h"
 
 namespace fumarole::pass {
 namespace {
@@ -38,10 +38,10 @@ protected:
         frame_.view_from_world = glm::lookAt(glm::dvec3(0), {0, 1, 0}, {0, 0, 1});
         frame_.clip_from_view = glm::perspective(glm::radians(50.0), 480.0 / 270, 0.1, 400.0);
     }
-    [[nodiscard]] PassFrame frame(int steps)
+    [[nodiscard]] PreparedFrame frame(int steps)
     {
         settings_.steps = steps;
-        return {frame_, settings_, make_eye(frame_), {{-3, 2, -3}, {3, 60, 3}}, 1};
+        return prepare_frame(frame_, settings_, {.media = {{-3, 2, -3}, {3, 60, 3}}});
     }
 
     Frame frame_;
@@ -57,7 +57,7 @@ TEST_F(StepTile, HoldsAllAndJoinsNoMoreThanIsAllowed)
     int joined = 0;
     for (const int steps : {1, 6, 48, 50, 65, 100, 257, 4096})
         for (int i = 0; i < 300; ++i) {
-            const PassFrame pass = frame(steps);
+            const PreparedFrame pass = frame(steps);
             const StepSlots slots(pass);
             const int width = (steps + slots.count() - 1) / slots.count();
             StepSlots::Held held;
@@ -93,7 +93,7 @@ TEST_F(StepTile, HoldsAllAndJoinsNoMoreThanIsAllowed)
 
 TEST_F(StepTile, JoinsAllWhereNothingIsInTheWayAndNothingUnasked)
 {
-    const PassFrame pass = frame(48);
+    const PreparedFrame pass = frame(48);
     const StepSlots slots(pass);
     const Tile plain{slots.tile({.slots = slots.all()})};
     const Tile free{slots.tile({.slots = slots.all(), .longest = 1e9, .longest_in_shaft = 0})};

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <random>
 
-#include "pass/frame_setup.h"
+#include "prepared_frame.h"
 #include "support/gl_test.h"
 #include "support/kernel.h"
 
@@ -196,15 +196,16 @@ void kernel(int i) { out_data[i] = vec4(view_z_of(in_data[2 * i].x, in_data[2 * 
                     frame.depth_convention = {zero_to_one, reversed};
                     frame.clip_from_view =
                         projection(perspective, kNear, far, frame.depth_convention);
-                    const pass::Eye eye = pass::make_eye(frame);
+                    const PreparedFrame prepared = prepare_frame(
+                        frame, {}, {.media = {{-1, -1, -9}, {1, 1, -5}}});
+                    const Eye& eye = prepared.eye;
                     EXPECT_NEAR(eye.near, kNear, 1e-9);
                     if (far > 0) {
                         EXPECT_NEAR(eye.far, far, 1e-6 * far);
                     } else {
                         EXPECT_GT(eye.far, 1e12);
                     }
-                    const auto params =
-                        pass::make_frame_params(frame, eye, Bounds{{-1, -1, -9}, {1, 1, -5}}, {});
+                    const shared::FrameParams& params = prepared.params;
                     const glm::vec4 map = params.view_z_from_depth;
 
                     std::vector<glm::vec4> inputs;

@@ -1,10 +1,25 @@
-#include "pass/volume_pass.h"
+#include "toolbox.h"
 
 #include <fmt/format.h>
 
 #include <fumarole/errors.h>
 
-namespace fumarole::pass {
+#include "shared/bindings.h"
+
+namespace fumarole {
+
+void Toolbox::bind_block(const PreparedFrame& frame) const
+{
+    frame_block.write(frame.params);
+    device->BindBufferBase(GL_UNIFORM_BUFFER, FRAME_BLOCK, frame_block.id());
+}
+
+void Toolbox::bind(const PreparedFrame& frame) const
+{
+    bind_block(frame);
+    gl::bind_texture(device, SCENE_DEPTH_UNIT, frame.host.depth);
+    device->BindSampler(SCENE_DEPTH_UNIT, depth_sampler.id());
+}
 
 void Toolbox::draw_fullscreen(const char* fragment_file, const gl::Defines& defines) const
 {
@@ -56,4 +71,4 @@ void Toolbox::check_loops(int steps, int shadow_steps, const Settings& s) const
             most));
 }
 
-}  // namespace fumarole::pass
+}  // namespace fumarole

@@ -1,4 +1,4 @@
-#include "pass/inspect.h"
+#include "resolve/inspect.h"
 
 #include <algorithm>
 #include <array>
@@ -15,7 +15,7 @@
 #include "shared/inspect_params.h"
 #include <fumarole/errors.h>
 
-namespace fumarole::pass {
+namespace fumarole::resolve {
 
 namespace {
 
@@ -64,15 +64,15 @@ double largest_of(const medium::Occupied& kept)
 /// One inspection of one frame.
 class Inspector {
 public:
-    Inspector(const Toolbox& tools, gl::Framebuffer& host, const PassFrame& frame)
+    Inspector(const Toolbox& tools, gl::Framebuffer& host, const PreparedFrame& frame)
         : tools_{tools}, host_{host}, frame_{frame}, block_{tools.device, "inspection"}
     {
     }
 
     shared::InspectParams params{};  ///< of the next draw
 
-    /// A layer as it is; `volume` null: none that differs from nothing at all.
-    void show_layer(VolumePass* volume, Layer layer) const;
+    /// A layer as it is; `layers` null: none that differs from nothing at all.
+    void show_layer(Layers* layers, Layer layer) const;
     /// The picture that is there, darkened.
     void dim() const;
     /// The values that `draw` draws into the framebuffer that is bound, in colours, whose ends are
@@ -97,25 +97,25 @@ private:
         block_.write(params);
         tools_.device->BindBufferBase(GL_UNIFORM_BUFFER, INSPECT_BLOCK, block_.id());
     }
-    [[nodiscard]] glm::ivec2 size() const { return glm::ivec2(frame_.host.color.size); }
+    [[nodiscard]] glm::ivec2 size() const { return frame_.picture_size; }
     [[nodiscard]] glm::dvec2 extent_of(const gl::Texture& values) const;
 
     const Toolbox& tools_;
     gl::Framebuffer& host_;
-    const PassFrame& frame_;
+    const PreparedFrame& frame_;
     gl::UniformBuffer<shared::InspectParams> block_;
 };
 
-void Inspector::show_layer(VolumePass* volume, Layer layer) const
+void Inspector::show_layer(Layers* layers, Layer layer) const
 {
     const gl::Device& gl = tools_.device;
-    if (volume != nullptr)
-        volume->draw(frame_);
+    if (layers != nullptr)
+        layers->draw(frame_);
     bind_host();
     const bool scattering = layer == Layer::scattering;
     const glm::vec4 nothing(scattering ? 0.0f : 1.0f);
     gl->ClearNamedFramebufferfv(host_.id(), GL_COLOR, 0, &nothing.x);
-    if (volume == nullptr)
+    if (layers == nullptr)
         return;
     const auto time = tools_.timers.scope("inspection");
     const bool in_alpha = tools_.monochrome(frame_.settings);
@@ -125,7 +125,7 @@ void Inspector::show_layer(VolumePass* volume, Layer layer) const
         gl->BlendEquationi(0, GL_FUNC_ADD);
         gl->BlendFunci(0, GL_ZERO, in_alpha ? GL_SRC_ALPHA : GL_SRC_COLOR);
     }
-    volume->resolve(frame_, in_alpha ? Layer::scattering : layer);
+    layers->resolve(frame_, in_alpha ? Layer::scattering : layer);
     gl->Disablei(GL_BLEND, 0);
 }
 
@@ -238,7 +238,7 @@ void show_depth(const Toolbox& tools, Inspector& inspector, InspectionLegend& le
                           legend);
 }
 
-void show_samples(VolumePass& volume, Inspector& inspector, const PassFrame& frame,
+void show_samples(pass::VolumePass& volume, Inspector& inspector, const PreparedFrame& frame,
                   InspectionLegend& legend)
 {
     const Settings& s = frame.settings;
@@ -250,7 +250,7 @@ void show_samples(VolumePass& volume, Inspector& inspector, const PassFrame& fra
     inspector.show_values([&] { volume.show_samples(frame, counts); }, Ends::round, legend);
 }
 
-void show_froxels(VolumePass& volume, Inspector& inspector, const PassFrame& frame, double position,
+void show_froxels(Layers& layers, Inspector& inspector, const PreparedFrame& frame, double position,
                   InspectionLegend& legend)
 {
     const int slices = frame.settings.slices;
@@ -259,11 +259,11 @@ void show_froxels(VolumePass& volume, Inspector& inspector, const PassFrame& fra
     legend.caption =
         fmt::format("radiance added a metre in slice {} of {}, from near", slice + 1, slices);
     inspector.params.scale.z = static_cast<float>(slice);
-    volume.draw(frame);
-    inspector.show_values([&] { volume.show_slice(frame); }, Ends::round, legend);
+    layers.draw(frame);
+    inspector.show_values([&] { layers.pass().show_slice(frame); }, Ends::round, legend);
 }
 
-void show_density(const Toolbox& tools, Inspector& inspector, const PassFrame& frame,
+void show_density(const Toolbox& tools, Inspector& inspector, const PreparedFrame& frame,
                   const Inspection& wanted, InspectionLegend& legend)
 {
     const int axis = wanted.axis;
@@ -324,13 +324,13 @@ void show_bricks(const Toolbox& tools, Inspector& inspector, InspectionLegend& l
 
 }  // namespace
 
-InspectionLegend inspect(const Toolbox& tools, VolumePass& volume, gl::Framebuffer& host,
-                         const PassFrame& frame, bool sees_media, const Inspection& wanted)
+InspectionLegend inspect(const Toolbox& tools, Layers& layers, gl::Framebuffer& host,
+                         const PreparedFrame& frame, const Inspection& wanted)
 {
     check(wanted, frame.settings);
     Inspector inspector(tools, host, frame);
     if (wanted.kind == Kind::scattering || wanted.kind == Kind::transmittance) {
-        inspector.show_layer(sees_media ? &volume : nullptr, wanted.kind == Kind::scattering
+        inspector.show_layer(frame.sees_media ? &layers : nullptr, wanted.kind == Kind::scattering
                                                                  ? Layer::scattering
                                                                  : Layer::transmittance);
         return layer_legend(wanted.kind);
@@ -340,7 +340,7 @@ InspectionLegend inspect(const Toolbox& tools, VolumePass& volume, gl::Framebuff
         show_depth(tools, inspector, legend);
         return legend;
     }
-    if (!sees_media) {
+    if (!frame.sees_media) {
         inspector.dim();
         legend.high = wanted.scale > 0 ? wanted.scale : 1;
         legend.caption = fmt::format("{}: no media in view", inspection_name(wanted.kind));
@@ -348,10 +348,10 @@ InspectionLegend inspect(const Toolbox& tools, VolumePass& volume, gl::Framebuff
     }
     switch (wanted.kind) {
     case Kind::samples:
-        show_samples(volume, inspector, frame, legend);
+        show_samples(layers.pass(), inspector, frame, legend);
         break;
     case Kind::froxel_slice:
-        show_froxels(volume, inspector, frame, wanted.position, legend);
+        show_froxels(layers, inspector, frame, wanted.position, legend);
         break;
     case Kind::density_slice:
         show_density(tools, inspector, frame, wanted, legend);
@@ -362,4 +362,4 @@ InspectionLegend inspect(const Toolbox& tools, VolumePass& volume, gl::Framebuff
     return legend;
 }
 
-}  // namespace fumarole::pass
+}  // namespace fumarole::resolve

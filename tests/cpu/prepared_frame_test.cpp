@@ -1,11 +1,11 @@
-#include "pass/frame_setup.h"
+#include "prepared_frame.h"
 
 #include <gtest/gtest.h>
 
 #include <glm/gtc/matrix_transform.hpp>
 #include <limits>
 
-namespace fumarole::pass {
+namespace fumarole {
 namespace {
 
 constexpr double kNowhere = std::numeric_limits<double>::infinity();
@@ -22,7 +22,8 @@ Frame street(glm::dvec3 position)
 
 int scale_of(const Frame& frame, const Bounds& media, double detail, double g)
 {
-    return layer_scale(frame, make_eye(frame), media, detail, g);
+    const FrameScene scene{.media = media, .detail = detail, .most_g = g};
+    return prepare_frame(frame, Settings{}, scene).settings.resolution;
 }
 
 TEST(LayerScale, IsAQuarterWhereNothingChangesWithinATexel)
@@ -52,4 +53,4 @@ TEST(LayerScale, IsHalfWhereAnOutlineIsInThePicture)
 }
 
 }  // namespace
-}  // namespace fumarole::pass
+}  // namespace fumarole

@@ -1,10 +1,13 @@
-#include "pass/march_history.h"
+#include "resolve/march_history.h"
 
 #include <fmt/format.h>
 
+#include "pass/layer_format.h"
 #include "shared/bindings.h"
 
-namespace fumarole::pass {
+namespace fumarole::resolve {
+
+using pass::HistoryUse, pass::HistoryView;
 
 namespace {
 
@@ -12,7 +15,8 @@ namespace {
 GLenum kept_format(const Settings& s)
 {
     return s.history_format == Settings::Format::r11g11b10f ? GL_RGBA16F
-                                                            : gl_format(s.history_format);
+                                                            
+ : pass::gl_format(s.history_format);
 }
 
 }  // namespace
@@ -22,11 +26,10 @@ MarchHistory::MarchHistory(const Toolbox& tools)
 {
 }
 
-MarchHistory::View& MarchHistory::view_of(const PassFrame& frame)
+MarchHistory::View& MarchHistory::view_of(const PreparedFrame& frame)
 {
     const gl::Device& gl = tools_.device;
-    const glm::ivec2 picture(frame.host.color.size);
-    const Shape shape{layer_size(picture, frame.settings), picture, kept_format(frame.settings),
+    const Shape shape{frame.layer_size, frame.picture_size, kept_format(frame.settings),
                       tools_.monochrome(frame.settings)};
     View& view = views_[frame.host.history];
     if (view.shape == shape)
@@ -35,7 +38,7 @@ MarchHistory::View& MarchHistory::view_of(const PassFrame& frame)
     view.shape = shape;
     // Beside monochrome scattering: a number of frames and a fraction of depth.
     const GLenum more = shape.monochrome ? GL_RG32F : shape.format;
-    for (Layer& layer : view.layers) {
+    for (Kept& layer : view.layers) {
         layer.scattering = gl::Texture::make_2d(gl, "kept scattering", shape.texels, shape.format,
                                                 gl::Filter::linear);
         layer.more =
@@ -46,29 +49,28 @@ MarchHistory::View& MarchHistory::view_of(const PassFrame& frame)
     return view;
 }
 
-void MarchHistory::write_block(const PassFrame& frame, const View& view, float weight) const
+void MarchHistory::write_block(const PreparedFrame& frame, const View& view, float weight) const
 {
     const HistoryView& last = *view.last;
-    const glm::dvec2 offset = view.last_offset - glm::dvec2(layer_guard(frame.settings));
+    const glm::dvec2 offset = view.last_offset - glm::dvec2(frame.layer_guard);
     shared::MarchHistoryParams params{};
-    params.clip_from_world = glm::mat4(clip_from_eye(last, frame.eye.position));
-    params.view_z_from_world = glm::vec4(view_z_from_eye(last, frame.eye.position));
+    params.clip_from_world = glm::mat4(pass::clip_from_eye(last, frame.eye.position));
+    params.view_z_from_world = glm::vec4(pass::view_z_from_eye(last, frame.eye.position));
     params.media_range =
         glm::vec4(view.last_media_range, depth_reach(frame.eye, view.last_media_range), 0.0);
-    params.eye = eye_from_eye(last, frame.eye);
+    params.eye = pass::eye_from_eye(last, frame.eye);
     params.layer = glm::vec4(offset, 0.0, weight);
     block_.write(params);
     tools_.device->BindBufferBase(GL_UNIFORM_BUFFER, MARCH_HISTORY_BLOCK, block_.id());
 }
 
-const MarchHistory::Layer& MarchHistory::add(const PassFrame& frame, const StepTiles& tiles,
-                                             const gl::Texture& scattering, const gl::Texture& more)
+void MarchHistory::add(const PreparedFrame& frame, const pass::MarchedLayer& marched)
 {
     const auto time = tools_.timers.scope("march history");
     const gl::Device& gl = tools_.device;
     View& view = view_of(frame);
-    const HistoryView now = make_history_view(frame);
-    use_ = judge_history(true, view.last, now);
+    const HistoryView now = pass::make_history_view(frame);
+    use_ = pass::judge_history(true, view.last, now);
     if (use_ == HistoryUse::still && view.last_offset != frame.host.layer_offset)
         use_ = HistoryUse::moved;
     gl::Defines defines;
@@ -80,17 +82,17 @@ const MarchHistory::Layer& MarchHistory::add(const PassFrame& frame, const StepT
             defines.emplace_back(name, "");
     };
     add_define(view.shape.monochrome, "MONOCHROME");
-    add_define(has_history(use_), "HISTORY");
+    add_define(pass::has_history(use_), "HISTORY");
     add_define(use_ == HistoryUse::still, "HISTORY_STILL");
     const float weight = view.weight.next(use_, frame.settings.history);
     if (view.last)
         write_block(frame, view, weight);
 
-    const Layer& kept = view.layers.at(view.current);
+    const Kept& kept = view.layers.at(view.current);
     view.current = 1 - view.current;
-    const Layer& mean = view.layers.at(view.current);
-    scattering.bind(SCATTERING_UNIT);
-    more.bind(TRANSMITTANCE_UNIT);
+    const Kept& mean = view.layers.at(view.current);
+    marched.scattering->bind(SCATTERING_UNIT);
+    marched.transmittance->bind(TRANSMITTANCE_UNIT);
     kept.scattering.bind(KEPT_UNIT);
     kept.more.bind(KEPT_MORE_UNIT);
     mean.framebuffer.bind(view.shape.texels);
@@ -100,18 +102,20 @@ const MarchHistory::Layer& MarchHistory::add(const PassFrame& frame, const StepT
     gl->ClearNamedFramebufferfv(mean.framebuffer.id(), GL_COLOR, 0, kNothing.data());
     gl->ClearNamedFramebufferfv(mean.framebuffer.id(), GL_COLOR, 1,
                                 (view.shape.monochrome ? kState : kAll).data());
-    tiles.draw_tiles("pass/march_history.frag", defines);
+    marched.tiles->draw_tiles("pass/march_history.frag", defines);
     view.last = now;
-    view.last_media_range = media_range(frame.eye, frame.media);
+    view.last_media_range = frame.media_range;
     view.last_offset = frame.host.layer_offset;
-    return mean;
 }
 
-const MarchHistory::Layer* MarchHistory::find(int view) const
+void MarchHistory::replace(pass::MarchedLayer& marched, int view) const
 {
     const auto at = views_.find(view);
-    return at == views_.end() || !at->second.last ? nullptr
-                                                  : &at->second.layers.at(at->second.current);
+    if (at == views_.end() || !at->second.last)
+        return;
+    const Kept& mean = at->second.layers.at(at->second.current);
+    marched.scattering = &mean.scattering;
+    marched.transmittance = &mean.more;
 }
 
-}  // namespace fumarole::pass
+}  // namespace fumarole::resolve

@@ -1,0 +1,101 @@
+#include "explain.h"
+
+#include <fmt/format.h>
+
+#include "pass/froxels.h"
+#include "pass/ray_march.h"
+
+namespace fumarole {
+
+std::vector<std::string> explain(const Toolbox& tools, int surfaces, const Settings& settings)
+{
+    const medium::MediaTraits& media = tools.media.traits();
+    const light::LightSet& lights = tools.lights;
+    std::vector<std::string> lines;
+    const auto say = [&]<typename... T>(fmt::format_string<T...> text, T&&... arguments) {
+        lines.push_back(fmt::format(text, std::forward<T>(arguments)...));
+    };
+    if (media.media == 0) {
+        say("no medium scatters, absorbs or emits: nothing is drawn, the picture keeps its bits");
+        return lines;
+    }
+    say("media: {}, of which {} change from place to place; others need no fetch and no shadow "
+        "steps",
+        media.media, media.heterogeneous);
+    const bool froxel = settings.mode == Settings::Mode::froxel;
+    if (froxel)
+        for (const std::string& line : pass::explain_froxels(tools, settings))
+            lines.push_back(line);
+    else if (tools.monochrome(settings))
+        say("extinction: {}: transmittance rides in the alpha of one target, one upsample instead "
+            "of two",
+            media.colored_extinction ? "coloured, but its mean was asked for" : "grey");
+    else
+        say("extinction: {}: a target of its own for transmittance, {}",
+            media.colored_extinction ? "coloured" : "grey, but two targets were asked for",
+            settings.resolve_passes == 1 ? "blended at once with the scattering" : "two upsamples");
+    if (!froxel && pass::march_format(tools, settings) != settings.format)
+        say("target format: rgba16f, since r11g11b10f has no alpha");
+    if (!froxel)
+        say("resolution: {}",
+            settings.resolution == 1   ? "full"
+            : settings.resolution == 2 ? "half"
+            : settings.resolution == 4
+                ? "a quarter"
+                : "half, or a quarter where a texel of that spans little of what the media, and "
+                  "the light that they scatter, change within");
+    if (!froxel && settings.keeps_history())
+        say("history: a view's layer is reprojected and weighs {} while the view moves, and is the "
+            "mean of all frames while it stands; a frame of no view has none",
+            settings.history);
+    say("phase: {}", media.isotropic ? "g is 0 everywhere: a constant, no angle is worked out"
+                     : media.mixed_g
+                         ? "media differ in g: its mean, weighted by sigma_s, per sample"
+                         : "one g for all media");
+    say("emission: {}", media.emission ? "yes" : "none: no fetch");
+    if (lights.count() == 0)
+        say("lights: none: no loop over lights, no shadows");
+    else
+        say("lights: {} sun, {} point, {} spot", lights.suns(), lights.points(),
+            lights.spots());
+    if (lights.count() > 0 && lights.shadow_views() == 0)
+        say("surfaces: none that could hide a light: no shadow map, no lookup");
+    else if (lights.count() > 0)
+        say("surfaces: {} in {} views of the shadow map, {}", surfaces,
+            lights.shadow_views(),
+            froxel || !settings.skip || settings.range == Settings::Range::camera
+                ? "looked up at each sample"
+            : !lights.shaded_media()
+                ? "but none can stand between a light and the media: no lookup"
+                : "looked up where tiles are not lit all along");
+    if (lights.count() > 0) {
+        if (!settings.volume_shadows)
+            say("light through media: undimmed, as asked");
+        else if (froxel && settings.froxel_shadows == Settings::FroxelShadows::grid)
+            say("light through media: {} steps a froxel and light through the V-buffer; what is "
+                "out "
+                "of view throws no shadow",
+                settings.shadow_steps);
+        else if (media.heterogeneous == 0)
+            say("light through media: closed form, no marching: all media are homogeneous");
+        else if (tools.volumes.has_depth())
+            say("light through media: from a volume for marched media; closed form where a medium "
+                "is homogeneous or falls off with height");
+        else
+            say("light through media: {} steps a sample, light and marched medium; closed form "
+                "where "
+                "a medium is homogeneous or falls off with height",
+                settings.shadow_steps);
+    }
+    const bool world = lights.world_radiance() != glm::vec3(0.0f);
+    say("world: {}", !world ? "black: no ambient term"
+                     : tools.volumes.has_world()
+                         ? "scatters from all around, dimmed by media and hidden by surfaces"
+                     : settings.world_light ? "its mean radiance scatters, isotropic and undimmed"
+                                            : "left out of the media, as asked");
+    for (const auto& more : {tools.volumes.describe(), tools.media.describe()})
+        lines.insert(lines.end(), more.begin(), more.end());
+    return lines;
+}
+
+}  // namespace fumarole

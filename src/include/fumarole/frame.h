@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+
+#include <fumarole/gl.h>
+
+namespace fumarole {
+
+/// How a host keeps depth.
+struct DepthConvention {
+    bool zero_to_one =
+        false;  ///< glClipControl(..., GL_ZERO_TO_ONE): NDC depth in [0, 1], else [-1, 1]
+    bool reversed = false;  ///< near is 1 and far is 0; the sky is then 0, else 1
+};
+
+/// A host's picture, borrowed for one call, and the camera that it was drawn with.
+struct Frame {
+    /// Linear colour, colour-renderable, one level, no multisampling; composited in place. Its
+    /// alpha stays.
+    gl::TextureView color;
+    /// 2-D depth of the same size; only read, whatever its filter and comparison are set to.
+    gl::TextureView depth;
+    DepthConvention depth_convention;
+    glm::dmat4 view_from_world{1.0};  ///< rigid; right-handed, the eye looks along -z
+    glm::dmat4 clip_from_view{
+        1.0};  ///< perspective or orthographic, off-axis too; far may be infinite
+    /// A shift of the march's jitter, 0..1, to be varied from frame to frame where frames are
+    /// averaged. With Settings::temporal `index` shifts it instead.
+    double jitter_offset = 0;
+    /// Likewise, where in its texel each sample of a half-size layer lies: -0.5..0.5 texels from
+    /// the middle. Averaged frames then see what lies between the samples of one.
+    glm::dvec2 layer_offset{0};
+    /// Counts frames: each has the froxels' samples elsewhere, and with Settings::temporal the
+    /// march's. Frame 0 has froxels' in the middle.
+    std::uint64_t index = 0;
+    /// The view that this is a frame of, where a host draws several: froxels, and with
+    /// Settings::temporal the march's layer, are kept from frame to frame for each. kNoHistory: a
+    /// picture on its own, nothing is read of others.
+    int history = 0;
+    static constexpr int kNoHistory = -1;
+};
+
+}  // namespace fumarole

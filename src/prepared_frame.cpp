@@ -1,0 +1,271 @@
+#include "prepared_frame.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "halton.h"
+#include "ray_range.h"
+#include <fumarole/errors.h>
+
+namespace fumarole {
+
+namespace {
+
+/// NDC depth from the depth that the buffer holds: n = x * depth + y.
+glm::dvec2 ndc_from_depth(const DepthConvention& convention)
+{
+    return convention.zero_to_one ? glm::dvec2(1, 0) : glm::dvec2(2, -1);
+}
+
+/// view_z = (x * depth + y) / (z * depth + w). From clip z and w of a point at view depth -z:
+/// n = (P22 z + P32) / (P23 z + P33), solved for -z.
+glm::dvec4 view_z_from_depth(const Frame& frame)
+{
+    const glm::dmat4& p = frame.clip_from_view;
+    const glm::dvec2 n = ndc_from_depth(frame.depth_convention);
+    const glm::dvec2 top(p[3][3], -p[3][2]);  // of n: slope, constant
+    const glm::dvec2 bottom(p[2][3], -p[2][2]);
+    return {top.x * n.x, top.x * n.y + top.y, bottom.x * n.x, bottom.x * n.y + bottom.y};
+}
+
+double view_z_of(double depth, const glm::dvec4& map)
+{
+    const double bottom = map.z * depth + map.w;
+    const double view_z = (map.x * depth + map.y) / bottom;
+    // An infinite far plane has bottom = 0 at its depth.
+    return std::isfinite(view_z) ? view_z : std::numeric_limits<double>::infinity();
+}
+
+/// @throws Error if the projection is neither perspective nor orthographic or can't be inverted.
+Eye make_eye(const Frame& frame)
+{
+    const glm::dmat4& p = frame.clip_from_view;
+    Eye eye;
+    eye.world_from_view = glm::transpose(glm::dmat3(frame.view_from_world));
+    eye.position = -(eye.world_from_view * glm::dvec3(frame.view_from_world[3]));
+    eye.forward = -eye.world_from_view[2];
+    eye.perspective = p[2][3] != 0;
+    const double determinant = glm::determinant(p);
+    if (!std::isfinite(determinant) || determinant == 0 || (p[2][3] == 0 && p[3][3] == 0))
+        throw Error("the frame's clip_from_view is no projection: it can't be inverted; give a "
+                    "perspective or an orthographic matrix");
+    const glm::dvec4 map = view_z_from_depth(frame);
+    const bool reversed = frame.depth_convention.reversed;
+    eye.near = view_z_of(reversed ? 1 : 0, map);
+    eye.far = view_z_of(reversed ? 0 : 1, map);
+    if (!(eye.near < eye.far))
+        throw Error("the frame's near plane is not nearer than its far plane: clip_from_view does "
+                    "not match depth_convention (reversed, zero_to_one)");
+    return eye;
+}
+
+/// Nearest and farthest view_z of a box [m].
+glm::dvec2 view_z_range(const Eye& eye, const Bounds& bounds)
+{
+    glm::dvec2 range(std::numeric_limits<double>::infinity(),
+                     -std::numeric_limits<double>::infinity());
+    for (int i = 0; i < 8; ++i) {
+        const double z = glm::dot(bounds.corner(i) - eye.position, eye.forward);
+        range = {std::min(range.x, z), std::max(range.y, z)};
+    }
+    return range;
+}
+
+/// As PreparedFrame::media_range.
+glm::dvec2 media_range(const Eye& eye, const Bounds& media)
+{
+    if (media.empty())
+        return {eye.near, eye.far};
+    return glm::max(view_z_range(eye, media), glm::dvec2(eye.near));
+}
+
+/// As PreparedFrame::step_range.
+glm::dvec2 step_range(const PreparedFrame& frame)
+{
+    const Eye& eye = frame.eye;
+    if (frame.settings.range == Settings::Range::camera)
+        return {eye.near, std::isfinite(eye.far) ? eye.far : frame.media_range.y};
+    return frame.media_range;
+}
+
+CameraRays camera_rays(const Frame& frame, const Eye& eye)
+{
+    // Two points on a pixel's ray in view space; any two depths do, these are always finite.
+    const glm::dmat4 view_from_clip = glm::inverse(frame.clip_from_view);
+    const glm::dmat4& p = frame.clip_from_view;
+    const double z0 = eye.near;
+    const double z1 = eye.near + std::max(std::abs(eye.near), 1.0);
+    const auto point = [&](double x, double y, double view_z) {
+        const double n = (p[2][2] * -view_z + p[3][2]) / (p[2][3] * -view_z + p[3][3]);
+        const glm::dvec4 h = view_from_clip * glm::dvec4(x, y, n, 1.0);
+        return glm::dvec3(h) / h.w;
+    };
+    const auto ray = [&](double x, double y) {
+        const glm::dvec3 a = point(x, y, z0);
+        const glm::dvec3 direction = (point(x, y, z1) - a) / (z1 - z0);
+        return std::pair{eye.world_from_view * (a - direction * z0),
+                         eye.world_from_view * direction};
+    };
+    const auto [origin, direction] = ray(0, 0);
+    const auto [origin_x, direction_x] = ray(1, 0);
+    const auto [origin_y, direction_y] = ray(0, 1);
+    CameraRays rays;
+    rays.direction = direction;
+    if (eye.perspective) {
+        rays.direction_dx = direction_x - direction;
+        rays.direction_dy = direction_y - direction;
+    } else {
+        rays.origin = origin;
+        rays.origin_dx = origin_x - origin;
+        rays.origin_dy = origin_y - origin;
+    }
+    return rays;
+}
+
+/// Whether all of the picture, and `around` pixels on each side, lie within the media's outline.
+bool fills_picture(const PreparedFrame& frame, double around)
+{
+    const CameraRays& rays = frame.rays;
+    const glm::dvec2 corner = 1.0 + 2 * around / glm::dvec2(frame.picture_size);
+    for (const glm::dvec2 side : {glm::dvec2(-1, -1), {1, -1}, {-1, 1}, {1, 1}}) {
+        const glm::dvec2 ndc = side * corner;
+        const glm::dvec3 origin =
+            frame.eye.position + rays.origin + rays.origin_dx * ndc.x + rays.origin_dy * ndc.y;
+        const glm::dvec3 direction =
+            rays.direction + rays.direction_dx * ndc.x + rays.direction_dy * ndc.y;
+        const glm::dvec2 inside = ray_range(origin, direction, frame.media);
+        if (!(std::max(inside.x, frame.eye.near) < inside.y))
+            return false;
+    }
+    return true;
+}
+
+/// Pixels along the edge of a texel of the march's layer, where that is left open: four where
+/// neither a medium nor its light changes much within so many, else two.
+int layer_scale(const PreparedFrame& frame, const FrameScene& scene)
+{
+    constexpr int kSmall = 4, kUsual = 2;
+    // Shares of a phase's lobe, 1 - g radians wide, and of the media's detail, that a texel may
+    // span. What a texel leaves out grows with the square of its width: at these it is less than
+    // the grain that steps leave.
+    constexpr double kOfLobe = 0.05, kOfDetail = 0.25;
+    constexpr double kReach = 3;  // texels beyond the picture that its pixels are made of: guards
+    const double pixel = 2 / (std::abs(frame.host.clip_from_view[1][1]) * frame.picture_size.y);
+    const double texel = kSmall * pixel;  // rad, or metres
+    const double farthest = frame.eye.perspective ? frame.media_range.y : 1;
+    // The outline of a box is an edge.
+    const bool smooth = texel * farthest <= kOfDetail * scene.detail &&
+                        (!frame.eye.perspective || texel <= kOfLobe * (1 - scene.most_g)) &&
+                        fills_picture(frame, kSmall * kReach);
+    return smooth ? kSmall : kUsual;
+}
+
+/// What an automatic resolution is.
+int choose_resolution(const PreparedFrame& frame, const FrameScene& scene)
+{
+    if (frame.settings.mode == Settings::Mode::froxel)
+        return 1;  // it has no layer, and no reason to drop a history
+    if (frame.keeps_history)
+        return 2;  // which would be lost whenever the layer's size changed
+    return layer_scale(frame, scene);
+}
+
+/// As PreparedFrame::layer_guard.
+int layer_guard(const Settings& settings)
+{
+    if (settings.resolution == 1)
+        return 0;
+    switch (settings.upsample) {
+    case Settings::Upsample::tent4x4:
+        return 2;
+    case Settings::Upsample::bilinear2x2:
+        return 1;
+    default:
+        return 0;
+    }
+}
+
+/// Largest value that a layer format holds.
+float format_limit(Settings::Format format)
+{
+    switch (format) {
+    case Settings::Format::r11g11b10f:
+        return 64512.0f;  // of its 10-bit blue, the smaller
+    case Settings::Format::rgba16f:
+        return 65504.0f;
+    default:
+        return 1e37f;
+    }
+}
+
+shared::FrameParams make_params(const PreparedFrame& frame)
+{
+    shared::FrameParams params{};
+    const Frame& host = frame.host;
+    const Settings& settings = frame.settings;
+    const auto vec = [](glm::dvec3 v) { return glm::vec4(glm::vec3(v), 0.0f); };
+    params.ray_origin = vec(frame.rays.origin);
+    params.ray_origin_dx = vec(frame.rays.origin_dx);
+    params.ray_origin_dy = vec(frame.rays.origin_dy);
+    params.ray_direction = vec(frame.rays.direction);
+    params.ray_direction_dx = vec(frame.rays.direction_dx);
+    params.ray_direction_dy = vec(frame.rays.direction_dy);
+
+    params.view_z_from_depth = glm::vec4(view_z_from_depth(host));
+    params.sky_depth.x = host.depth_convention.reversed ? 0.0f : 1.0f;
+    params.full_size = glm::vec4(frame.picture_size, 1.0f / glm::vec2(frame.picture_size));
+    params.layer_size = glm::vec4(frame.layer_size, 1.0f / glm::vec2(frame.layer_size));
+    const double scale = settings.resolution;
+    const glm::dvec2 guard(frame.layer_guard);
+    params.layer_offset = glm::vec4(glm::vec2(host.layer_offset - guard),
+                                    glm::round(host.layer_offset * scale) - guard * scale);
+
+    const glm::dvec2 steps = frame.step_range;
+    params.step_range = glm::vec4(steps, std::log2(steps.y / steps.x), settings.early_end);
+    params.media_range =
+        glm::vec4(frame.media_range, depth_reach(frame.eye, frame.media_range), 0.0);
+    const float lambda = frame.eye.perspective ? settings.distribution : 0.0f;
+    // Frames that are averaged by us are turned by us.
+    const double jitter = frame.keeps_history ? golden_fraction(static_cast<double>(host.index))
+                                              : host.jitter_offset;
+    params.march = {settings.steps, lambda, settings.shadow_steps, static_cast<float>(jitter)};
+    params.resolve = {settings.depth_threshold, format_limit(settings.format), settings.g_clamp,
+                      settings.least_extinction};
+    return params;
+}
+
+}  // namespace
+
+double depth_reach(const Eye& eye, glm::dvec2 media_range)
+{
+    return eye.perspective ? 0.0 : std::max(media_range.y - media_range.x, 1e-30);
+}
+
+PreparedFrame prepare_frame(const Frame& frame, const Settings& settings, const FrameScene& scene)
+{
+    PreparedFrame out;
+    out.host = frame;
+    out.settings = settings;
+    out.keeps_history = settings.keeps_history() && frame.history != Frame::kNoHistory;
+    out.scene_id = scene.id;
+    out.eye = make_eye(frame);
+    out.rays = camera_rays(frame, out.eye);
+    out.media = scene.media;
+    out.media_range = media_range(out.eye, scene.media);
+    // 2017 marched whatever the view: its floor under the extinction is everywhere.
+    const bool everywhere = settings.range == Settings::Range::camera;
+    out.sees_media = !scene.media.empty() &&
+                     (everywhere || view_z_range(out.eye, scene.media).y > out.eye.near);
+    out.step_range = step_range(out);
+    out.picture_size = glm::ivec2(frame.color.size);
+    if (settings.resolution == Settings::kAutomatic)
+        out.settings.resolution = choose_resolution(out, scene);
+    const int scale = out.settings.resolution;
+    out.layer_guard = layer_guard(out.settings);
+    out.layer_size = (out.picture_size + scale - 1) / scale + 2 * out.layer_guard;
+    out.params = make_params(out);
+    return out;
+}
+
+}  // namespace fumarole

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <cstdint>
+
+#include <fumarole/bounds.h>
+#include <fumarole/frame.h>
+#include <fumarole/settings.h>
+
+#include "shared/frame_params.h"
+
+// From a host's matrices and depth convention to what every pass reads of a frame. It is worked out
+// once for each frame, in double.
+
+namespace fumarole {
+
+/// A frame's camera, taken apart.
+struct Eye {
+    glm::dvec3 position{0};           ///< metres, world
+    glm::dvec3 forward{0, 0, -1};     ///< unit length, world
+    glm::dmat3 world_from_view{1.0};  ///< rotation
+    double near = 0;                  ///< view_z of the near plane [m]
+    double far = 0;                   ///< view_z of the far plane [m], may be infinite
+    bool perspective = true;
+};
+
+/// A pixel's ray, p(view_z) = origin + direction * view_z in metres of eye-centred world; both are
+/// affine in NDC: centre + x * dx + y * dy. Depth grows by 1 along a direction.
+struct CameraRays {
+    glm::dvec3 origin{0}, origin_dx{0}, origin_dy{0};
+    glm::dvec3 direction{0}, direction_dx{0}, direction_dy{0};
+};
+
+/// What of a scene decides how its frames are drawn.
+struct FrameScene {
+    Bounds media;          ///< world bounds of all media [m]; empty where there are none
+    double detail = 0;     ///< metres within which the media, or the light in them, change
+    double most_g = 0;     ///< the largest |g| of the media
+    std::uint64_t id = 0;  ///< another after every set_scene()
+};
+
+/// A frame with all that follows from it, its settings and its scene.
+struct PreparedFrame {
+    Frame host;
+    Settings settings;  ///< nothing in them is automatic any more that a frame decides
+    bool keeps_history = false;  ///< something of the frame is kept for the next one of its view
+    std::uint64_t scene_id = 0;
+
+    Eye eye;
+    CameraRays rays;
+    Bounds media;              ///< world bounds of all media [m]
+    bool sees_media = false;   ///< false: all media lie behind the eye, and nothing is drawn
+    glm::dvec2 media_range{0}; ///< view_z within which media can be seen [m]; else near and far
+    glm::dvec2 step_range{0};  ///< view_z of the first and the last step's or slice's end [m]: the
+                               ///< media's as far as they are in view, or the camera's near and far
+
+    glm::ivec2 picture_size{0};  ///< pixels
+    /// Texels of the march's layer; half a texel at an odd edge counts whole.
+    glm::ivec2 layer_size{0};
+    /// Texels of it beyond the picture on each side, so that the upsample finds all its taps at the
+    /// picture's edge; 2017 had none and repeated its last.
+    int layer_guard = 0;
+
+    /// Drawn so that each variant of the shaders has been drawn with.
+    bool prepares = false;
+
+    shared::FrameParams params{};  ///< the frame's uniform block
+};
+
+/// @throws Error if the projection is neither perspective nor orthographic or can't be inverted.
+PreparedFrame prepare_frame(const Frame& frame, const Settings& settings, const FrameScene& scene);
+
+/// What differences of depth are relative to [m]: the media's range where rays are parallel and
+/// relative depth means nothing; 0: the depth itself.
+double depth_reach(const Eye& eye, glm::dvec2 media_range);
+
+}  // namespace fumarole

@@ -1,0 +1,85 @@
+#include "resolve/layers.h"
+
+#include <optional>
+
+#include "pass/froxels.h"
+#include "pass/ray_march.h"
+#include "resolve/froxel_lookup.h"
+#include "resolve/march_history.h"
+#include "resolve/upsample.h"
+
+namespace fumarole::resolve {
+
+namespace {
+
+class MarchLayers : public Layers {
+public:
+    explicit MarchLayers(const Toolbox& tools) : tools_{tools}, march_{tools} {}
+
+    void draw(const PreparedFrame& frame) override
+    {
+        if (!frame.settings.keeps_history())
+            history_.reset();
+        march_.draw(frame);
+        if (!frame.keeps_history)
+            return;
+        if (!history_)
+            history_.emplace(tools_);
+        history_->add(frame, march_.layer(frame));
+    }
+
+    void resolve(const PreparedFrame& frame, Layer layer) override
+    {
+        pass::MarchedLayer marched = march_.layer(frame);
+        if (frame.keeps_history && history_)
+            history_->replace(marched, frame.host.history);
+        upsample(tools_, frame, marched, layer);
+    }
+
+    [[nodiscard]] const char* resolve_name() const override { return "upsample"; }
+    [[nodiscard]] pass::VolumePass& pass() override { return march_; }
+    void forget(int view) override
+    {
+        if (history_)
+            history_->forget(view);
+    }
+    [[nodiscard]] std::string history_use() const override
+    {
+        return history_ ? to_string(history_->use()) : "";
+    }
+
+private:
+    const Toolbox& tools_;
+    pass::RayMarch march_;
+    std::optional<MarchHistory> history_;  ///< while the settings ask for it
+};
+
+class FroxelLayers : public Layers {
+public:
+    explicit FroxelLayers(const Toolbox& tools) : tools_{tools}, froxels_{tools} {}
+
+    void draw(const PreparedFrame& frame) override { froxels_.draw(frame); }
+    void resolve(const PreparedFrame& frame, Layer layer) override
+    {
+        look_up(tools_, frame, froxels_.integrated(frame), layer);
+    }
+    [[nodiscard]] const char* resolve_name() const override { return "froxel lookup of"; }
+    [[nodiscard]] pass::VolumePass& pass() override { return froxels_; }
+    void forget(int view) override { froxels_.forget(view); }
+    [[nodiscard]] std::string history_use() const override { return froxels_.history_use(); }
+
+private:
+    const Toolbox& tools_;
+    pass::Froxels froxels_;
+};
+
+}  // namespace
+
+std::unique_ptr<Layers> make_layers(Settings::Mode mode, const Toolbox& tools)
+{
+    if (mode == Settings::Mode::froxel)
+        return std::make_unique<FroxelLayers>(tools);
+    return std::make_unique<MarchLayers>(tools);
+}
+
+}  // namespace fumarole::resolve

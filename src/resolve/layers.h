@@ -1,0 +1,46 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "pass/volume_pass.h"
+#include "prepared_frame.h"
+#include "toolbox.h"
+
+namespace fumarole::resolve {
+
+/// What the media do to each pixel between the eye and the scene's depth. The composite is
+/// `scene * transmittance + scattering`, in linear Rec. 709.
+enum class Layer {
+    scattering,     ///< radiance towards the eye [W/m^2/sr]; monochrome: alpha is the mean
+                    ///< transmittance
+    transmittance,  ///< per channel, 0..1; not if monochrome
+    both,           ///< those two at once, transmittance as the second source of blending
+};
+
+/// From a frame to its two layers at the picture's size: a pass, what is kept of it from frame to
+/// frame, and the filter that looks it up at a pixel's depth. One for each mode.
+class Layers {
+public:
+    virtual ~Layers() = default;
+
+    /// Works the layers out, in textures of their own.
+    virtual void draw(const PreparedFrame& frame) = 0;
+
+    /// Draws one layer of the last draw() at every pixel of the bound framebuffer, which is as
+    /// large as the frame. Blending is the caller's.
+    virtual void resolve(const PreparedFrame& frame, Layer layer) = 0;
+    /// What resolve() is called in a table of times.
+    [[nodiscard]] virtual const char* resolve_name() const = 0;
+
+    [[nodiscard]] virtual pass::VolumePass& pass() = 0;
+
+    /// Drops what is kept of a view from frame to frame.
+    virtual void forget(int view) = 0;
+    /// What the last draw() did with what was kept, in words; "" if nothing ever is.
+    [[nodiscard]] virtual std::string history_use() const = 0;
+};
+
+std::unique_ptr<Layers> make_layers(Settings::Mode mode, const Toolbox& tools);
+
+}  // namespace fumarole::resolve

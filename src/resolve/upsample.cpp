@@ -1,0 +1,28 @@
+#include "resolve/upsample.h"
+
+#include <fmt/format.h>
+
+#include "shared/bindings.h"
+
+namespace fumarole::resolve {
+
+void upsample(const Toolbox& tools, const PreparedFrame& frame, const pass::MarchedLayer& marched,
+              Layer layer)
+{
+    const Settings& s = frame.settings;
+    const bool small = s.upsample == Settings::Upsample::bilinear2x2;
+    gl::Defines defines{{"LAYER_SCALE", fmt::format("{}", s.resolution)},
+                        {"UPSAMPLE_TAPS", s.resolution == 1 ? "1" : (small ? "2" : "4")}};
+    if (s.upsample == Settings::Upsample::box4x4)
+        defines.emplace_back("BOX_2017", "");
+    marched.depth->bind(LAYER_DEPTH_UNIT);
+    (layer == Layer::transmittance ? marched.transmittance : marched.scattering)
+        ->bind(SCATTERING_UNIT);
+    if (layer == Layer::both) {
+        marched.transmittance->bind(TRANSMITTANCE_UNIT);
+        defines.emplace_back("BOTH", "");
+    }
+    marched.tiles->draw_picture("resolve/upsample.frag", defines);
+}
+
+}  // namespace fumarole::resolve

@@ -1,0 +1,84 @@
+#include "surface/surface_painter.h"
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "shared/bindings.h"
+
+namespace fumarole::surface {
+
+namespace {
+
+/// A surface pixel shows one shadow ray where a ray's samples average many: it gets this many times
+/// the steps. (Bands of 16 steps show in a smoke's shadow on the ground, bands of 64 do not.)
+constexpr int kShadowFactor = 4;
+
+}  // namespace
+
+Settings surface_settings(const Settings& settings)
+{
+    Settings s = settings;
+    s.shadow_steps *= kShadowFactor;
+    s.resolution = 1;  // no layer is theirs
+    return s;
+}
+
+void SurfacePainter::draw(const Toolbox& tools, const SurfaceSet& surfaces,
+                          const PreparedFrame& frame, bool dimmed)
+{
+    const gl::Device& gl = tools.device;
+    const Settings& settings = frame.settings;
+    const Frame& host = frame.host;
+    const bool reversed = host.depth_convention.reversed;
+    gl->BindBufferBase(GL_UNIFORM_BUFFER, DRAW_BLOCK, block_.id());
+    framebuffer_.attach_color({host.color});
+    framebuffer_.attach_depth(host.depth);
+    framebuffer_.bind(frame.picture_size);
+    gl->ClipControl(GL_LOWER_LEFT,
+                    host.depth_convention.zero_to_one ? GL_ZERO_TO_ONE : GL_NEGATIVE_ONE_TO_ONE);
+    gl->DepthMask(GL_TRUE);
+    const GLfloat sky = reversed ? 0.0f : 1.0f;
+    gl->ClearNamedFramebufferfv(framebuffer_.id(), GL_DEPTH, 0, &sky);
+
+    gl::Defines defines = tools.lights.defines();
+    if (tools.lights.has_environment()) {
+        defines.emplace_back("ENVIRONMENT", "");
+        tools.lights.bind_environment();
+    }
+    tools.draw_fullscreen("pass/sky.frag", defines);
+
+    if (tools.lights.has_environment())
+        tools.lights.bind_irradiance();
+    const auto add = [&](const gl::Defines& more) {
+        defines.insert(defines.end(), more.begin(), more.end());
+    };
+    add(tools.volumes.surface_defines(settings));
+    if (dimmed) {
+        add(tools.media.defines());
+        add(tools.volumes.defines(settings));
+        defines.emplace_back("THROUGH_MEDIA", "");
+        if (settings.shadow_range == Settings::ShadowRange::light)
+            defines.emplace_back("SHADOW_TO_LIGHT", "");
+    }
+    gl->Enable(GL_DEPTH_TEST);
+    gl->DepthFunc(reversed ? GL_GREATER : GL_LESS);
+    const Eye& eye = frame.eye;
+    const glm::dmat4 view_from_eye(glm::transpose(eye.world_from_view));
+    for (const auto& instance : surfaces.instances()) {
+        gl::Defines own = defines;
+        if (!instance.closed)
+            own.emplace_back("TWO_SIDED", "");
+        gl->UseProgram(tools.programs.get({"pass/surface.vert", "pass/surface.frag"}, own).id());
+        shared::DrawParams params{};
+        const glm::dmat4 eye_from_object =
+            glm::translate(glm::dmat4(1.0), -eye.position) * instance.world_from_object;
+        params.clip_from_object = glm::mat4(host.clip_from_view * view_from_eye * eye_from_object);
+        params.world_from_object = glm::mat4(eye_from_object);
+        params.albedo = glm::vec4(instance.albedo, 1.0f);
+        block_.write(params);
+        surfaces.draw(instance);
+    }
+    gl->NamedFramebufferTexture(framebuffer_.id(), GL_COLOR_ATTACHMENT0, 0, 0);
+    gl->NamedFramebufferTexture(framebuffer_.id(), GL_DEPTH_ATTACHMENT, 0, 0);
+}
+
+}  // namespace fumarole::surface

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "gl/buffer.h"
+#include "gl/framebuffer.h"
+#include "shared/draw_params.h"
+#include "surface/surface_set.h"
+#include "toolbox.h"
+
+namespace fumarole::surface {
+
+/// Draws a scene's surfaces and its world, for hosts that have no renderer of their own:
+/// glsl/pass/sky.frag, glsl/pass/surface.frag.
+class SurfacePainter {
+public:
+    explicit SurfacePainter(const gl::Device& device)
+        : block_{device, "surface draw"}, framebuffer_{device, "surfaces"}
+    {
+    }
+
+    /// Draws into the frame's colour and depth, over all that is there. The frame's block, the
+    /// lights and the world's light on surfaces are bound.
+    /// @param dimmed light comes through the media, which are bound too
+    void draw(const Toolbox& tools, const SurfaceSet& surfaces, const PreparedFrame& frame,
+              bool dimmed);
+
+private:
+    gl::UniformBuffer<shared::DrawParams> block_;
+    gl::Framebuffer framebuffer_;
+};
+
+/// The settings that surfaces are drawn with where media have `settings`.
+Settings surface_settings(const Settings& settings);
+
+}  // namespace fumarole::surface

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <fumarole/settings.h>
+
+#include "gl/buffer.h"
+#include "gl/framebuffer.h"
+#include "gl/program.h"
+#include "gl/texture.h"
+#include "gl/timer.h"
+#include "light/light_set.h"
+#include "light/light_volumes.h"
+#include "medium/media_set.h"
+#include "prepared_frame.h"
+
+namespace fumarole {
+
+/// What all that draws a renderer's frames shares; it outlives them.
+struct Toolbox {
+    const gl::Device& device;
+    gl::ProgramCache& programs;
+    gl::PassTimers& timers;
+    const medium::MediaSet& media;
+    const light::LightSet& lights;
+    const light::LightVolumes& volumes;
+    const gl::VertexArray& fullscreen;
+    const gl::UniformBuffer<shared::FrameParams>& frame_block;
+    const gl::Sampler& depth_sampler;  ///< so that the host's filter and comparison don't matter
+
+    /// Binds the frame's block, and with it the scene's depth.
+    void bind_block(const PreparedFrame& frame) const;
+    void bind(const PreparedFrame& frame) const;
+
+    /// One fragment shader over all of the bound framebuffer.
+    void draw_fullscreen(const char* fragment_file, const gl::Defines& defines) const;
+
+    /// The lines that glsl/scene/in_scattering.glsl needs: media, lights, and how light travels.
+    [[nodiscard]] gl::Defines scattering_defines(const Settings& settings) const;
+
+    /// One number for transmittance, in the alpha of the scattering.
+    [[nodiscard]] bool monochrome(const Settings& settings) const;
+
+    /// Makes sure that a shader's loops are not cut off: `steps` points of the media, from each of
+    /// which every light is looked at through the media in `shadow_steps`.
+    /// @throws Error if this GL would, saying what to lower
+    void check_loops(int steps, int shadow_steps, const Settings& settings) const;
+};
+
+}  // namespace fumarole
