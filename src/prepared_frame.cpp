@@ -242,12 +242,13 @@ double depth_reach(const Eye& eye, glm::dvec2 media_range)
     return eye.perspective ? 0.0 : std::max(media_range.y - media_range.x, 1e-30);
 }
 
-PreparedFrame prepare_frame(const Frame& frame, const Settings& settings, const FrameScene& scene)
+PreparedFrame prepare_frame(const Frame& frame, const Settings& settings, const FrameScene& scene,
+                            bool history)
 {
     PreparedFrame out;
     out.host = frame;
     out.settings = settings;
-    out.keeps_history = settings.keeps_history() && frame.history != Frame::kNoHistory;
+    out.keeps_history = history && settings.keeps_history();
     out.scene_id = scene.id;
     out.eye = make_eye(frame);
     out.rays = camera_rays(frame, out.eye);

@@ -67,7 +67,9 @@ struct PreparedFrame {
 };
 
 /// @throws Error if the projection is neither perspective nor orthographic or can't be inverted.
-PreparedFrame prepare_frame(const Frame& frame, const Settings& settings, const FrameScene& scene);
+/// @param history whether the frame's view keeps what settings ask for
+PreparedFrame prepare_frame(const Frame& frame, const Settings& settings, const FrameScene& scene,
+                            bool history = false);
 
 /// What differences of depth are relative to [m]: the media's range where rays are parallel and
 /// relative depth means nothing; 0: the depth itself.

@@ -3,7 +3,6 @@
 #include <array>
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
-#include <limits>
 #include <numeric>
 
 #include "gl/framebuffer.h"
@@ -13,6 +12,8 @@
 #include "light/light_set.h"
 #include "light/light_volumes.h"
 #include "medium/media_set.h"
+#include "pass/blue_noise.h"
+#include "pass/sun_shades.h"
 #include "prepared_frame.h"
 #include "resolve/composite.h"
 #include "resolve/inspect.h"
@@ -21,15 +22,14 @@
 #include "surface/surface_painter.h"
 #include "surface/surface_set.h"
 #include "toolbox.h"
+#include "view_state.h"
 #include <fumarole/errors.h>
 
 namespace fumarole {
 
 namespace {
 
-/// Of the pictures that prepare() draws, and the view that they are of.
-constexpr glm::ivec2 kPreparedSize(16);
-constexpr int kPreparedView = std::numeric_limits<int>::min();
+constexpr glm::ivec2 kPreparedSize(16);  ///< of the pictures that prepare() draws
 
 void check(const Frame& frame)
 {
@@ -38,16 +38,21 @@ void check(const Frame& frame)
         throw Error(fmt::format("the frame's colour ({} x {}) and depth ({} x {}) must be textures "
                                 "of one size",
                                 color.x, color.y, depth.x, depth.y));
+    const glm::ivec2 target(frame.target.size);
+    if (frame.target && (target != color || frame.target.id == frame.color.id))
+        throw Error(fmt::format("the frame's target ({} x {}) must be a texture of the size of its "
+                                "colour ({} x {}), and another",
+                                target.x, target.y, color.x, color.y));
 }
 
 }  // namespace
 
 struct Renderer::Parts {
     explicit Parts(gl::GetProc get_proc)
-        : device{get_proc}, programs{device}, timers{device}, surfaces{device}, media{device},
+        : shared_device{std::make_shared<gl::Device>(get_proc)}, device{*shared_device}, programs{device}, timers{device}, surfaces{device}, media{device},
           lights{device, programs}, volumes{device, programs, timers},
-          fullscreen{device, "fullscreen"}, host{device, "host"}, frame_block{device, "frame"},
-          depth_sampler{device, "scene depth"}, surface_painter{device}
+          fullscreen{device, "fullscreen"}, picture{device, "picture"}, color{device, "colour"}, frame_block{device, "frame"},
+          depth_sampler{device, "scene depth"}, blue_noise{pass::make_blue_noise(device)}, surface_painter{device}
     {
     }
 
@@ -55,10 +60,12 @@ struct Renderer::Parts {
     [[nodiscard]] FrameScene frame_scene() const;
     /// Settles a frame and binds what all passes read of it, the media and the lights too where it
     /// sees a medium.
-    PreparedFrame begin(const Frame& frame, const Settings& s);
-    resolve::Layers& layers_of(const Settings& s);
+    PreparedFrame begin(const View::State& view, const Frame& frame, const Settings& s);
+    /// @throws Error if it is not a view of this renderer
+    View::State& state_of(const View& view);
 
-    gl::Device device;
+    std::shared_ptr<const gl::Device> shared_device;  ///< with the views, which may outlive us
+    const gl::Device& device;
     gl::ProgramCache programs;
     gl::PassTimers timers;
     surface::SurfaceSet surfaces;
@@ -66,27 +73,18 @@ struct Renderer::Parts {
     light::LightSet lights;
     light::LightVolumes volumes;
     gl::VertexArray fullscreen;
-    gl::Framebuffer host;
+    gl::Framebuffer picture, color;  ///< that a frame is drawn to, and that it is read from
     gl::UniformBuffer<shared::FrameParams> frame_block;
-    gl::Sampler depth_sampler;  ///< so that the host's filter and comparison don't matter
+    gl::Sampler depth_sampler;
+    gl::Texture blue_noise;
+    pass::SunShades sun_shades;
     std::uint64_t scene_id = 0;
     bool prepares = false;  ///< while prepare() draws
     surface::SurfacePainter surface_painter;
-    const Toolbox tools{device, programs,   timers,      media,        lights,
-                        volumes, fullscreen, frame_block, depth_sampler};
-    Settings::Mode mode = Settings::Mode::raymarch;  ///< of the layers
-    std::unique_ptr<resolve::Layers> layers;
+    const Toolbox tools{device,     programs,    timers,        media,      lights,    volumes,
+                        fullscreen, frame_block, depth_sampler, blue_noise, sun_shades};
+    std::string last_history;  ///< View::history() of the view that was drawn last
 };
-
-resolve::Layers& Renderer::Parts::layers_of(const Settings& s)
-{
-    if (layers != nullptr && mode == s.mode)
-        return *layers;
-    layers.reset();  // one mode's textures at a time
-    mode = s.mode;
-    layers = resolve::make_layers(mode, tools);
-    return *layers;
-}
 
 FrameScene Renderer::Parts::frame_scene() const
 {
@@ -95,19 +93,51 @@ FrameScene Renderer::Parts::frame_scene() const
     return {media.bounds(), detail, static_cast<double>(media.traits().most_g), scene_id};
 }
 
-PreparedFrame Renderer::Parts::begin(const Frame& frame, const Settings& s)
+PreparedFrame Renderer::Parts::begin(const View::State& view, const Frame& frame,
+                                     const Settings& s)
 {
-    PreparedFrame view = prepare_frame(frame, s, frame_scene());
-    view.prepares = prepares;
-    tools.bind(view);
-    if (!view.sees_media)
-        return view;
-    media.bind(view.eye.position);
-    lights.bind(view.eye.position);
+    PreparedFrame prepared = prepare_frame(frame, s, frame_scene(), view.keeps_history);
+    prepared.prepares = prepares;
+    tools.bind(prepared);
+    if (!prepared.sees_media)
+        return prepared;
+    const Eye& eye = prepared.eye;
+    media.bind(eye.position);
+    lights.bind(eye.position);
     const auto time = timers.scope("light volumes");
-    volumes.bind(view.eye.position, view.eye.forward, view.eye.perspective, media);
-    return view;
+    volumes.bind(eye.position, eye.forward, eye.perspective, media);
+    return prepared;
 }
+
+View::State& Renderer::Parts::state_of(const View& view)
+{
+    View::State* state = view.state_.get();
+    if (state == nullptr || state->owner != this)
+        throw Error(state == nullptr ? "the view was moved from; make another by make_view()"
+                                     : "the view belongs to another Renderer; make one by this "
+                                       "one's make_view()");
+    return *state;
+}
+
+/// Where a frame's composite goes, attached while it lives: with the colour in it.
+class Renderer::Picture {
+public:
+    Picture(Parts& parts, const Frame& frame) : framebuffer_{parts.picture}
+    {
+        framebuffer_.attach_color({frame.target ? frame.target : frame.color});
+        if (!frame.target)
+            return;
+        parts.color.attach_color({frame.color});
+        framebuffer_.copy_color_of(parts.color, glm::ivec2(frame.color.size));
+        parts.color.detach_color();
+    }
+    Picture(const Picture&) = delete;
+    Picture& operator=(const Picture&) = delete;
+    ~Picture() { framebuffer_.detach_color(); }
+
+private:
+    gl::Framebuffer& framebuffer_;
+};
 
 Renderer::Renderer(gl::GetProc get_proc) : parts_{std::make_unique<Parts>(get_proc)} {}
 Renderer::~Renderer() = default;
@@ -135,106 +165,109 @@ void Renderer::set_scene(const Scene& scene, const Settings& settings)
     }
 }
 
-Settings Renderer::settled(const Frame& frame, const Settings& settings) const
+View Renderer::make_view(View::History history)
 {
-    return prepare_frame(frame, settings, parts_->frame_scene()).settings;
+    auto state = std::make_unique<View::State>();
+    state->device = parts_->shared_device;
+    state->owner = parts_.get();
+    state->keeps_history = history == View::History::kept;
+    return View(std::move(state));
 }
 
-void Renderer::composite(const Frame& frame, const Settings& settings)
+Settings Renderer::settled(const View& view, const Frame& frame, const Settings& settings) const
+{
+    const bool history = parts_->state_of(view).keeps_history;
+    return prepare_frame(frame, settings, parts_->frame_scene(), history).settings;
+}
+
+void Renderer::composite(View& view, const Frame& frame, const Settings& settings)
 {
     check(frame);
     Parts& parts = *parts_;
     const auto timed = parts.timers.frame(frame.index);
+    View::State& state = parts.state_of(view);
+    if (parts.media.empty() && !frame.target)
+        return;
+    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+    const Picture picture(parts, frame);
     if (parts.media.empty())
         return;
-    const gl::Device& gl = parts.device;
-    const gl::StateGuard guard(gl, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
-    const PreparedFrame view = parts.begin(frame, settings);
-    if (!view.sees_media)
+    const PreparedFrame prepared = parts.begin(state, frame, settings);
+    if (!prepared.sees_media)
         return;
-    parts.host.attach_color({frame.color});
-    resolve::Layers& layers = parts.layers_of(view.settings);
-    layers.draw(view);
-    resolve::composite(parts.tools, layers, parts.host, view);
-    gl->NamedFramebufferTexture(parts.host.id(), GL_COLOR_ATTACHMENT0, 0, 0);
+    state.draw(prepared, parts.tools);
+    resolve::composite(parts.tools, *state.layers, parts.picture, prepared);
+    parts.last_history = view.history();
     if (parts.volumes.has_more()) {
         const auto time = parts.timers.scope("light volumes, anew");
-        parts.volumes.go_on(view.eye.position);
+        parts.volumes.go_on(prepared.eye.position);
     }
 }
 
-InspectionLegend Renderer::inspect(const Frame& frame, const Settings& settings,
+InspectionLegend Renderer::inspect(View& view, const Frame& frame, const Settings& settings,
                                    const Inspection& inspection)
 {
     check(frame);
     Parts& parts = *parts_;
     const auto timed = parts.timers.frame(frame.index);
+    View::State& state = parts.state_of(view);
     const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
-    parts.host.attach_color({frame.color});
-    const PreparedFrame view = parts.begin(frame, settings);
-    InspectionLegend legend = resolve::inspect(parts.tools, parts.layers_of(view.settings),
-                                               parts.host, view, inspection);
-    parts.device->NamedFramebufferTexture(parts.host.id(), GL_COLOR_ATTACHMENT0, 0, 0);
+    const Picture picture(parts, frame);
+    const PreparedFrame prepared = parts.begin(state, frame, settings);
+    if (!state.holds(prepared))
+        state.drawn.reset();
+    InspectionLegend legend =
+        resolve::inspect(parts.tools, state.layers_for(prepared.settings.mode, parts.tools),
+                         parts.picture, prepared, inspection);
+    parts.last_history = view.history();
     return legend;
 }
 
-LayerImages Renderer::read_layers(const Frame& frame, const Settings& settings)
+LayerTextures Renderer::layers(View& view, const Frame& frame, const Settings& settings)
 {
     check(frame);
     Parts& parts = *parts_;
+    View::State& state = parts.state_of(view);
+    if (parts.media.empty())
+        return {};
+    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+    const PreparedFrame prepared = parts.begin(state, frame, settings);
+    if (!prepared.sees_media)
+        return {};
+    if (!state.holds(prepared))
+        throw Error("the view holds no layers of such a frame: its last one was of another size or "
+                    "had other settings; call composite() with this one first");
+    return state.full_size(prepared, parts.tools);
+}
+
+LayerImages Renderer::read_layers(View& view, const Frame& frame, const Settings& settings)
+{
+    const LayerTextures textures = layers(view, frame, settings);
     const glm::ivec2 size(frame.color.size);
-    const std::size_t pixels = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
-    LayerImages images{std::vector<float>(pixels * 3, 0.0f), std::vector<float>(pixels * 3, 1.0f)};
-    if (parts.media.empty())
-        return images;
-    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
-    const PreparedFrame view = parts.begin(frame, settings);
-    if (!view.sees_media)
-        return images;
-    const gl::Texture full = gl::Texture::make_2d(parts.device, "layer at full size", size,
-                                                  GL_RGBA32F, gl::Filter::nearest);
-    gl::Framebuffer framebuffer(parts.device, "layer at full size");
-    framebuffer.attach_color({full.view()});
-    framebuffer.bind(size);
-    resolve::Layers& layers = parts.layers_of(view.settings);
-    // Where no medium is in view nothing is drawn.
-    constexpr std::array<GLfloat, 4> kNothing{0, 0, 0, 1}, kAll{1, 1, 1, 1};
-    parts.device->ClearNamedFramebufferfv(framebuffer.id(), GL_COLOR, 0, kNothing.data());
-    layers.resolve(view, resolve::Layer::scattering);
-    const std::vector<float> scattering = full.read(4);
-    const bool monochrome = parts.tools.monochrome(view.settings);
-    if (!monochrome) {
-        parts.device->ClearNamedFramebufferfv(framebuffer.id(), GL_COLOR, 0, kAll.data());
-        layers.resolve(view, resolve::Layer::transmittance);
-    }
-    const std::vector<float> transmittance = monochrome ? scattering : full.read(4);
-    for (std::size_t i = 0; i < pixels; ++i)
-        for (std::size_t c = 0; c < 3; ++c) {
-            images.scattering[i * 3 + c] = scattering[i * 4 + c];
-            images.transmittance[i * 3 + c] = transmittance[i * 4 + (monochrome ? 3 : c)];
-        }
-    return images;
+    const std::size_t values = 3 * static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+    if (!textures)
+        return {std::vector<float>(values, 0.0f), std::vector<float>(values, 1.0f)};
+    const gl::Device& gl = parts_->device;
+    return {gl::read_texture(gl, textures.scattering, 3),
+            gl::read_texture(gl, textures.transmittance, 3)};
 }
 
-double Renderer::count_samples(const Frame& frame, const Settings& settings)
+double Renderer::count_samples(View& view, const Frame& frame, const Settings& settings)
 {
     check(frame);
     Parts& parts = *parts_;
+    View::State& state = parts.state_of(view);
     if (parts.media.empty())
         return 0;
     const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
-    const PreparedFrame view = parts.begin(frame, settings);
-    if (!view.sees_media)
+    const PreparedFrame prepared = parts.begin(state, frame, settings);
+    if (!prepared.sees_media)
         return 0;
-    pass::VolumePass& pass = parts.layers_of(view.settings).pass();
-    const std::vector<float> counts = pass.sample_counts(view).read(1);
+    if (!state.holds(prepared))
+        state.drawn.reset();
+    pass::VolumePass& pass = state.layers_for(prepared.settings.mode, parts.tools).pass();
+    const std::vector<float> counts = pass.sample_counts(prepared).read(1);
     return std::accumulate(counts.begin(), counts.end(), 0.0);
-}
-
-void Renderer::reset_history(int view)
-{
-    if (parts_->layers != nullptr)
-        parts_->layers->forget(view);
 }
 
 void Renderer::draw_surfaces(const Frame& frame, const Settings& settings, bool through_media)
@@ -295,25 +328,26 @@ void Renderer::prepare(const Frame& frame, const Settings& settings)
         small.color = color.view();
         small.depth = depth.view();
         small.view_from_world = glm::translate(glm::dmat4(glm::transpose(eye.world_from_view)), -p);
-        small.history = kPreparedView;
+        small.target = {};
         return small;
     };
     Frame still = look_from(0.5), moved = look_from(0.51);
     for (const bool through_media : {false, true})
         draw_surfaces(still, settings, through_media);
     parts.prepares = true;
-    std::vector<int> scales{settled(still, settings).resolution};
+    View view = make_view();
+    std::vector<int> scales{settled(view, still, settings).resolution};
     if (settings.mode == Settings::Mode::raymarch && settings.resolution == Settings::kAutomatic)
         scales = {2, 4};
     for (const int scale : scales) {
         Settings s = settings;
         s.resolution = scale;
         for (Frame* one : {&still, &still, &moved}) {
-            composite(*one, s);
+            composite(view, *one, s);
             ++still.index;
             ++moved.index;
         }
-        reset_history(kPreparedView);
+        view.reset_history();
     }
     parts.prepares = false;
 }
@@ -350,8 +384,7 @@ FrameReport Renderer::take_report()
     }
     report.gpu_bytes = parts_->device.bytes();
     report.allocations = parts_->device.allocations();
-    if (parts_->layers != nullptr)
-        report.history = parts_->layers->history_use();
+    report.history = parts_->last_history;
     return report;
 }
 

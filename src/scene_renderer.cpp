@@ -216,7 +216,6 @@ Frame still_frame(const Camera& camera, const Settings& settings, gl::TextureVie
         settings.resolution != 1 ? layer_offset(static_cast<std::uint64_t>(i)) : glm::dvec2(0);
     frame.jitter_offset = golden_fraction(i + 1024.0 * seed);
     frame.index = static_cast<std::uint64_t>(i) + 1024ull * seed;
-    frame.history = Frame::kNoHistory;
     return frame;
 }
 
@@ -251,7 +250,8 @@ Settings SceneRenderer::settled(const Scene& scene, const Settings& settings)
 {
     set_scene(scene, settings);
     const gl::TextureView picture{0, glm::ivec3(scene.resolution, 1)};
-    return renderer_.settled(still_frame(scene.camera, settings, picture, picture, 0, 0), settings);
+    const Frame frame = still_frame(scene.camera, settings, picture, picture, 0, 0);
+    return renderer_.settled(stills_, frame, settings);
 }
 
 Still SceneRenderer::render(const Scene& scene, const Settings& settings,
@@ -268,8 +268,10 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
     const gl::Texture& color = canvas.color;
     const gl::Texture& depth = canvas.depth;
     Frame frame;
+    View* view = &stills_;
     const auto aim = [&](int i) {
         frame = canvas.frame(scene.camera, settings, i, options.seed);
+        view = &stills_;
         if (options.moving_frame) {
             // Each frame has jitter of its own, however many are averaged in it.
             const std::uint64_t number =
@@ -278,7 +280,7 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
             frame.index += number;
             frame.jitter_offset =
                 golden_fraction(static_cast<double>(number) + 1024.0 * options.seed);
-            frame.history = options.aa == 1 ? 0 : Frame::kNoHistory;
+            view = options.aa == 1 ? &moving_ : &stills_;
         }
     };
     // Frames that are averaged are each a picture of their own. One picture of several frames that
@@ -289,7 +291,7 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
     const auto aim_to_gather = [&](int i) {
         aim(0);
         frame.index += static_cast<std::uint64_t>(i);
-        frame.history = 0;
+        view = &moving_;
     };
 
     const int warm_up = gathers ? 3 : 1;
@@ -304,7 +306,7 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
         tell();
         renderer_.draw_surfaces(frame, settings, false);
         renderer_.draw_surfaces(frame, settings, true);
-        renderer_.composite(frame, settings);
+        renderer_.composite(*view, frame, settings);
     };
 
     if (report != nullptr && !moves) {
@@ -317,7 +319,7 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
             aim_to_gather(0);
             draw();
             draw();  // the variant that reads history
-            renderer_.reset_history(frame.history);
+            moving_.reset_history();
         }
         renderer_.set_timing(renderer_.measuring_timing());
         for (int i = 0; i < options.timed_frames; ++i) {
@@ -338,7 +340,7 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
         report->volume = summarize("volume", volume);
         report->timing_method = timing_name(renderer_.measuring_timing());
         report->history = renderer_.take_report().history;
-        report->samples = renderer_.count_samples(frame, settings);
+        report->samples = renderer_.count_samples(*view, frame, settings);
     }
 
     Still still;
@@ -366,7 +368,7 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
         renderer_.draw_surfaces(frame, settings, true);
         const std::vector<float> lit = color.read(4);
         surface_lit.add(lit);
-        renderer_.composite(frame, settings);
+        renderer_.composite(*view, frame, settings);
         if (report != nullptr && moves && i == 0) {
             const FrameReport one = timed_report();
             renderer_.set_timing(Timing::off);
@@ -377,7 +379,7 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
             report->history = one.history;
         }
         composite.add(color.read(4));
-        const LayerImages layers = renderer_.read_layers(frame, settings);
+        const LayerImages layers = renderer_.read_layers(*view, frame, settings);
         scattering.add(layers.scattering);
         transmittance.add(layers.transmittance);
 
@@ -413,7 +415,7 @@ Glance SceneRenderer::glance(const Scene& scene, const Settings& settings, int f
     const auto draw = [&] {
         renderer_.draw_surfaces(frame, settings, false);
         renderer_.draw_surfaces(frame, settings, true);
-        renderer_.composite(frame, settings);
+        renderer_.composite(stills_, frame, settings);
     };
     const auto begin = std::chrono::steady_clock::now();
     draw();  // compiles, and warms caches
@@ -448,7 +450,7 @@ InspectionStill SceneRenderer::inspect(const Scene& scene, const Settings& setti
     InspectionStill still;
     still.width = size.x;
     still.height = size.y;
-    still.legend = renderer_.inspect(frame, settings, inspection);
+    still.legend = renderer_.inspect(stills_, frame, settings, inspection);
     Mean pixels(size.x, size.y, 3);
     pixels.add(canvas.color.read(4));
     still.pixels = pixels.get();

@@ -14,6 +14,10 @@
 
 namespace fumarole {
 
+namespace pass {
+class SunShades;  // pass/sun_shades.h
+}
+
 /// What all that draws a renderer's frames shares; it outlives them.
 struct Toolbox {
     const gl::Device& device;
@@ -25,6 +29,8 @@ struct Toolbox {
     const gl::VertexArray& fullscreen;
     const gl::UniformBuffer<shared::FrameParams>& frame_block;
     const gl::Sampler& depth_sampler;  ///< so that the host's filter and comparison don't matter
+    const gl::Texture& blue_noise;     ///< pass::make_blue_noise()
+    pass::SunShades& sun_shades;       ///< of the frame that is drawn
 
     /// Binds the frame's block, and with it the scene's depth.
     void bind_block(const PreparedFrame& frame) const;

@@ -37,6 +37,11 @@ void Framebuffer::attach_color(std::initializer_list<TextureView> colors)
                                 status));
 }
 
+void Framebuffer::detach_color()
+{
+    handle_.device()->NamedFramebufferTexture(id(), GL_COLOR_ATTACHMENT0, 0, 0);
+}
+
 void Framebuffer::attach_depth(TextureView depth)
 {
     handle_.device()->NamedFramebufferTexture(id(), GL_DEPTH_ATTACHMENT, depth.id, 0);
@@ -45,6 +50,15 @@ void Framebuffer::attach_depth(TextureView depth)
 void Framebuffer::attach_depth_layer(TextureView depth, int layer)
 {
     handle_.device()->NamedFramebufferTextureLayer(id(), GL_DEPTH_ATTACHMENT, depth.id, 0, layer);
+}
+
+void Framebuffer::copy_color_of(const Framebuffer& from, glm::ivec2 size) const
+{
+    const Device& gl = handle_.device();
+    gl->NamedFramebufferReadBuffer(from.id(), GL_COLOR_ATTACHMENT0);
+    gl->BlitNamedFramebuffer(from.id(), id(), 0, 0, size.x, size.y, 0, 0, size.x, size.y,
+                             GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    gl->NamedFramebufferReadBuffer(from.id(), GL_NONE);
 }
 
 void Framebuffer::bind(glm::ivec2 size) const

@@ -16,8 +16,13 @@ public:
 
     /// Sets the colour attachments, in order. @throws Error if the GL can't draw to them.
     void attach_color(std::initializer_list<TextureView> colors);
+    /// Takes the colour away again, as textures of a host's are to be let go of.
+    void detach_color();
     void attach_depth(TextureView depth);
     void attach_depth_layer(TextureView depth, int layer);
+
+    /// Copies the first colour of another framebuffer of that size into this one's.
+    void copy_color_of(const Framebuffer& from, glm::ivec2 size) const;
 
     /// Binds for drawing, with a viewport that covers `size`.
     void bind(glm::ivec2 size) const;

@@ -266,4 +266,16 @@ const std::array<std::uint16_t, kBlueNoiseSize * kBlueNoiseSize> kBlueNoise = {
 };
 // clang-format on
 
+gl::Texture make_blue_noise(const gl::Device& device)
+{
+    gl::Texture texture = gl::Texture::make_2d(device, "blue noise", glm::ivec2(kBlueNoiseSize),
+                                               GL_R32F, gl::Filter::nearest);
+    std::vector<float> offsets;
+    for (const std::uint16_t rank : kBlueNoise)
+        offsets.push_back((static_cast<float>(rank) + 0.5f) /
+                          static_cast<float>(kBlueNoise.size()));
+    texture.upload(GL_RED, GL_FLOAT, offsets.data());
+    return texture;
+}
+
 }  // namespace fumarole::pass

@@ -122,7 +122,7 @@ Froxels::View& Froxels::view_of(const PreparedFrame& frame)
 {
     const FroxelPlan plan = make_plan(tools_, frame);
     check_size(plan.count, tools_.device);
-    View& view = views_[frame.host.history];
+    View& view = view_;
     if (view.plan == plan)
         return view;
     view = {};
@@ -258,11 +258,9 @@ void Froxels::draw(const PreparedFrame& frame)
     view.last = now;
 }
 
-IntegratedFroxels Froxels::integrated(const PreparedFrame& frame)
+IntegratedFroxels Froxels::integrated() const
 {
-    const View& view = view_of(frame);
-    write_block(frame, view, 0);
-    return {&view.scattering, &view.transmittance, storage_defines(view.plan)};
+    return {&view_.scattering, &view_.transmittance, storage_defines(view_.plan)};
 }
 
 gl::Texture Froxels::sample_counts(const PreparedFrame& frame)

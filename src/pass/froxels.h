@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <map>
 #include <optional>
 #include <string>
 
@@ -48,10 +47,13 @@ public:
     void show_samples(const PreparedFrame& frame, const gl::Texture& counts) override;
     void show_slice(const PreparedFrame& frame) override;
 
-    /// What the last draw() of such a frame integrated; binds the froxels' block.
-    IntegratedFroxels integrated(const PreparedFrame& frame);
+    /// What the last draw() integrated.
+    [[nodiscard]] IntegratedFroxels integrated() const;
+    /// Writes and binds the block that a lookup at a depth of the last draw()'s frame needs.
+    void write_block(const PreparedFrame& frame) { write_block(frame, view_of(frame), 0); }
 
-    void forget(int view) { views_.erase(view); }
+    /// Lets the next frame be a first one.
+    void forget() { view_.last.reset(); }
     [[nodiscard]] const char* history_use() const { return to_string(use_); }
 
 private:
@@ -65,6 +67,7 @@ private:
         std::optional<HistoryView> last;
         HistoryWeight weight;
     };
+    /// The view, its volumes those that the frame needs.
     View& view_of(const PreparedFrame& frame);
     void write_block(const PreparedFrame& frame, const View& view, float history_weight) const;
     void draw_v_buffer(const PreparedFrame& frame, const View& view) const;
@@ -75,7 +78,7 @@ private:
                   glm::ivec3 group) const;
 
     gl::UniformBuffer<shared::FroxelParams> block_;
-    std::map<int, View> views_;  ///< by Frame::history
+    View view_;
     HistoryUse use_ = HistoryUse::off;
 };
 

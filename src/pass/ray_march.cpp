@@ -3,7 +3,6 @@
 #include <array>
 #include <fmt/format.h>
 
-#include "pass/blue_noise.h"
 #include "pass/layer_format.h"
 #include "shared/bindings.h"
 
@@ -20,17 +19,6 @@ Settings::Format march_format(const Toolbox& tools, const Settings& s)
     const bool small = s.format == Settings::Format::r11g11b10f;
     return (tools.monochrome(s) || s.keeps_history()) && small ? Settings::Format::rgba16f
                                                                : s.format;
-}
-
-RayMarch::RayMarch(const Toolbox& tools) : VolumePass{tools}, tiles_{tools}
-{
-    blue_noise_ = gl::Texture::make_2d(tools_.device, "blue noise", glm::ivec2(kBlueNoiseSize),
-                                       GL_R32F, gl::Filter::nearest);
-    std::vector<float> offsets;
-    for (std::uint16_t rank : kBlueNoise)
-        offsets.push_back((static_cast<float>(rank) + 0.5f) /
-                          static_cast<float>(kBlueNoise.size()));
-    blue_noise_.upload(GL_RED, GL_FLOAT, offsets.data());
 }
 
 gl::Defines RayMarch::march_defines(const Settings& s) const
@@ -54,6 +42,8 @@ void RayMarch::resize(const PreparedFrame& frame)
     const Settings::Format format = march_format(tools_, frame.settings);
     const bool monochrome = tools_.monochrome(frame.settings);
     const bool media_depth = frame.keeps_history;
+    guard_ = frame.layer_guard;
+    scale_ = frame.settings.resolution;
     if (frame.layer_size == size_ && format == format_ && monochrome == monochrome_ &&
         media_depth == has_media_depth_)
         return;
@@ -94,7 +84,7 @@ void RayMarch::draw_layer_depth(const PreparedFrame& frame)
     depth_framebuffer_.bind(size_);
     tiles_.draw_depth("pass/layer_depth.frag", defines);
     depth_.bind(LAYER_DEPTH_UNIT);
-    blue_noise_.bind(BLUE_NOISE_UNIT);
+    tools_.blue_noise.bind(BLUE_NOISE_UNIT);
 }
 
 void RayMarch::draw(const PreparedFrame& frame)
@@ -114,10 +104,9 @@ void RayMarch::draw(const PreparedFrame& frame)
     tiles_.draw_march(kMarch, defines);
 }
 
-MarchedLayer RayMarch::layer(const PreparedFrame& frame)
+MarchedLayer RayMarch::layer() const
 {
-    resize(frame);
-    return {&tiles_, &depth_, &scattering_, &transmittance_};
+    return {&tiles_, &depth_, &scattering_, &transmittance_, monochrome_, guard_, scale_};
 }
 
 gl::Texture RayMarch::sample_counts(const PreparedFrame& frame)

@@ -18,19 +18,22 @@ struct MarchedLayer {
     const gl::Texture* scattering = nullptr;  ///< monochrome: transmittance in its alpha
     /// Monochrome: empty, or, of a frame that keeps a history, the media's depth.
     const gl::Texture* transmittance = nullptr;
+    bool grey = false;  ///< monochrome
+    int guard = 0;      ///< texels beyond the picture on each side
+    int scale = 1;      ///< pixels along a texel's edge
 };
 
 /// Marches a ray through the media for each texel of a layer that may be smaller than the picture.
 /// Eevee's design of July 2017; glsl/pass/ray_march.frag.
 class RayMarch : public VolumePass {
 public:
-    explicit RayMarch(const Toolbox& tools);
+    explicit RayMarch(const Toolbox& tools) : VolumePass{tools}, tiles_{tools} {}
     void draw(const PreparedFrame& frame) override;
     gl::Texture sample_counts(const PreparedFrame& frame) override;
     void show_samples(const PreparedFrame& frame, const gl::Texture& counts) override;
 
-    /// What the last draw() of such a frame marched.
-    MarchedLayer layer(const PreparedFrame& frame);
+    /// What the last draw() marched.
+    [[nodiscard]] MarchedLayer layer() const;
 
 private:
     void resize(const PreparedFrame& frame);
@@ -40,9 +43,9 @@ private:
     glm::ivec2 size_{0};  ///< texels of the layer
     Settings::Format format_ = Settings::Format::rgba16f;
     bool monochrome_ = false;
+    int guard_ = 0, scale_ = 1;  ///< as MarchedLayer has them
     bool has_media_depth_ = false;
     StepTiles tiles_;
-    gl::Texture blue_noise_;
     gl::Texture depth_, scattering_, transmittance_;  ///< as MarchedLayer has them
     gl::Framebuffer depth_framebuffer_, framebuffer_;
 };

@@ -207,7 +207,7 @@ void StepTiles::choose_steps(const View& view)
     const bool suns_alone = tools_.lights.count() == tools_.lights.suns();
     const bool asked = spaced || suns_alone;  // or nothing comes of it
     if (asked)
-        shades_.set(tools_.lights, view.frame);
+        tools_.sun_shades.set(tools_.lights, view.frame);
     const bool all_lit = tools_.lights.shadow_views() > 0 && !tools_.lights.shaded_media();
     // Where other lights are shaded is not looked up. Grain as large as this would show.
     const bool shafts_anywhere = !suns_alone && tools_.lights.shaded_media() && s.resolution > 2;
@@ -219,8 +219,8 @@ void StepTiles::choose_steps(const View& view)
                               i / static_cast<std::size_t>(march_.count.x));
         const glm::dvec2 pixel = ((tile + 0.5) * double{kLayerTile} + view.offset) * view.scale;
         StepSlots::Held held{.slots = seen.slots};
-        if (asked && shades_.any())
-            shades_.find(held, view.slots, pixel * ndc_per_pixel - 1.0,
+        if (asked && tools_.sun_shades.any())
+            tools_.sun_shades.find(held, view.slots, pixel * ndc_per_pixel - 1.0,
                          0.5 * pixels * ndc_per_pixel);
         if (shafts_anywhere)
             held.shafts = view.slots.all();

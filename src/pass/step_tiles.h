@@ -65,7 +65,6 @@ private:
     const Toolbox& tools_;
     Tiles march_, depth_, picture_;
     std::vector<Seen> seen_;
-    SunShades shades_;
     bool lit_ = false, shaded_ = false;  ///< whether there are tiles that no surface shades; others
 };
 

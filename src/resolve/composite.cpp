@@ -27,4 +27,20 @@ void composite(const Toolbox& tools, Layers& layers, const gl::Framebuffer& pict
     }
 }
 
+void draw_layer(const Toolbox& tools, Layers& layers, const PreparedFrame& frame, Layer layer)
+{
+    const gl::Device& gl = tools.device;
+    if (layer == Layer::scattering) {
+        layers.resolve(frame, layer);
+        return;
+    }
+    // White times transmittance, which may be in an alpha that the picture has no place for.
+    const bool in_alpha = tools.monochrome(frame.settings);
+    gl->Enablei(GL_BLEND, 0);
+    gl->BlendEquationi(0, GL_FUNC_ADD);
+    gl->BlendFunci(0, GL_ZERO, in_alpha ? GL_SRC_ALPHA : GL_SRC_COLOR);
+    layers.resolve(frame, in_alpha ? Layer::scattering : layer);
+    gl->Disablei(GL_BLEND, 0);
+}
+
 }  // namespace fumarole::resolve

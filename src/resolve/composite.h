@@ -11,4 +11,8 @@ namespace fumarole::resolve {
 void composite(const Toolbox& tools, Layers& layers, const gl::Framebuffer& picture,
                const PreparedFrame& frame);
 
+/// Draws one of the layers of the last draw() over the bound framebuffer, three channels each; what
+/// it holds before is what is where there is no medium: 0 for scattering, 1 for transmittance.
+void draw_layer(const Toolbox& tools, Layers& layers, const PreparedFrame& frame, Layer layer);
+
 }  // namespace fumarole::resolve

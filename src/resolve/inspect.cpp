@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "gl/buffer.h"
+#include "resolve/composite.h"
 #include "scale_end.h"
 #include "shared/bindings.h"
 #include "shared/inspect_params.h"
@@ -118,15 +119,7 @@ void Inspector::show_layer(Layers* layers, Layer layer) const
     if (layers == nullptr)
         return;
     const auto time = tools_.timers.scope("inspection");
-    const bool in_alpha = tools_.monochrome(frame_.settings);
-    // White times transmittance: the picture has no place for an alpha that would hold it.
-    if (!scattering) {
-        gl->Enablei(GL_BLEND, 0);
-        gl->BlendEquationi(0, GL_FUNC_ADD);
-        gl->BlendFunci(0, GL_ZERO, in_alpha ? GL_SRC_ALPHA : GL_SRC_COLOR);
-    }
-    layers->resolve(frame_, in_alpha ? Layer::scattering : layer);
-    gl->Disablei(GL_BLEND, 0);
+    draw_layer(tools_, *layers, frame_, layer);
 }
 
 void Inspector::dim() const

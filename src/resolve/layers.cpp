@@ -21,29 +21,45 @@ public:
         if (!frame.settings.keeps_history())
             history_.reset();
         march_.draw(frame);
-        if (!frame.keeps_history)
+        averaged_ = frame.keeps_history;
+        if (!averaged_)
             return;
         if (!history_)
             history_.emplace(tools_);
-        history_->add(frame, march_.layer(frame));
+        history_->add(frame, march_.layer());
     }
 
     void resolve(const PreparedFrame& frame, Layer layer) override
     {
-        pass::MarchedLayer marched = march_.layer(frame);
-        if (frame.keeps_history && history_)
-            history_->replace(marched, frame.host.history);
+        pass::MarchedLayer marched = march_.layer();
+        if (averaged_)
+            history_->replace(marched);
         upsample(tools_, frame, marched, layer);
     }
 
     [[nodiscard]] const char* resolve_name() const override { return "upsample"; }
     [[nodiscard]] pass::VolumePass& pass() override { return march_; }
-    void forget(int view) override
+    [[nodiscard]] OwnLayers own() const override
+    {
+        pass::MarchedLayer marched = march_.layer();
+        if (averaged_)
+            history_->replace(marched);
+        OwnLayers own;
+        own.scattering = marched.scattering->view();
+        own.grey = marched.grey;
+        if (!own.grey)
+            own.transmittance = marched.transmittance->view();
+        own.depth = marched.depth->view();
+        own.guard = marched.guard;
+        own.scale = marched.scale;
+        return own;
+    }
+    void reset_history() override
     {
         if (history_)
-            history_->forget(view);
+            history_->forget();
     }
-    [[nodiscard]] std::string history_use() const override
+    [[nodiscard]] const char* history_use() const override
     {
         return history_ ? to_string(history_->use()) : "";
     }
@@ -52,6 +68,7 @@ private:
     const Toolbox& tools_;
     pass::RayMarch march_;
     std::optional<MarchHistory> history_;  ///< while the settings ask for it
+    bool averaged_ = false;                ///< the last frame has a history
 };
 
 class FroxelLayers : public Layers {
@@ -61,12 +78,22 @@ public:
     void draw(const PreparedFrame& frame) override { froxels_.draw(frame); }
     void resolve(const PreparedFrame& frame, Layer layer) override
     {
-        look_up(tools_, frame, froxels_.integrated(frame), layer);
+        froxels_.write_block(frame);
+        look_up(tools_, frame, froxels_.integrated(), layer);
     }
     [[nodiscard]] const char* resolve_name() const override { return "froxel lookup of"; }
     [[nodiscard]] pass::VolumePass& pass() override { return froxels_; }
-    void forget(int view) override { froxels_.forget(view); }
-    [[nodiscard]] std::string history_use() const override { return froxels_.history_use(); }
+    [[nodiscard]] OwnLayers own() const override
+    {
+        const pass::IntegratedFroxels froxels = froxels_.integrated();
+        OwnLayers own;
+        own.scattering = froxels.scattering->view();
+        own.transmittance = froxels.transmittance->view();
+        own.grey = !own.transmittance;
+        return own;
+    }
+    void reset_history() override { froxels_.forget(); }
+    [[nodiscard]] const char* history_use() const override { return froxels_.history_use(); }
 
 private:
     const Toolbox& tools_;

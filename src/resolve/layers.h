@@ -1,7 +1,8 @@
 #pragma once
 
 #include <memory>
-#include <string>
+
+#include <fumarole/view.h>
 
 #include "pass/volume_pass.h"
 #include "prepared_frame.h"
@@ -19,7 +20,7 @@ enum class Layer {
 };
 
 /// From a frame to its two layers at the picture's size: a pass, what is kept of it from frame to
-/// frame, and the filter that looks it up at a pixel's depth. One for each mode.
+/// frame, and the filter that looks it up at a pixel's depth. Of one view in one mode.
 class Layers {
 public:
     virtual ~Layers() = default;
@@ -35,10 +36,13 @@ public:
 
     [[nodiscard]] virtual pass::VolumePass& pass() = 0;
 
-    /// Drops what is kept of a view from frame to frame.
-    virtual void forget(int view) = 0;
+    /// What resolve() looks up.
+    [[nodiscard]] virtual OwnLayers own() const = 0;
+
+    /// Lets the next frame be a first one.
+    virtual void reset_history() = 0;
     /// What the last draw() did with what was kept, in words; "" if nothing ever is.
-    [[nodiscard]] virtual std::string history_use() const = 0;
+    [[nodiscard]] virtual const char* history_use() const = 0;
 };
 
 std::unique_ptr<Layers> make_layers(Settings::Mode mode, const Toolbox& tools);

@@ -26,19 +26,18 @@ MarchHistory::MarchHistory(const Toolbox& tools)
 {
 }
 
-MarchHistory::View& MarchHistory::view_of(const PreparedFrame& frame)
+void MarchHistory::fit(const PreparedFrame& frame)
 {
     const gl::Device& gl = tools_.device;
     const Shape shape{frame.layer_size, frame.picture_size, kept_format(frame.settings),
                       tools_.monochrome(frame.settings)};
-    View& view = views_[frame.host.history];
-    if (view.shape == shape)
-        return view;
-    view = {};
-    view.shape = shape;
+    if (view_.shape == shape)
+        return;
+    view_ = {};
+    view_.shape = shape;
     // Beside monochrome scattering: a number of frames and a fraction of depth.
     const GLenum more = shape.monochrome ? GL_RG32F : shape.format;
-    for (Kept& layer : view.layers) {
+    for (Kept& layer : view_.layers) {
         layer.scattering = gl::Texture::make_2d(gl, "kept scattering", shape.texels, shape.format,
                                                 gl::Filter::linear);
         layer.more =
@@ -46,7 +45,6 @@ MarchHistory::View& MarchHistory::view_of(const PreparedFrame& frame)
         layer.framebuffer = {gl, "march history"};
         layer.framebuffer.attach_color({layer.scattering.view(), layer.more.view()});
     }
-    return view;
 }
 
 void MarchHistory::write_block(const PreparedFrame& frame, const View& view, float weight) const
@@ -68,7 +66,8 @@ void MarchHistory::add(const PreparedFrame& frame, const pass::MarchedLayer& mar
 {
     const auto time = tools_.timers.scope("march history");
     const gl::Device& gl = tools_.device;
-    View& view = view_of(frame);
+    fit(frame);
+    View& view = view_;
     const HistoryView now = pass::make_history_view(frame);
     use_ = pass::judge_history(true, view.last, now);
     if (use_ == HistoryUse::still && view.last_offset != frame.host.layer_offset)
@@ -108,12 +107,11 @@ void MarchHistory::add(const PreparedFrame& frame, const pass::MarchedLayer& mar
     view.last_offset = frame.host.layer_offset;
 }
 
-void MarchHistory::replace(pass::MarchedLayer& marched, int view) const
+void MarchHistory::replace(pass::MarchedLayer& marched) const
 {
-    const auto at = views_.find(view);
-    if (at == views_.end() || !at->second.last)
+    if (!view_.last)
         return;
-    const Kept& mean = at->second.layers.at(at->second.current);
+    const Kept& mean = view_.layers.at(static_cast<std::size_t>(view_.current));
     marched.scattering = &mean.scattering;
     marched.transmittance = &mean.more;
 }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <map>
 #include <optional>
 
 #include "gl/buffer.h"
@@ -13,7 +12,7 @@
 
 namespace fumarole::resolve {
 
-/// The layer that was marched for a view's last frames, reprojected and averaged with the next:
+/// The layer that was marched for one view's last frames, reprojected and averaged with the next:
 /// Yang et al. 2020, "A Survey of Temporal Antialiasing Techniques"; a ray's media are taken to
 /// lie where what it sees of them does in the mean. glsl/pass/march_history.frag.
 class MarchHistory {
@@ -23,10 +22,11 @@ public:
     /// Averages what was marched for a frame that keeps a history with what is kept of its view.
     /// The layer's depth is bound.
     void add(const PreparedFrame& frame, const pass::MarchedLayer& marched);
-    /// Puts the mean of a view's frames in the place of what was marched for the last of them.
-    void replace(pass::MarchedLayer& marched, int view) const;
+    /// Puts the mean of the view's frames in the place of what was marched for the last of them.
+    void replace(pass::MarchedLayer& marched) const;
 
-    void forget(int view) { views_.erase(view); }
+    /// Lets the next frame be a first one.
+    void forget() { view_.last.reset(); }
     [[nodiscard]] pass::HistoryUse use() const { return use_; }
 
 private:
@@ -52,12 +52,12 @@ private:
         glm::dvec2 last_offset{0};       ///< Frame::layer_offset
         pass::HistoryWeight weight;
     };
-    View& view_of(const PreparedFrame& frame);
+    void fit(const PreparedFrame& frame);
     void write_block(const PreparedFrame& frame, const View& view, float weight) const;
 
     const Toolbox& tools_;
     gl::UniformBuffer<shared::MarchHistoryParams> block_;
-    std::map<int, View> views_;  ///< by Frame::history
+    View view_;
     pass::HistoryUse use_ = pass::HistoryUse::off;
 };
 

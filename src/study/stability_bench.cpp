@@ -26,7 +26,6 @@ struct HostPicture {
         frame.depth_convention = {.zero_to_one = true, .reversed = true};
         frame.view_from_world = view_from_world(camera);
         frame.clip_from_view = clip_from_view(camera, resolution, glm::dvec2(0));
-        frame.history = Frame::kNoHistory;
     }
 
     [[nodiscard]] Picture read() const
@@ -396,7 +395,8 @@ Picture StabilityBench::over_white(const Scene& scene, const Settings& with,
     host.depth.upload(GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
     renderer().set_scene(scene, with);
     renderer().wait_until_ready();
-    renderer().composite(host.frame, with);
+    View view = renderer().make_view(View::History::none);
+    renderer().composite(view, host.frame, with);
     return host.read();
 }
 
@@ -409,20 +409,9 @@ Picture StabilityBench::gathered(const Scene& scene, const Settings& with, int f
     return view.draw(scene);
 }
 
-namespace {
-
-constexpr int kView = 0;  ///< Frame::history of the one view at a time
-
-}  // namespace
-
 StabilityView::StabilityView(const StabilityBench& bench, Settings settings)
-    : renderer_{bench.renderer()}, settings_{std::move(settings)}
+    : renderer_{bench.renderer()}, view_{renderer_.make_view()}, settings_{std::move(settings)}
 {
-}
-
-StabilityView::~StabilityView()
-{
-    renderer_.reset_history(kView);
 }
 
 void StabilityView::set_scene(const Scene& scene)
@@ -434,11 +423,10 @@ void StabilityView::set_scene(const Scene& scene)
 Picture StabilityView::draw(const Camera& camera, glm::uvec2 size)
 {
     HostPicture host(renderer_.device(), camera, size);
-    host.frame.history = kView;
     host.frame.index = frames_++;
     host.frame.jitter_offset = golden_fraction(static_cast<double>(host.frame.index));
     renderer_.draw_surfaces(host.frame, settings_, true);
-    renderer_.composite(host.frame, settings_);
+    renderer_.composite(view_, host.frame, settings_);
     return host.read();
 }
 

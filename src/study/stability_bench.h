@@ -151,9 +151,6 @@ private:
 class StabilityView {
 public:
     StabilityView(const StabilityBench& bench, Settings settings);
-    ~StabilityView();
-    StabilityView(const StabilityView&) = delete;
-    StabilityView& operator=(const StabilityView&) = delete;
 
     /// What ends a history: another light, another medium.
     void set_scene(const Scene& scene);
@@ -164,6 +161,7 @@ public:
 
 private:
     Renderer& renderer_;
+    View view_;
     Settings settings_;
     std::uint64_t frames_ = 0;
 };

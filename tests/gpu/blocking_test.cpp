@@ -222,6 +222,7 @@ TEST_P(BlockingByPreset, NoFrameOfAPlayingSequenceUnderAMovingSunWaits)
         sequence.push_back(one.scene);
     }
     Renderer renderer(watched_proc);
+    View view = renderer.make_view();
     renderer.set_timing(Timing::queries);
     int timed = 0;
     constexpr int kFrames = 75, kFirst = 6;
@@ -236,7 +237,7 @@ TEST_P(BlockingByPreset, NoFrameOfAPlayingSequenceUnderAMovingSunWaits)
         renderer.set_scene(scene, settings);
         renderer.draw_surfaces(now, settings, false);
         renderer.draw_surfaces(now, settings, true);
-        renderer.composite(now, settings);
+        renderer.composite(view, now, settings);
         const FrameReport report = renderer.take_report();
         EXPECT_TRUE(report.pass_ms.empty() || report.timed_frame <= now.index);
         timed += report.pass_ms.empty() ? 0 : 1;
@@ -244,8 +245,10 @@ TEST_P(BlockingByPreset, NoFrameOfAPlayingSequenceUnderAMovingSunWaits)
     EXPECT_EQ(list(watch().waits), "");
     EXPECT_EQ(list(watch().compiles), "");
     EXPECT_GT(timed, kFrames / 2) << "frames whose times have come to be known";
+    const Frame last = frame(sequence.front(), 0);
+    renderer.composite(view, last, settings);
     const std::vector<float> transmittance =
-        renderer.read_layers(frame(sequence.front(), 0), settings).transmittance;
+        renderer.read_layers(view, last, settings).transmittance;
     EXPECT_LT(*std::min_element(transmittance.begin(), transmittance.end()), 0.98f)
         << "there is smoke in it";
 }
@@ -259,6 +262,7 @@ TEST_P(BlockingByPreset, TheFirstFrameAfterPrepareCompilesNothing)
         settings.temporal = temporal;
         const Scene scene = sample("smoke_plume.json");
         Renderer renderer(watched_proc);
+        View view = renderer.make_view();
         renderer.set_scene(scene, settings);
         renderer.prepare(frame(scene, 0), settings);
         EXPECT_FALSE(watch().compiles.empty());
@@ -268,7 +272,7 @@ TEST_P(BlockingByPreset, TheFirstFrameAfterPrepareCompilesNothing)
             const Frame now = frame(moving, i);
             renderer.draw_surfaces(now, settings, false);
             renderer.draw_surfaces(now, settings, true);
-            renderer.composite(now, settings);
+            renderer.composite(view, now, settings);
             EXPECT_EQ(list(watch().compiles), "") << "frame " << i;
             moving.camera.position.x += i < 3 ? 0.0 : 0.1;
         }
@@ -280,24 +284,26 @@ TEST_F(Blocking, AShadowMapComesBackWithoutAWaitAndTheWaitGivesThePictureOfAStil
 {
     const Settings settings = small("default");
     const Scene scene = sample("smoke_plume_sun.json");
-    const auto draw = [&](Renderer& renderer) {
+    const auto draw = [&](Renderer& renderer, View& view) {
         const Frame now = frame(scene, 0);
         renderer.draw_surfaces(now, settings, true);
-        renderer.composite(now, settings);
+        renderer.composite(view, now, settings);
         return color_.read(4);
     };
     Renderer waits(watched_proc);
     waits.set_scene(scene, settings);
     waits.wait_until_ready();
     EXPECT_FALSE(watch().waits.empty()) << "it says that it waits";
-    const std::vector<float> still = draw(waits);
+    View waiting = waits.make_view();
+    const std::vector<float> still = draw(waits, waiting);
 
     watch().forget();
     Renderer renderer(watched_proc);
+    View view = renderer.make_view();
     renderer.set_scene(scene, settings);
     std::vector<float> picture;
     for (int i = 0; i < 100 && picture != still; ++i)
-        picture = draw(renderer);
+        picture = draw(renderer, view);
     EXPECT_EQ(picture, still);
     EXPECT_EQ(list(watch().waits), "");
 }

@@ -113,11 +113,12 @@ TEST_F(RendererErrors, AfterARefusalNothingIsLeftOfTheScene)
     scene.media.assign(MAX_MEDIA + 1, fog());
     scene.lights.assign(MAX_LIGHTS, PointLight{{0, -5, 0}, glm::vec3(1)});
     Renderer renderer(get_proc());
+    View view = renderer.make_view();
     expect_error([&] { renderer.set_scene(scene, settings()); }, "media");
     Target target(scene);
     renderer.draw_surfaces(target.frame, settings(), true);
     const std::vector<float> before = target.color.read(4);
-    renderer.composite(target.frame, settings());
+    renderer.composite(view, target.frame, settings());
     EXPECT_EQ(before, target.color.read(4));
 }
 
@@ -185,17 +186,18 @@ TEST_F(RendererErrors, GridsThatTheGlCantHold)
 TEST_F(RendererErrors, FramesThatAreNone)
 {
     Renderer renderer(get_proc());
+    View view = renderer.make_view();
     Scene scene = empty_scene(16);
     scene.media = {fog()};
     renderer.set_scene(scene, settings());
     Target target(scene);
     const auto expect_refused = [&](const Frame& frame, const std::string& part) {
-        expect_error([&] { renderer.composite(frame, settings()); }, part);
-        expect_error([&] { renderer.inspect(frame, settings(), {}); }, part);
+        expect_error([&] { renderer.composite(view, frame, settings()); }, part);
+        expect_error([&] { renderer.inspect(view, frame, settings(), {}); }, part);
         expect_error([&] { renderer.draw_surfaces(frame, settings(), true); }, part);
         if (part.find("can't draw") == std::string::npos) {
-            expect_error([&] { renderer.read_layers(frame, settings()); }, part);
-            expect_error([&] { renderer.count_samples(frame, settings()); }, part);
+            expect_error([&] { renderer.read_layers(view, frame, settings()); }, part);
+            expect_error([&] { renderer.count_samples(view, frame, settings()); }, part);
         }
     };
 
@@ -246,15 +248,16 @@ TEST_F(RendererErrors, LoopsThatTheGlCutsOff)
     many.shadow_steps = 100;
     many.shadow_cache = 0;
     Renderer renderer(get_proc());
+    View view = renderer.make_view();
     renderer.set_scene(scene, many);
     const Target target(scene);
-    expect_error([&] { renderer.composite(target.frame, many); },
+    expect_error([&] { renderer.composite(view, target.frame, many); },
                  "lower --steps or --shadow-steps");
     many.steps = 64;
-    renderer.composite(target.frame, many);
+    renderer.composite(view, target.frame, many);
     many.steps = 1000;
     many.shadow_steps = 4;
-    renderer.composite(target.frame, many);
+    renderer.composite(view, target.frame, many);
     expect_works_on(renderer);
 }
 
@@ -267,11 +270,12 @@ TEST_F(RendererErrors, FroxelsThatTheGlCantHold)
     froxels.mode = Settings::Mode::froxel;
     froxels.tile = 1;
     Renderer renderer(get_proc());
+    View view = renderer.make_view();
     renderer.set_scene(scene, froxels);
     const Target target(scene);
-    expect_error([&] { renderer.composite(target.frame, froxels); },
+    expect_error([&] { renderer.composite(view, target.frame, froxels); },
                  fmt::format("{} x 4 x 64 froxels", scene.resolution.x + 2));
-    expect_error([&] { renderer.composite(target.frame, froxels); }, "--tile");
+    expect_error([&] { renderer.composite(view, target.frame, froxels); }, "--tile");
     expect_works_on(renderer);
 }
 

@@ -197,10 +197,11 @@ protected:
         host.frame.clip_from_view = projection(convention, 0.5, 100);
         host.frame.depth_convention = {convention.zero_to_one, convention.reversed};
         Renderer& renderer = scene_renderer().renderer();
+        View view = renderer.make_view();
         renderer.set_scene(scene, settings);
         renderer.wait_until_ready();
         renderer.draw_surfaces(host.frame, settings, true);
-        renderer.composite(host.frame, settings);
+        renderer.composite(view, host.frame, settings);
         return host.read();
     }
 };
@@ -276,9 +277,10 @@ protected:
         const auto view_z = [&](int x, int y) { return pattern.is_near(x, y) ? kNear : kFar; };
         host.fill(glm::vec3(1), scene.camera.near, view_z);
         Renderer& renderer = scene_renderer().renderer();
+        View view = renderer.make_view();
         renderer.set_scene(scene, settings);
         renderer.wait_until_ready();
-        renderer.composite(host.frame, settings);
+        renderer.composite(view, host.frame, settings);
         const Image actual = host.read();
         const double step = std::exp(-0.2 * kNear) - std::exp(-0.2 * kFar);
         Halo halo;
@@ -374,9 +376,10 @@ TEST_F(DepthEdges, AsFarApartAsDepthsCanBe)
                 settings.upsample = upsample;
                 settings.depth_threshold = threshold;
                 Renderer& renderer = scene_renderer().renderer();
+                View view = renderer.make_view();
                 renderer.set_scene(scene, settings);
                 renderer.wait_until_ready();
-                renderer.composite(host.frame, settings);
+                renderer.composite(view, host.frame, settings);
                 for (const float v : host.read().pixels) {
                     ASSERT_TRUE(v >= 0 && v <= 1.0001f)
                         << v << ": threshold " << threshold << ", fog to " << far << " m";

@@ -223,10 +223,11 @@ TEST_F(Froxel, HistoryOfAStillSceneIsTheSceneItself)
     Settings settings = gathering(4);
     settings.jitter = Settings::Jitter::none;
     Renderer renderer(get_proc());
+    View view = renderer.make_view();
     renderer.set_scene(scene, settings);
-    EXPECT_EQ(run(renderer, scene, settings, 1).history, "none: first frame");
+    EXPECT_EQ(run(renderer, view, scene, settings, 1).history, "none: first frame");
     const LayerImages first = layers;
-    EXPECT_EQ(run(renderer, scene, settings, 40).history, "kept: nothing moved");
+    EXPECT_EQ(run(renderer, view, scene, settings, 40).history, "kept: nothing moved");
     for (std::size_t i = 0; i < first.scattering.size(); ++i) {
         ASSERT_NEAR(layers.scattering[i], first.scattering[i], 1e-5f * (1 + first.scattering[i]));
         ASSERT_NEAR(layers.transmittance[i], first.transmittance[i], 1e-5f);
@@ -241,8 +242,9 @@ TEST_F(Froxel, AStillConvergesAndDoesNotStall)
         Settings settings = gathering(4);
         settings.history_format = format;
         Renderer renderer(get_proc());
+        View view = renderer.make_view();
         renderer.set_scene(scene, settings);
-        run(renderer, scene, settings, frames);
+        run(renderer, view, scene, settings, frames);
         return layers.scattering;
     };
     const std::vector<float> truth = gathered(Settings::Format::rgba32f, 1024);
@@ -269,8 +271,9 @@ TEST_F(Froxel, HistoryIsDroppedForAReasonThatIsTold)
     expect_dropped_for_reasons(lump_scene(24), settings, others,
                                [&](const Scene& scene, const Settings& how, std::uint64_t number) {
                                    Renderer renderer(get_proc());
+                                   View view = renderer.make_view();
                                    renderer.set_scene(scene, how);
-                                   run(renderer, scene, how, 1, number);
+                                   run(renderer, view, scene, how, 1, number);
                                    return layers.scattering;
                                });
 }
@@ -294,6 +297,7 @@ TEST_F(Froxel, AMovingViewIsReprojected)
     settings.slices = 64;
     settings.jitter = Settings::Jitter::none;
     Renderer renderer(get_proc());
+    View view = renderer.make_view();
     struct Way {
         const char* name;
         glm::dvec3 travel, turn;  ///< a frame
@@ -311,12 +315,12 @@ TEST_F(Froxel, AMovingViewIsReprojected)
             scene.camera.position = way.travel * double(i);
             scene.camera.look_at =
                 scene.camera.position + glm::dvec3(0, -1, 0) + way.turn * double(i);
-            report = run(renderer, scene, settings, 1);
+            report = run(renderer, view, scene, settings, 1);
         }
         EXPECT_EQ(report.history, "reprojected");
         const std::vector<float> moved = layers.scattering;
-        renderer.reset_history(0);
-        run(renderer, scene, settings, 1);
+        view.reset_history();
+        run(renderer, view, scene, settings, 1);
         const study::Metrics m = study::compare(moved, layers.scattering);
         figure(fmt::format("relMSE after 24 frames, {}", way.name), m.relmse);
         figure(fmt::format("bias after 24 frames, {}", way.name), m.bias);
@@ -333,23 +337,25 @@ TEST_F(Froxel, ViewsKeepTheirOwnHistory)
     other.camera.look_at = {0.5, -1, 0.2};
     const Settings settings = gathering(4);
     Renderer renderer(get_proc());
+    View view = renderer.make_view();
     renderer.set_scene(scene, settings);
-    run(renderer, scene, settings, 4);
+    run(renderer, view, scene, settings, 4);
     const LayerImages alone = layers;
 
     renderer.set_scene(scene, settings);
     HostPicture left(gl(), glm::ivec2(24)), right(gl(), glm::ivec2(24));
     left.look(scene.camera);
     right.look(other.camera);
-    right.frame.history = 1;
+    View left_view = renderer.make_view(), right_view = renderer.make_view();
     for (std::uint64_t i = 0; i < 4; ++i) {
         left.frame.index = right.frame.index = i;
-        for (HostPicture* picture : {&right, &left}) {
-            renderer.draw_surfaces(picture->frame, settings, false);
-            renderer.composite(picture->frame, settings);
+        for (const bool is_left : {false, true}) {
+            const Frame& frame = (is_left ? left : right).frame;
+            renderer.draw_surfaces(frame, settings, false);
+            renderer.composite(is_left ? left_view : right_view, frame, settings);
         }
     }
-    EXPECT_EQ(renderer.read_layers(left.frame, settings).scattering, alone.scattering);
+    EXPECT_EQ(renderer.read_layers(left_view, left.frame, settings).scattering, alone.scattering);
 }
 
 // -- shadows -------------------------------------------------------------------------------------

@@ -2,12 +2,12 @@
 
 namespace fumarole::test {
 
-FrameReport HistoryTest::run(Renderer& renderer, const Scene& scene, const Settings& settings,
+FrameReport HistoryTest::run(Renderer& renderer, View& view, const Scene& scene, const Settings& settings,
                              int frames, std::uint64_t first)
 {
     HostPicture picture(gl(), glm::ivec2(scene.resolution));
-    const FrameReport report = draw_frames(renderer, picture, scene, settings, frames, first);
-    layers = renderer.read_layers(picture.frame, settings);
+    const FrameReport report = draw_frames(renderer, view, picture, scene, settings, frames, first);
+    layers = renderer.read_layers(view, picture.frame, settings);
     return report;
 }
 
@@ -17,11 +17,12 @@ void HistoryTest::expect_dropped_for_reasons(
         fresh)
 {
     Renderer renderer(get_proc());
+    View view = renderer.make_view();
     renderer.set_scene(scene, settings);
-    run(renderer, scene, settings, 3);
+    run(renderer, view, scene, settings, 3);
     std::uint64_t number = 5;
     const auto expect_dropped = [&](const char* why) {
-        EXPECT_EQ(run(renderer, scene, settings, 1, number).history, why);
+        EXPECT_EQ(run(renderer, view, scene, settings, 1, number).history, why);
         const std::vector<float> shown = layers.scattering;
         EXPECT_EQ(shown, fresh(scene, settings, number)) << why;
         ++number;
@@ -36,9 +37,9 @@ void HistoryTest::expect_dropped_for_reasons(
     expect_dropped("dropped: scene, light or media changed");
     settings = others;
     expect_dropped("dropped: settings changed");
-    renderer.reset_history(0);
+    view.reset_history();
     expect_dropped("none: first frame");
-    EXPECT_EQ(run(renderer, scene, settings, 1, number).history, "kept: nothing moved");
+    EXPECT_EQ(run(renderer, view, scene, settings, 1, number).history, "kept: nothing moved");
     const std::vector<float> mean = layers.scattering;
     EXPECT_NE(mean, fresh(scene, settings, number)) << "two frames' mean";
 }

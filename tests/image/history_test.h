@@ -9,8 +9,8 @@ namespace fumarole::test {
 /// What a mode keeps of a view from frame to frame.
 class HistoryTest : public ImageTest {
 protected:
-    /// Frames of one view; layers are the last one's. @returns its report.
-    FrameReport run(Renderer& renderer, const Scene& scene, const Settings& settings,
+    /// Frames of a view; layers are the last one's. @returns its report.
+    FrameReport run(Renderer& renderer, View& view, const Scene& scene, const Settings& settings,
                     int frames = 1, std::uint64_t first = 0);
 
     /// A view meets, one after the other, all that makes what is kept worthless, says so, and shows

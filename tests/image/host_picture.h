@@ -58,16 +58,17 @@ private:
     gl::Texture color_, depth_;
 };
 
-/// Frames of one view, numbered from `first`, by a host that has them keep a history.
+/// Frames of a view, numbered from `first`.
 /// @returns the last one's report
-inline FrameReport draw_frames(Renderer& renderer, HostPicture& picture, const Scene& scene,
-                               const Settings& settings, int frames, std::uint64_t first = 0)
+inline FrameReport draw_frames(Renderer& renderer, View& view, HostPicture& picture,
+                               const Scene& scene, const Settings& settings, int frames,
+                               std::uint64_t first = 0)
 {
     picture.look(scene.camera);
     for (int i = 0; i < frames; ++i) {
         picture.frame.index = first + static_cast<std::uint64_t>(i);
         renderer.draw_surfaces(picture.frame, settings, false);
-        renderer.composite(picture.frame, settings);
+        renderer.composite(view, picture.frame, settings);
     }
     return renderer.take_report();
 }

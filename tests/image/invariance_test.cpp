@@ -50,9 +50,10 @@ protected:
     bool keeps_bits(const Scene& scene, const Settings& settings)
     {
         Renderer& renderer = scene_renderer().renderer();
+        View view = renderer.make_view();
         renderer.set_scene(scene, settings);
         renderer.wait_until_ready();
-        renderer.composite(frame_, settings);
+        renderer.composite(view, frame_, settings);
         const std::vector<float> after = color_.read(4);
         return std::memcmp(after.data(), bits_.data(), bits_.size() * sizeof(float)) == 0;
     }

@@ -213,19 +213,21 @@ TEST_F(LightVolume, IsFilledOverFramesWhereThatIsAsked)
     Settings settings = plain_settings();
     settings.shadow_fill = 3;
     Renderer renderer(get_proc());
+    View view = renderer.make_view();
     HostPicture host(gl(), glm::ivec2(16));
     host.look(scene.camera);
     const auto next_frame = [&] {
         host.fill(glm::vec3(0), scene.camera.near, [](int, int) { return 0.0; });
-        renderer.composite(host.frame, settings);
+        renderer.composite(view, host.frame, settings);
         return host.read();
     };
     const auto at_once = [&] {
         Renderer fresh(get_proc());
+        View fresh_view = fresh.make_view();
         fresh.set_scene(scene, settings);
         fresh.wait_until_ready();
         host.fill(glm::vec3(0), scene.camera.near, [](int, int) { return 0.0; });
-        fresh.composite(host.frame, settings);
+        fresh.composite(fresh_view, host.frame, settings);
         return host.read();
     };
     renderer.set_scene(scene, settings);

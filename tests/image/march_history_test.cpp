@@ -58,10 +58,10 @@ protected:
     {
         settings.temporal = false;
         HostPicture picture(gl(), glm::ivec2(scene.resolution));
-        picture.frame.history = Frame::kNoHistory;
+        View view = renderer.make_view(View::History::none);
         picture.frame.jitter_offset = golden_fraction(static_cast<double>(number));
-        draw_frames(renderer, picture, scene, settings, 1, number);
-        return renderer.read_layers(picture.frame, settings);
+        draw_frames(renderer, view, picture, scene, settings, 1, number);
+        return renderer.read_layers(view, picture.frame, settings);
     }
 };
 
@@ -73,10 +73,11 @@ TEST_F(MarchHistory, TheFirstFrameIsThePlainMarch)
             Settings settings = temporal(12);
             settings.resolution = resolution;
             Renderer renderer(get_proc());
+            View view = renderer.make_view();
             renderer.set_scene(scene, settings);
             renderer.wait_until_ready();
             const LayerImages plain = alone(renderer, scene, settings, 3);
-            EXPECT_EQ(run(renderer, scene, settings, 1, 3).history, "none: first frame");
+            EXPECT_EQ(run(renderer, view, scene, settings, 1, 3).history, "none: first frame");
             EXPECT_EQ(layers.scattering, plain.scattering) << resolution;
             EXPECT_EQ(layers.transmittance, plain.transmittance) << resolution;
         }
@@ -97,6 +98,7 @@ TEST_F(MarchHistory, AStillHasTheMeanOfItsFramesOpticalDepths)
         Settings settings = temporal(8);
         settings.resolution = 1;  // between texels a mean of depths is no mean of depths
         Renderer renderer(get_proc());
+        View view = renderer.make_view();
         renderer.set_scene(scene, settings);
         renderer.wait_until_ready();
         const std::size_t size = scene.resolution.x * scene.resolution.y * 3u;
@@ -114,7 +116,7 @@ TEST_F(MarchHistory, AStillHasTheMeanOfItsFramesOpticalDepths)
                 sums.most[k] = std::max(sums.most[k], depth);
             }
         }
-        EXPECT_EQ(run(renderer, scene, settings, kFrames).history, "kept: nothing moved");
+        EXPECT_EQ(run(renderer, view, scene, settings, kFrames).history, "kept: nothing moved");
         int noisy = 0;
         for (std::size_t k = 0; k < size; ++k) {
             if (sums.most[k] - sums.least[k] > 0.5)
@@ -143,6 +145,7 @@ TEST_F(MarchHistory, AGlowIsTheMeanOfItsFrames)
     cloud.emission = {1, 2, 3};
     const Settings settings = temporal(8);
     Renderer renderer(get_proc());
+    View view = renderer.make_view();
     renderer.set_scene(scene, settings);
     renderer.wait_until_ready();
     std::vector<double> mean(scene.resolution.x * scene.resolution.y * 3u);
@@ -154,7 +157,7 @@ TEST_F(MarchHistory, AGlowIsTheMeanOfItsFrames)
         moved = std::max(moved, std::abs(double(one.scattering[mean.size() / 2]) * (double(i) + 1) -
                                          mean[mean.size() / 2] * kFrames));
     }
-    run(renderer, scene, settings, kFrames);
+    run(renderer, view, scene, settings, kFrames);
     for (std::size_t k = 0; k < mean.size(); ++k)
         ASSERT_NEAR(layers.scattering[k], mean[k], 1e-5 * (1 + mean[k])) << k;
     EXPECT_GT(moved, 0.01) << "or there was nothing to average";
@@ -169,10 +172,11 @@ TEST_F(MarchHistory, AStillOfFewStepsIsAsBrightAsOneOfMany)
     many.jitter = Settings::Jitter::none;
     const Settings few = temporal(8);
     Renderer renderer(get_proc());
+    View view = renderer.make_view();
     renderer.set_scene(scene, few);
     renderer.wait_until_ready();
     const LayerImages truth = alone(renderer, scene, many, 0);
-    run(renderer, scene, few, 48);
+    run(renderer, view, scene, few, 48);
     const study::Metrics m = study::compare(layers.scattering, truth.scattering);
     const study::Metrics t = study::compare(layers.transmittance, truth.transmittance);
     figure("bias of the scattering", m.bias);
@@ -195,12 +199,13 @@ TEST_F(MarchHistory, AMovingViewHasAQuarterOfTheError)
         return study::compare(shown.scattering, truth.scattering).relmse;
     };
     Renderer renderer(get_proc());
+    View view = renderer.make_view();
     renderer.set_scene(scene, many);
     renderer.wait_until_ready();
     double few = 0, twice = 0, with = 0;
     for (std::uint64_t i = 0; i < kFrames; ++i) {
         orbit(scene.camera, 0.5 * static_cast<double>(i));
-        const FrameReport report = run(renderer, scene, temporal(kSteps), 1, i);
+        const FrameReport report = run(renderer, view, scene, temporal(kSteps), 1, i);
         if (i + 6 < kFrames)
             continue;
         EXPECT_EQ(report.history, "reprojected");
@@ -235,6 +240,7 @@ TEST_F(MarchHistory, WhatIsUncoveredHasNoTrail)
     settings.jitter = Settings::Jitter::none;
     for (const double travel : {0.0, 0.02}) {
         Renderer renderer(get_proc());
+        View view = renderer.make_view();
         renderer.set_scene(scene, settings);
         renderer.wait_until_ready();
         HostPicture picture(gl(), glm::ivec2(48));
@@ -243,11 +249,12 @@ TEST_F(MarchHistory, WhatIsUncoveredHasNoTrail)
         Renderer other(get_proc());
         other.set_scene(scene, plain);
         other.wait_until_ready();
-        const auto draw = [&](Renderer& by, const Settings& how, int post) {
+        View other_view = other.make_view();
+        const auto draw = [&](Renderer& by, View& in, const Settings& how, int post) {
             picture.look(scene.camera);
             picture.fill(glm::vec3(0), scene.camera.near,
                          [&](int x, int) { return x >= post && x < post + 12 ? 3.0 : 10.0; });
-            by.composite(picture.frame, how);
+            by.composite(in, picture.frame, how);
             return picture.read();
         };
         for (int i = 0; i < 12; ++i) {
@@ -255,7 +262,7 @@ TEST_F(MarchHistory, WhatIsUncoveredHasNoTrail)
             scene.camera.look_at = scene.camera.position + glm::dvec3(0, -1, 0);
             const int post = 4 + (i < 6 ? 0 : 4 * (i - 5));
             ++picture.frame.index;
-            EXPECT_LT(max_difference(draw(renderer, settings, post), draw(other, plain, post)),
+            EXPECT_LT(max_difference(draw(renderer, view, settings, post), draw(other, other_view, plain, post)),
                       1e-2)
                 << "frame " << i << ", " << travel << " m a frame: of radiances up to 1.4";
         }
@@ -270,6 +277,7 @@ TEST_F(MarchHistory, IsDroppedForAReasonThatIsTold)
     expect_dropped_for_reasons(lump_scene(kGrey), settings, others,
                                [&](const Scene& scene, const Settings& how, std::uint64_t number) {
                                    Renderer renderer(get_proc());
+                                   View view = renderer.make_view();
                                    renderer.set_scene(scene, how);
                                    renderer.wait_until_ready();
                                    return alone(renderer, scene, how, number).scattering;
@@ -283,19 +291,20 @@ TEST_F(MarchHistory, ViewsKeepTheirOwn)
     orbit(other.camera, 20);
     const Settings settings = temporal(12);
     Renderer renderer(get_proc());
+    View view = renderer.make_view();
     renderer.set_scene(scene, settings);
     renderer.wait_until_ready();
-    run(renderer, scene, settings, 4);
+    run(renderer, view, scene, settings, 4);
     const LayerImages alone = layers;
     renderer.set_scene(scene, settings);
     renderer.wait_until_ready();
     HostPicture left(gl(), glm::ivec2(48)), right(gl(), glm::ivec2(48));
-    right.frame.history = 1;
+    View left_view = renderer.make_view(), right_view = renderer.make_view();
     for (std::uint64_t i = 0; i < 4; ++i) {
-        draw_frames(renderer, right, other, settings, 1, i);
-        draw_frames(renderer, left, scene, settings, 1, i);
+        draw_frames(renderer, right_view, right, other, settings, 1, i);
+        draw_frames(renderer, left_view, left, scene, settings, 1, i);
     }
-    EXPECT_EQ(renderer.read_layers(left.frame, settings).scattering, alone.scattering);
+    EXPECT_EQ(renderer.read_layers(left_view, left.frame, settings).scattering, alone.scattering);
 }
 
 // Not even by squares that overflow while it is held to what is around.
@@ -308,11 +317,12 @@ TEST_F(MarchHistory, WhatIsNoNumberDoesNotLiveOn)
             Settings settings = temporal(12);
             settings.format = Settings::Format::rgba32f;
             Renderer renderer(get_proc());
+            View view = renderer.make_view();
             renderer.set_scene(scene, settings);
             renderer.wait_until_ready();
             for (std::uint64_t i = 0; i < 6; ++i) {
                 orbit(scene.camera, 0.5 * static_cast<double>(std::min<std::uint64_t>(i, 3)));
-                run(renderer, scene, settings, 1, i);
+                run(renderer, view, scene, settings, 1, i);
                 for (const float v : layers.scattering)
                     ASSERT_TRUE(std::isfinite(v)) << irradiance << ", frame " << i;
                 for (const float v : layers.transmittance)
@@ -325,26 +335,27 @@ TEST_F(MarchHistory, WhatIsNoNumberDoesNotLiveOn)
 TEST_F(MarchHistory, CostsNothingWhereItIsNotAsked)
 {
     const Scene scene = lump_scene(kGrey);
-    const auto bytes = [&](bool on, int history) {
+    const auto bytes = [&](bool on, View::History history) {
         Settings settings = temporal(12);
         settings.temporal = on;
         Renderer renderer(get_proc());
+        View view = renderer.make_view(history);
         renderer.set_scene(scene, settings);
         renderer.wait_until_ready();
         HostPicture picture(gl(), glm::ivec2(48));
-        picture.frame.history = history;
-        return draw_frames(renderer, picture, scene, settings, 2).gpu_bytes;
+        return draw_frames(renderer, view, picture, scene, settings, 2).gpu_bytes;
     };
-    const std::uint64_t without = bytes(false, 0);
-    EXPECT_EQ(bytes(true, Frame::kNoHistory), without);
-    EXPECT_GT(bytes(true, 0), without);
+    const std::uint64_t without = bytes(false, View::History::kept);
+    EXPECT_EQ(bytes(true, View::History::none), without);
+    EXPECT_GT(bytes(true, View::History::kept), without);
     Renderer renderer(get_proc());
+    View view = renderer.make_view();
     renderer.set_scene(scene, temporal(12));
     renderer.wait_until_ready();
-    run(renderer, scene, temporal(12), 2);
+    run(renderer, view, scene, temporal(12), 2);
     Settings off = temporal(12);
     off.temporal = false;
-    EXPECT_EQ(run(renderer, scene, off).history, "");
+    EXPECT_EQ(run(renderer, view, scene, off).history, "");
     EXPECT_EQ(renderer.take_report().gpu_bytes, without) << "given back when it is switched off";
 }
 

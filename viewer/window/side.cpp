@@ -7,7 +7,8 @@
 namespace fumarole::window {
 
 Side::Side(gl::GetProc get_proc)
-    : renderer_{get_proc}, programs_{renderer_.renderer().device()},
+    : renderer_{get_proc}, stills_{renderer_.renderer().make_view(View::History::none)},
+      live_{renderer_.renderer().make_view()}, programs_{renderer_.renderer().device()},
       fullscreen_{renderer_.renderer().device(), "window"}, framebuffer_{
                                                                 renderer_.renderer().device(),
                                                                 "window picture"}
@@ -38,11 +39,8 @@ Frame Side::aim(const SideRequest& request, int frame) const
 {
     Frame aimed = still_frame(request.scene->camera, request.settings, color_.view(), depth_.view(),
                               request.average ? frame : 0, 0);
-    if (!request.average) {
-        // What moves has a history, and then samples that change from frame to frame.
-        aimed.history = 0;
+    if (!request.average)  // what moves has a history, and then samples that change every frame
         aimed.index = live_frames_;
-    }
     return aimed;
 }
 
@@ -77,10 +75,11 @@ bool Side::draw(const SideRequest& request)
     const Frame frame = aim(request, number);
     ++live_frames_;
     renderer.draw_surfaces(frame, request.settings, true);
+    View& view = request.average ? stills_ : live_;
     if (request.inspection)
-        legend_ = renderer.inspect(frame, request.settings, *request.inspection);
+        legend_ = renderer.inspect(view, frame, request.settings, *request.inspection);
     else
-        renderer.composite(frame, request.settings);
+        renderer.composite(view, frame, request.settings);
     accumulate(number);
     FrameReport report = renderer.take_report();
     if (report.pass_ms.empty())  // none has come in since: the last ones known still tell
@@ -95,7 +94,8 @@ double Side::samples(const SideRequest& request)
 {
     if (!mean_ || renderer_.set_scene(*request.scene, request.settings) < 0)
         return 0;
-    return renderer_.renderer().count_samples(aim(request, 0), request.settings);
+    View& view = request.average ? stills_ : live_;
+    return renderer_.renderer().count_samples(view, aim(request, 0), request.settings);
 }
 
 Image Side::read() const

@@ -56,6 +56,7 @@ private:
     [[nodiscard]] Frame aim(const SideRequest& request, int frame) const;
 
     SceneRenderer renderer_;
+    View stills_, live_;  ///< frames that are averaged; that move
     gl::ProgramCache programs_;
     gl::VertexArray fullscreen_;
     gl::Texture color_, depth_, mean_;

@@ -16,9 +16,12 @@ struct DepthConvention {
 
 /// A host's picture, borrowed for one call, and the camera that it was drawn with.
 struct Frame {
-    /// Linear colour, colour-renderable, one level, no multisampling; composited in place. Its
-    /// alpha stays.
+    /// Linear colour, colour-renderable, one level, no multisampling; composited in place unless
+    /// there is a `target`. Its alpha stays.
     gl::TextureView color;
+    /// Where the composite goes instead, alpha too: of the same size, colour-renderable, and another
+    /// texture than `color`, which is then only read.
+    gl::TextureView target{};
     /// 2-D depth of the same size; only read, whatever its filter and comparison are set to.
     gl::TextureView depth;
     DepthConvention depth_convention;
@@ -34,11 +37,6 @@ struct Frame {
     /// Counts frames: each has the froxels' samples elsewhere, and with Settings::temporal the
     /// march's. Frame 0 has froxels' in the middle.
     std::uint64_t index = 0;
-    /// The view that this is a frame of, where a host draws several: froxels, and with
-    /// Settings::temporal the march's layer, are kept from frame to frame for each. kNoHistory: a
-    /// picture on its own, nothing is read of others.
-    int history = 0;
-    static constexpr int kNoHistory = -1;
 };
 
 }  // namespace fumarole

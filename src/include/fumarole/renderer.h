@@ -13,6 +13,7 @@
 #include <fumarole/inspection.h>
 #include <fumarole/scene.h>
 #include <fumarole/settings.h>
+#include <fumarole/view.h>
 #include <fumarole/timing.h>
 
 namespace fumarole {
@@ -24,8 +25,7 @@ namespace medium {
 struct MediaTraits;  // medium/media_set.h
 }
 
-/// Where the two layers of the last composite() lie, for whoever wants them apart. Full size, made
-/// on demand.
+/// A frame's two layers on the CPU, at its size.
 struct LayerImages {
     std::vector<float> scattering;     ///< RGB, radiance W/m^2/sr, rows from the bottom
     std::vector<float> transmittance;  ///< RGB, 0..1
@@ -40,8 +40,7 @@ struct FrameReport {
     std::uint64_t timed_frame = 0;  ///< Frame::index of the frame that they are of
     std::uint64_t gpu_bytes = 0;    ///< textures and buffers of the renderer
     std::uint64_t allocations = 0;  ///< textures and buffers that it has made so far
-    /// What the last frame did with those before it, and why; "" where nothing is kept.
-    std::string history;
+    std::string history;            ///< View::history() of the view that was drawn last
 };
 
 /// The volumetric post-process. One for each GL context, which must be current in every call, the
@@ -69,21 +68,24 @@ public:
     /// at.
     void prepare(const Frame& frame, const Settings& settings);
 
+    /// A view of any size and mode, empty until its first frame.
+    [[nodiscard]] View make_view(View::History history = View::History::kept);
+
     /// Composites the media over frame.color: color * transmittance + scattering.
     /// Without media it draws nothing and the picture keeps its bits.
     /// @throws Error if frame's sizes differ or its colour can't be drawn to.
-    void composite(const Frame& frame, const Settings& settings);
-
-    /// Frees what is kept of a view (Frame::history): after a cut, or when the view is gone. A cut,
-    /// another scene and other settings are seen without it.
-    void reset_history(int view);
+    void composite(View& view, const Frame& frame, const Settings& settings);
 
     /// Draws the scene's own surfaces and its world into frame.color and frame.depth, for those who
     /// have no renderer of their own. through_media: light is dimmed by the media on its way.
     void draw_surfaces(const Frame& frame, const Settings& settings, bool through_media);
 
-    /// The layers that the last composite() of `frame` blended, brought to full size.
-    LayerImages read_layers(const Frame& frame, const Settings& settings);
+    /// The layers that the last composite() of this frame blended, brought to its size in 32-bit
+    /// floats. Empty where no medium is in view.
+    LayerTextures layers(View& view, const Frame& frame, const Settings& settings);
+
+    /// layers(), read back: it waits for the GPU.
+    LayerImages read_layers(View& view, const Frame& frame, const Settings& settings);
 
     /// Draws what `inspection` asks for into frame.color, whose alpha stays; where there is nothing
     /// to show, the picture that is there shines through darkly. Call it in place of composite().
@@ -91,15 +93,16 @@ public:
     /// are linear colours for a screen at exposure 0; scattering is radiance.
     /// @throws Error as composite() does; if axis, position or scale is out of range; of a slice of
     /// froxels in another mode.
-    InspectionLegend inspect(const Frame& frame, const Settings& settings,
+    InspectionLegend inspect(View& view, const Frame& frame, const Settings& settings,
                              const Inspection& inspection);
 
     /// The settings with what `frame` decides, resolution where it is automatic, chosen for it.
     /// @throws Error if its projection is neither perspective nor orthographic
-    [[nodiscard]] Settings settled(const Frame& frame, const Settings& settings) const;
+    [[nodiscard]] Settings settled(const View& view, const Frame& frame,
+                                   const Settings& settings) const;
 
     /// Evaluations of the media that the march of `frame` takes, shadows included.
-    double count_samples(const Frame& frame, const Settings& settings);
+    double count_samples(View& view, const Frame& frame, const Settings& settings);
 
     /// Which variant the scene and the settings need, and why: a line each. What a frame decides is
     /// named as such unless the settings are settled().
@@ -127,6 +130,7 @@ public:
 
 private:
     struct Parts;
+    class Picture;
     std::unique_ptr<Parts> parts_;
 };
 

@@ -82,7 +82,11 @@ struct Glance {
 /// line, the tests, the studies. A host to Renderer as any other.
 class FUMAROLE_API SceneRenderer {
 public:
-    explicit SceneRenderer(gl::GetProc get_proc) : renderer_{get_proc} {}
+    explicit SceneRenderer(gl::GetProc get_proc)
+        : renderer_{get_proc}, stills_{renderer_.make_view(View::History::none)},
+          moving_{renderer_.make_view()}
+    {
+    }
 
     /// @throws Error as Renderer does, or if the picture is larger than this GL can draw.
     Still render(const Scene& scene, const Settings& settings, const StillOptions& options,
@@ -112,6 +116,8 @@ private:
     FrameReport timed_report();
 
     Renderer renderer_;
+    View stills_;  ///< frames that are each a picture on its own
+    View moving_;  ///< frames of a moving picture, or that gather
     std::optional<std::pair<Scene, Settings>> held_;
 };
 

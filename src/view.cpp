@@ -1,0 +1,81 @@
+#include <fumarole/view.h>
+
+#include <array>
+
+#include <fumarole/errors.h>
+
+#include "resolve/composite.h"
+#include "view_state.h"
+
+namespace fumarole {
+
+View::View(std::unique_ptr<State> state) : state_{std::move(state)} {}
+View::~View() = default;
+View::View(View&&) noexcept = default;
+View& View::operator=(View&&) noexcept = default;
+
+void View::reset_history()
+{
+    if (state_->layers != nullptr)
+        state_->layers->reset_history();
+}
+
+const char* View::history() const
+{
+    return state_->layers != nullptr ? state_->layers->history_use() : "";
+}
+
+OwnLayers View::own_layers() const
+{
+    return state_->drawn ? state_->layers->own() : OwnLayers{};
+}
+
+resolve::Layers& View::State::layers_for(Settings::Mode wanted, const Toolbox& tools)
+{
+    if (layers == nullptr || mode != wanted) {
+        drawn.reset();
+        layers.reset();  // one mode's textures at a time
+        mode = wanted;
+        layers = resolve::make_layers(mode, tools);
+    }
+    return *layers;
+}
+
+void View::State::draw(const PreparedFrame& frame, const Toolbox& tools)
+{
+    resolve::Layers& wanted = layers_for(frame.settings.mode, tools);
+    drawn.reset();  // should this throw
+    wanted.draw(frame);
+    drawn = {frame.picture_size, frame.settings};
+}
+
+bool View::State::holds(const PreparedFrame& frame) const
+{
+    return drawn == Drawn{frame.picture_size, frame.settings};
+}
+
+LayerTextures View::State::full_size(const PreparedFrame& frame, const Toolbox& tools)
+{
+    const gl::Device& gl = tools.device;
+    const glm::ivec2 size = frame.picture_size;
+    if (glm::ivec2(full_scattering.size()) != size) {
+        const auto make = [&](const char* label) {
+            return gl::Texture::make_2d(gl, label, size, GL_RGBA32F, gl::Filter::nearest);
+        };
+        full_scattering = make("scattering at full size");
+        full_transmittance = make("transmittance at full size");
+        framebuffer = {gl, "layer at full size"};
+    }
+    const auto fill = [&](const gl::Texture& texture, resolve::Layer layer, float nothing) {
+        framebuffer.attach_color({texture.view()});
+        framebuffer.bind(size);
+        const std::array<GLfloat, 4> value{nothing, nothing, nothing, 1};
+        gl->ClearNamedFramebufferfv(framebuffer.id(), GL_COLOR, 0, value.data());
+        resolve::draw_layer(tools, *layers, frame, layer);
+    };
+    fill(full_scattering, resolve::Layer::scattering, 0);
+    fill(full_transmittance, resolve::Layer::transmittance, 1);
+    return {full_scattering.view(), full_transmittance.view()};
+}
+
+}  // namespace fumarole
