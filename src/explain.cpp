@@ -7,7 +7,7 @@
 
 namespace fumarole {
 
-std::vector<std::string> explain(const Toolbox& tools, int surfaces, const Settings& settings)
+std::vector<std::string> explain(const Toolbox& tools, int surfaces, const FrameSettings& settings)
 {
     const medium::MediaTraits& media = tools.media.traits();
     const light::LightSet& lights = tools.lights;
@@ -56,20 +56,17 @@ std::vector<std::string> explain(const Toolbox& tools, int surfaces, const Setti
     if (lights.count() == 0)
         say("lights: none: no loop over lights, no shadows");
     else
-        say("lights: {} sun, {} point, {} spot", lights.suns(), lights.points(),
-            lights.spots());
+        say("lights: {} sun, {} point, {} spot", lights.suns(), lights.points(), lights.spots());
     if (lights.count() > 0 && lights.shadow_views() == 0)
         say("surfaces: none that could hide a light: no shadow map, no lookup");
     else if (lights.count() > 0)
-        say("surfaces: {} in {} views of the shadow map, {}", surfaces,
-            lights.shadow_views(),
+        say("surfaces: {} in {} views of the shadow map, {}", surfaces, lights.shadow_views(),
             froxel || !settings.skip || settings.range == Settings::Range::camera
                 ? "looked up at each sample"
-            : !lights.shaded_media()
-                ? "but none can stand between a light and the media: no lookup"
-                : "looked up where tiles are not lit all along");
+            : !lights.shaded_media() ? "but none can stand between a light and the media: no lookup"
+                                     : "looked up where tiles are not lit all along");
     if (lights.count() > 0) {
-        if (!settings.volume_shadows)
+        if (!tools.scene_settings.volume_shadows)
             say("light through media: undimmed, as asked");
         else if (froxel && settings.froxel_shadows == Settings::FroxelShadows::grid)
             say("light through media: {} steps a froxel and light through the V-buffer; what is "
@@ -91,8 +88,9 @@ std::vector<std::string> explain(const Toolbox& tools, int surfaces, const Setti
     say("world: {}", !world ? "black: no ambient term"
                      : tools.volumes.has_world()
                          ? "scatters from all around, dimmed by media and hidden by surfaces"
-                     : settings.world_light ? "its mean radiance scatters, isotropic and undimmed"
-                                            : "left out of the media, as asked");
+                     : tools.scene_settings.world_light
+                         ? "its mean radiance scatters, isotropic and undimmed"
+                         : "left out of the media, as asked");
     for (const auto& more : {tools.volumes.describe(), tools.media.describe()})
         lines.insert(lines.end(), more.begin(), more.end());
     return lines;

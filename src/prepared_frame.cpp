@@ -172,7 +172,7 @@ int choose_resolution(const PreparedFrame& frame, const FrameScene& scene)
 }
 
 /// As PreparedFrame::layer_guard.
-int layer_guard(const Settings& settings)
+int layer_guard(const FrameSettings& settings)
 {
     if (settings.resolution == 1)
         return 0;
@@ -203,7 +203,7 @@ shared::FrameParams make_params(const PreparedFrame& frame)
 {
     shared::FrameParams params{};
     const Frame& host = frame.host;
-    const Settings& settings = frame.settings;
+    const FrameSettings& settings = frame.settings;
     const auto vec = [](glm::dvec3 v) { return glm::vec4(glm::vec3(v), 0.0f); };
     params.ray_origin = vec(frame.rays.origin);
     params.ray_origin_dx = vec(frame.rays.origin_dx);
@@ -227,8 +227,8 @@ shared::FrameParams make_params(const PreparedFrame& frame)
         glm::vec4(frame.media_range, depth_reach(frame.eye, frame.media_range), 0.0);
     const float lambda = frame.eye.perspective ? settings.distribution : 0.0f;
     // Frames that are averaged by us are turned by us.
-    const double jitter = frame.keeps_history ? golden_fraction(static_cast<double>(host.index))
-                                              : host.jitter_offset;
+    const double jitter =
+        frame.keeps_history ? golden_fraction(static_cast<double>(host.index)) : host.jitter_offset;
     params.march = {settings.steps, lambda, settings.shadow_steps, static_cast<float>(jitter)};
     params.resolve = {settings.depth_threshold, format_limit(settings.format), settings.g_clamp,
                       settings.least_extinction};
@@ -242,8 +242,8 @@ double depth_reach(const Eye& eye, glm::dvec2 media_range)
     return eye.perspective ? 0.0 : std::max(media_range.y - media_range.x, 1e-30);
 }
 
-PreparedFrame prepare_frame(const Frame& frame, const Settings& settings, const FrameScene& scene,
-                            bool history)
+PreparedFrame prepare_frame(const Frame& frame, const FrameSettings& settings,
+                            const FrameScene& scene, bool history)
 {
     PreparedFrame out;
     out.host = frame;
@@ -256,8 +256,8 @@ PreparedFrame prepare_frame(const Frame& frame, const Settings& settings, const 
     out.media_range = media_range(out.eye, scene.media);
     // 2017 marched whatever the view: its floor under the extinction is everywhere.
     const bool everywhere = settings.range == Settings::Range::camera;
-    out.sees_media = !scene.media.empty() &&
-                     (everywhere || view_z_range(out.eye, scene.media).y > out.eye.near);
+    out.sees_media =
+        !scene.media.empty() && (everywhere || view_z_range(out.eye, scene.media).y > out.eye.near);
     out.step_range = step_range(out);
     out.picture_size = glm::ivec2(frame.color.size);
     if (settings.resolution == Settings::kAutomatic)

@@ -41,16 +41,16 @@ struct FrameScene {
 /// A frame with all that follows from it, its settings and its scene.
 struct PreparedFrame {
     Frame host;
-    Settings settings;  ///< nothing in them is automatic any more that a frame decides
+    FrameSettings settings;      ///< nothing in them is automatic any more that a frame decides
     bool keeps_history = false;  ///< something of the frame is kept for the next one of its view
     std::uint64_t scene_id = 0;
 
     Eye eye;
     CameraRays rays;
-    Bounds media;              ///< world bounds of all media [m]
-    bool sees_media = false;   ///< false: all media lie behind the eye, and nothing is drawn
-    glm::dvec2 media_range{0}; ///< view_z within which media can be seen [m]; else near and far
-    glm::dvec2 step_range{0};  ///< view_z of the first and the last step's or slice's end [m]: the
+    Bounds media;               ///< world bounds of all media [m]
+    bool sees_media = false;    ///< false: all media lie behind the eye, and nothing is drawn
+    glm::dvec2 media_range{0};  ///< view_z within which media can be seen [m]; else near and far
+    glm::dvec2 step_range{0};   ///< view_z of the first and the last step's or slice's end [m]: the
                                ///< media's as far as they are in view, or the camera's near and far
 
     glm::ivec2 picture_size{0};  ///< pixels
@@ -68,8 +68,8 @@ struct PreparedFrame {
 
 /// @throws Error if the projection is neither perspective nor orthographic or can't be inverted.
 /// @param history whether the frame's view keeps what settings ask for
-PreparedFrame prepare_frame(const Frame& frame, const Settings& settings, const FrameScene& scene,
-                            bool history = false);
+PreparedFrame prepare_frame(const Frame& frame, const FrameSettings& settings,
+                            const FrameScene& scene, bool history = false);
 
 /// What differences of depth are relative to [m]: the media's range where rays are parallel and
 /// relative depth means nothing; 0: the depth itself.

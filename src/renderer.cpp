@@ -5,9 +5,9 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <numeric>
 
+#include "explain.h"
 #include "gl/framebuffer.h"
 #include "gl/state_guard.h"
-#include "explain.h"
 #include "gl/timer.h"
 #include "light/light_set.h"
 #include "light/light_volumes.h"
@@ -31,7 +31,7 @@ namespace {
 
 constexpr glm::ivec2 kPreparedSize(16);  ///< of the pictures that prepare() draws
 
-void check(const Frame& frame)
+void check(const Frame& frame, const FrameSettings& settings)
 {
     const glm::ivec2 color(frame.color.size), depth(frame.depth.size);
     if (!frame.color || !frame.depth || color != depth)
@@ -43,16 +43,19 @@ void check(const Frame& frame)
         throw Error(fmt::format("the frame's target ({} x {}) must be a texture of the size of its "
                                 "colour ({} x {}), and another",
                                 target.x, target.y, color.x, color.y));
+    fumarole::check(settings);
 }
 
 }  // namespace
 
 struct Renderer::Parts {
-    explicit Parts(gl::GetProc get_proc)
-        : shared_device{std::make_shared<gl::Device>(get_proc)}, device{*shared_device}, programs{device}, timers{device}, surfaces{device}, media{device},
+    Parts(gl::GetProc get_proc, Log log)
+        : shared_device{std::make_shared<gl::Device>(get_proc, std::move(log))},
+          device{*shared_device}, programs{device}, timers{device}, surfaces{device}, media{device},
           lights{device, programs}, volumes{device, programs, timers},
-          fullscreen{device, "fullscreen"}, picture{device, "picture"}, color{device, "colour"}, frame_block{device, "frame"},
-          depth_sampler{device, "scene depth"}, blue_noise{pass::make_blue_noise(device)}, surface_painter{device}
+          fullscreen{device, "fullscreen"}, picture{device, "picture"}, color{device, "colour"},
+          frame_block{device, "frame"}, depth_sampler{device, "scene depth"},
+          blue_noise{pass::make_blue_noise(device)}, surface_painter{device}
     {
     }
 
@@ -60,7 +63,7 @@ struct Renderer::Parts {
     [[nodiscard]] FrameScene frame_scene() const;
     /// Settles a frame and binds what all passes read of it, the media and the lights too where it
     /// sees a medium.
-    PreparedFrame begin(const View::State& view, const Frame& frame, const Settings& s);
+    PreparedFrame begin(const View::State& view, const Frame& frame, const FrameSettings& s);
     /// @throws Error if it is not a view of this renderer
     View::State& state_of(const View& view);
 
@@ -80,9 +83,11 @@ struct Renderer::Parts {
     pass::SunShades sun_shades;
     std::uint64_t scene_id = 0;
     bool prepares = false;  ///< while prepare() draws
+    SceneSettings scene_settings;
     surface::SurfacePainter surface_painter;
-    const Toolbox tools{device,     programs,    timers,        media,      lights,    volumes,
-                        fullscreen, frame_block, depth_sampler, blue_noise, sun_shades};
+    const Toolbox tools{device,      programs,      timers,         media,
+                        lights,      volumes,       scene_settings, fullscreen,
+                        frame_block, depth_sampler, blue_noise,     sun_shades};
     std::string last_history;  ///< View::history() of the view that was drawn last
 };
 
@@ -94,7 +99,7 @@ FrameScene Renderer::Parts::frame_scene() const
 }
 
 PreparedFrame Renderer::Parts::begin(const View::State& view, const Frame& frame,
-                                     const Settings& s)
+                                     const FrameSettings& s)
 {
     PreparedFrame prepared = prepare_frame(frame, s, frame_scene(), view.keeps_history);
     prepared.prepares = prepares;
@@ -139,15 +144,20 @@ private:
     gl::Framebuffer& framebuffer_;
 };
 
-Renderer::Renderer(gl::GetProc get_proc) : parts_{std::make_unique<Parts>(get_proc)} {}
+Renderer::Renderer(gl::GetProc get_proc, Log log)
+    : parts_{std::make_unique<Parts>(get_proc, std::move(log))}
+{
+}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
-void Renderer::set_scene(const Scene& scene, const Settings& settings)
+void Renderer::set_scene(const Scene& scene, const SceneSettings& settings)
 {
+    check(settings);
     const gl::StateGuard guard(parts_->device, GRID_UNIT, BLOCK_COUNT, 0);
     ++parts_->scene_id;
+    parts_->scene_settings = settings;
     try {
         parts_->media.set(scene, settings);
         parts_->surfaces.set(scene.surfaces);
@@ -174,15 +184,16 @@ View Renderer::make_view(View::History history)
     return View(std::move(state));
 }
 
-Settings Renderer::settled(const View& view, const Frame& frame, const Settings& settings) const
+FrameSettings Renderer::settled(const View& view, const Frame& frame,
+                                const FrameSettings& settings) const
 {
     const bool history = parts_->state_of(view).keeps_history;
     return prepare_frame(frame, settings, parts_->frame_scene(), history).settings;
 }
 
-void Renderer::composite(View& view, const Frame& frame, const Settings& settings)
+void Renderer::composite(View& view, const Frame& frame, const FrameSettings& settings)
 {
-    check(frame);
+    check(frame, settings);
     Parts& parts = *parts_;
     const auto timed = parts.timers.frame(frame.index);
     View::State& state = parts.state_of(view);
@@ -204,10 +215,10 @@ void Renderer::composite(View& view, const Frame& frame, const Settings& setting
     }
 }
 
-InspectionLegend Renderer::inspect(View& view, const Frame& frame, const Settings& settings,
+InspectionLegend Renderer::inspect(View& view, const Frame& frame, const FrameSettings& settings,
                                    const Inspection& inspection)
 {
-    check(frame);
+    check(frame, settings);
     Parts& parts = *parts_;
     const auto timed = parts.timers.frame(frame.index);
     View::State& state = parts.state_of(view);
@@ -223,9 +234,9 @@ InspectionLegend Renderer::inspect(View& view, const Frame& frame, const Setting
     return legend;
 }
 
-LayerTextures Renderer::layers(View& view, const Frame& frame, const Settings& settings)
+LayerTextures Renderer::layers(View& view, const Frame& frame, const FrameSettings& settings)
 {
-    check(frame);
+    check(frame, settings);
     Parts& parts = *parts_;
     View::State& state = parts.state_of(view);
     if (parts.media.empty())
@@ -240,21 +251,27 @@ LayerTextures Renderer::layers(View& view, const Frame& frame, const Settings& s
     return state.full_size(prepared, parts.tools);
 }
 
-LayerImages Renderer::read_layers(View& view, const Frame& frame, const Settings& settings)
+LayerImages Renderer::read_layers(View& view, const Frame& frame, const FrameSettings& settings)
 {
+    View::State& state = parts_->state_of(view);
+    const bool held = static_cast<bool>(state.full_scattering);
     const LayerTextures textures = layers(view, frame, settings);
     const glm::ivec2 size(frame.color.size);
-    const std::size_t values = 3 * static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+    const std::size_t values =
+        3 * static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
     if (!textures)
         return {std::vector<float>(values, 0.0f), std::vector<float>(values, 1.0f)};
     const gl::Device& gl = parts_->device;
-    return {gl::read_texture(gl, textures.scattering, 3),
-            gl::read_texture(gl, textures.transmittance, 3)};
+    LayerImages images{gl::read_texture(gl, textures.scattering, 3),
+                       gl::read_texture(gl, textures.transmittance, 3)};
+    if (!held)
+        state.drop_full_size();
+    return images;
 }
 
-double Renderer::count_samples(View& view, const Frame& frame, const Settings& settings)
+double Renderer::count_samples(View& view, const Frame& frame, const FrameSettings& settings)
 {
-    check(frame);
+    check(frame, settings);
     Parts& parts = *parts_;
     View::State& state = parts.state_of(view);
     if (parts.media.empty())
@@ -270,18 +287,18 @@ double Renderer::count_samples(View& view, const Frame& frame, const Settings& s
     return std::accumulate(counts.begin(), counts.end(), 0.0);
 }
 
-void Renderer::draw_surfaces(const Frame& frame, const Settings& settings, bool through_media)
+void Renderer::draw_surfaces(const Frame& frame, const FrameSettings& settings, bool through_media)
 {
-    check(frame);
+    check(frame, settings);
     Parts& parts = *parts_;
-    const bool dimmed = through_media && settings.volume_shadows && !parts.media.empty() &&
-                        parts.lights.count() > 0;
+    const bool dimmed = through_media && parts.scene_settings.volume_shadows &&
+                        !parts.media.empty() && parts.lights.count() > 0;
     const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
     const auto time = parts.timers.scope(through_media ? "surfaces through media" : "surfaces");
     const PreparedFrame view =
         prepare_frame(frame, surface::surface_settings(settings), parts.frame_scene());
     if (dimmed)
-        parts.tools.check_loops(1, view.settings.shadow_steps, settings);
+        parts.tools.check_loops(1, view.settings.shadow_steps);
     parts.tools.bind_block(view);
     const Eye& eye = view.eye;
     parts.lights.bind(eye.position);
@@ -293,7 +310,7 @@ void Renderer::draw_surfaces(const Frame& frame, const Settings& settings, bool 
     parts.surface_painter.draw(parts.tools, parts.surfaces, view, dimmed);
 }
 
-std::vector<std::string> Renderer::explain(const Settings& settings) const
+std::vector<std::string> Renderer::explain(const FrameSettings& settings) const
 {
     const auto surfaces = static_cast<int>(parts_->surfaces.instances().size());
     return fumarole::explain(parts_->tools, surfaces, settings);
@@ -309,9 +326,9 @@ Bounds Renderer::media_bounds() const
     return parts_->media.bounds();
 }
 
-void Renderer::prepare(const Frame& frame, const Settings& settings)
+void Renderer::prepare(const Frame& frame, const FrameSettings& settings)
 {
-    check(frame);
+    check(frame, settings);
     Parts& parts = *parts_;
     const gl::Texture color = gl::Texture::make_2d(parts.device, "prepared picture", kPreparedSize,
                                                    GL_RGBA16F, gl::Filter::nearest);
@@ -337,10 +354,10 @@ void Renderer::prepare(const Frame& frame, const Settings& settings)
     parts.prepares = true;
     View view = make_view();
     std::vector<int> scales{settled(view, still, settings).resolution};
-    if (settings.mode == Settings::Mode::raymarch && settings.resolution == Settings::kAutomatic)
+    if (settings.mode == FrameSettings::Mode::raymarch && settings.resolution == kAutomatic)
         scales = {2, 4};
     for (const int scale : scales) {
-        Settings s = settings;
+        FrameSettings s = settings;
         s.resolution = scale;
         for (Frame* one : {&still, &still, &moved}) {
             composite(view, *one, s);

@@ -111,7 +111,7 @@ void check_size(glm::ivec2 size, const gl::Device& gl)
     const int limit = gl.capabilities().max_texture_2d;
     if (size.x > limit || size.y > limit)
         throw Error(fmt::format("a picture of {} x {} is larger than this GL draws ({} at most); "
-                                "give a smaller --size",
+                                "give a smaller Scene::resolution",
                                 size.x, size.y, limit));
 }
 
@@ -126,7 +126,7 @@ struct Canvas {
     }
 
     /// Frame i of those that are averaged, a picture of its own.
-    [[nodiscard]] Frame frame(const Camera& camera, const Settings& settings, int i,
+    [[nodiscard]] Frame frame(const Camera& camera, const FrameSettings& settings, int i,
                               std::uint32_t seed) const
     {
         return still_frame(camera, settings, color.view(), depth.view(), i, seed);
@@ -203,7 +203,7 @@ glm::dmat4 clip_from_view(const Camera& camera, glm::uvec2 size, glm::dvec2 offs
     return glm::translate(glm::dmat4(1.0), shift) * p;
 }
 
-Frame still_frame(const Camera& camera, const Settings& settings, gl::TextureView color,
+Frame still_frame(const Camera& camera, const FrameSettings& settings, gl::TextureView color,
                   gl::TextureView depth, int i, std::uint32_t seed)
 {
     Frame frame;
@@ -219,14 +219,9 @@ Frame still_frame(const Camera& camera, const Settings& settings, gl::TextureVie
     return frame;
 }
 
-double SceneRenderer::set_scene(const Scene& scene, const Settings& settings)
+double SceneRenderer::set_scene(const Scene& scene, const SceneSettings& settings)
 {
-    // What a frame alone takes is no reason to look at the scene again.
-    Settings of_scene = settings;
-    of_scene.steps = Settings{}.steps;
-    of_scene.slices = Settings{}.slices;
-    of_scene.resolution = Settings{}.resolution;
-    if (held_ && held_->second == of_scene && same_content(held_->first, scene))
+    if (held_ && held_->second == settings && same_content(held_->first, scene))
         return 0;
     const auto begin = std::chrono::steady_clock::now();
     held_.reset();
@@ -235,7 +230,7 @@ double SceneRenderer::set_scene(const Scene& scene, const Settings& settings)
         renderer_.set_scene(scene, settings);
     }
     renderer_.wait_until_ready();
-    held_.emplace(scene, of_scene);
+    held_.emplace(scene, settings);
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
         .count();
 }
@@ -251,7 +246,9 @@ Settings SceneRenderer::settled(const Scene& scene, const Settings& settings)
     set_scene(scene, settings);
     const gl::TextureView picture{0, glm::ivec3(scene.resolution, 1)};
     const Frame frame = still_frame(scene.camera, settings, picture, picture, 0, 0);
-    return renderer_.settled(stills_, frame, settings);
+    Settings settled = settings;
+    static_cast<FrameSettings&>(settled) = renderer_.settled(stills_, frame, settings);
+    return settled;
 }
 
 Still SceneRenderer::render(const Scene& scene, const Settings& settings,

@@ -1,9 +1,11 @@
 #include <fumarole/settings.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <type_traits>
 
 #include <fumarole/errors.h>
 
@@ -11,20 +13,31 @@ namespace fumarole {
 
 namespace {
 
-[[noreturn]] void refuse(std::string_view name, std::string_view text, std::string_view takes)
+/// How the library's errors name a setting: by the struct that holds it and its name in C++.
+template <class T, typename V> std::string member_name(std::string_view name, V T::*)
 {
-    throw Error(fmt::format("--{}: '{}' is not one of its values; it takes {}", name, text, takes));
+    std::string member(name);
+    std::replace(member.begin(), member.end(), '-', '_');
+    constexpr bool kOfScene = std::is_same_v<T, SceneSettings>;
+    static_assert(kOfScene || std::is_same_v<T, FrameSettings>);
+    return fmt::format("{}::{}", kOfScene ? "SceneSettings" : "FrameSettings", member);
+}
+
+[[noreturn]] void refuse(std::string_view member, std::string_view text, std::string_view takes)
+{
+    throw Error(fmt::format("{}: '{}' is not one of its values; it takes {}", member, text, takes));
 }
 
 /// What to the library is a number, in [low, high].
-template <typename T>
-T parse_number(std::string_view name, std::string_view text, T low, T high, std::string_view takes)
+template <typename V>
+V parse_number(std::string_view member, std::string_view text, V low, V high,
+               std::string_view takes)
 {
-    T value{};
+    V value{};
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc{} || end != text.data() + text.size() ||
         !(value >= low && value <= high))
-        refuse(name, text, takes);
+        refuse(member, text, takes);
     return value;
 }
 
@@ -33,46 +46,37 @@ struct Choice {
     int value;
 };
 
+template <class T, typename V>
 SettingInfo number(std::string_view name, std::string_view group, std::string_view values,
-                   std::string_view unit, int Settings::*member, int low, int high,
-                   std::string_view help)
+                   std::string_view unit, V T::*member, std::type_identity_t<V> low,
+                   std::type_identity_t<V> high, std::string_view help)
 {
+    const std::string full_name = member_name(name, member);
     return {name,
             group,
             values,
             unit,
             help,
+            full_name,
             [=](const Settings& s) { return fmt::format("{}", s.*member); },
             [=](Settings& s, std::string_view text) {
-                s.*member = parse_number(name, text, low, high, values);
-            }};
-}
-
-SettingInfo number(std::string_view name, std::string_view group, std::string_view values,
-                   std::string_view unit, float Settings::*member, float low, float high,
-                   std::string_view help)
-{
-    return {name,
-            group,
-            values,
-            unit,
-            help,
-            [=](const Settings& s) { return fmt::format("{}", s.*member); },
-            [=](Settings& s, std::string_view text) {
-                s.*member = parse_number(name, text, low, high, values);
-            }};
+                s.*member = parse_number<V>(full_name, text, low, high, values);
+            },
+            [=](const Settings& s) { return s.*member >= low && s.*member <= high; }};
 }
 
 /// A setting of named values, or an integer that has names.
-template <typename T>
+template <class T, typename V>
 SettingInfo choice(std::string_view name, std::string_view group, std::string_view values,
-                   T Settings::*member, std::vector<Choice> choices, std::string_view help)
+                   V T::*member, std::vector<Choice> choices, std::string_view help)
 {
+    const std::string full_name = member_name(name, member);
     return {name,
             group,
             values,
             "",
             help,
+            full_name,
             [=](const Settings& s) {
                 for (const Choice& c : choices)
                     if (c.value == static_cast<int>(s.*member))
@@ -82,29 +86,46 @@ SettingInfo choice(std::string_view name, std::string_view group, std::string_vi
             [=](Settings& s, std::string_view text) {
                 for (const Choice& c : choices)
                     if (c.name == text) {
-                        s.*member = static_cast<T>(c.value);
+                        s.*member = static_cast<V>(c.value);
                         return;
                     }
-                refuse(name, text, values);
+                refuse(full_name, text, values);
+            },
+            [=](const Settings& s) {
+                const int value = static_cast<int>(s.*member);
+                return std::any_of(choices.begin(), choices.end(),
+                                   [&](const Choice& c) { return c.value == value; });
             }};
 }
 
 /// A size that is chosen from the scene where it is auto.
 SettingInfo automatic(std::string_view name, std::string_view values, std::string_view unit,
-                      int Settings::*member, int low, int high, std::string_view help)
+                      int SceneSettings::*member, int low, int high, std::string_view help)
 {
+    const std::string full_name = member_name(name, member);
     return {name,
             "light",
             values,
             unit,
             help,
+            full_name,
             [=](const Settings& s) {
-                return s.*member == Settings::kAutomatic ? "auto" : fmt::format("{}", s.*member);
+                return s.*member == kAutomatic ? "auto" : fmt::format("{}", s.*member);
             },
             [=](Settings& s, std::string_view text) {
-                s.*member = text == "auto" ? Settings::kAutomatic
-                                           : parse_number(name, text, low, high, values);
+                s.*member =
+                    text == "auto" ? kAutomatic : parse_number(full_name, text, low, high, values);
+            },
+            [=](const Settings& s) {
+                return s.*member == kAutomatic || (s.*member >= low && s.*member <= high);
             }};
+}
+
+/// A row whose member has another name than the command line's.
+SettingInfo called(SettingInfo row, std::string member)
+{
+    row.member = std::move(member);
+    return row;
 }
 
 template <typename T> constexpr int as_int(T value)
@@ -138,9 +159,11 @@ std::vector<SettingInfo> make_table()
                "no steps where bricks hold nothing, no pass where no medium is in view"),
         number("early-end", "march", "0..0.5", "", &S::early_end, 0.0f, 0.5f,
                "a ray ends once less than this is transmitted"),
-        choice("step-spacing", "march", "fixed|medium", &S::spacing,
-               {{"fixed", as_int(S::Spacing::fixed)}, {"medium", as_int(S::Spacing::medium)}},
-               "steps as they are, or two and four in one where little medium is in the way"),
+        called(
+            choice("step-spacing", "march", "fixed|medium", &S::spacing,
+                   {{"fixed", as_int(S::Spacing::fixed)}, {"medium", as_int(S::Spacing::medium)}},
+                   "steps as they are, or two and four in one where little medium is in the way"),
+            "FrameSettings::spacing"),
         choice("falloff", "march", "exact|sampled", &S::falloff,
                {{"exact", as_int(S::Falloff::exact)}, {"sampled", as_int(S::Falloff::sampled)}},
                "light along a step: the mean of 1/d^2, and where it counts, or that at the step's "
@@ -189,11 +212,12 @@ std::vector<SettingInfo> make_table()
                 {"two", as_int(S::Targets::two)},
                 {"mono", as_int(S::Targets::mono)}},
                "coloured transmittance in a target of its own, or its mean beside the scattering"),
-        choice("target-format", "resolve", "r11g11b10f|rgba16f|rgba32f", &S::format,
-               {{"r11g11b10f", as_int(S::Format::r11g11b10f)},
-                {"rgba16f", as_int(S::Format::rgba16f)},
-                {"rgba32f", as_int(S::Format::rgba32f)}},
-               "of the layer's targets, and of the froxels' volumes"),
+        called(choice("target-format", "resolve", "r11g11b10f|rgba16f|rgba32f", &S::format,
+                      {{"r11g11b10f", as_int(S::Format::r11g11b10f)},
+                       {"rgba16f", as_int(S::Format::rgba16f)},
+                       {"rgba32f", as_int(S::Format::rgba32f)}},
+                      "of the layer's targets, and of the froxels' volumes"),
+               "FrameSettings::format"),
         number("tile", "froxel", "1..64", "pixels", &S::tile, 1, 64, "edge of a froxel"),
         number("slices", "froxel", "1..1024", "", &S::slices, 1, 1024,
                "froxels along the whole range of view depth"),
@@ -298,6 +322,31 @@ const std::vector<SettingInfo>& setting_table()
     return table;
 }
 
+namespace {
+
+void check(const Settings& settings)
+{
+    for (const SettingInfo& info : setting_table())
+        if (!info.holds(settings))
+            refuse(info.member, info.get(settings), info.values);
+}
+
+}  // namespace
+
+void check(const SceneSettings& settings)
+{
+    Settings all;
+    static_cast<SceneSettings&>(all) = settings;
+    check(all);
+}
+
+void check(const FrameSettings& settings)
+{
+    Settings all;
+    static_cast<FrameSettings&>(all) = settings;
+    check(all);
+}
+
 const SettingInfo& find_setting(std::string_view name)
 {
     std::vector<std::string_view> names;
@@ -319,7 +368,8 @@ Settings::Mode find_mode(std::string_view name)
     for (const auto mode : {Settings::Mode::raymarch, Settings::Mode::froxel})
         if (mode_name(mode) == name)
             return mode;
-    throw Error(fmt::format("--mode: no mode '{}' (there are: raymarch, froxel)", name));
+    throw Error(
+        fmt::format("FrameSettings::mode: no mode '{}' (there are: raymarch, froxel)", name));
 }
 
 const std::vector<std::pair<std::string_view, Settings>>& presets()
@@ -340,8 +390,7 @@ Settings find_preset(std::string_view name)
             return settings;
         names.push_back(preset);
     }
-    throw Error(
-        fmt::format("--preset: no preset '{}' (there are: {})", name, fmt::join(names, ", ")));
+    throw Error(fmt::format("no preset '{}' (there are: {})", name, fmt::join(names, ", ")));
 }
 
 }  // namespace fumarole

@@ -28,29 +28,29 @@ void Toolbox::draw_fullscreen(const char* fragment_file, const gl::Defines& defi
     device->DrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-gl::Defines Toolbox::scattering_defines(const Settings& s) const
+gl::Defines Toolbox::scattering_defines(const FrameSettings& s) const
 {
     gl::Defines defines = media.defines();
-    for (const gl::Defines& more : {lights.defines(), volumes.defines(s)})
+    for (const gl::Defines& more : {lights.defines(), volumes.defines()})
         defines.insert(defines.end(), more.begin(), more.end());
     const auto add = [&](bool condition, const char* name) {
         if (condition)
             defines.emplace_back(name, "");
     };
-    add(s.volume_shadows && lights.count() > 0, "VOLUME_SHADOWS");
-    add(s.world_light && lights.world_radiance() != glm::vec3(0.0f), "WORLD_LIGHT");
-    add(s.shadow_range == Settings::ShadowRange::light, "SHADOW_TO_LIGHT");
+    add(scene_settings.volume_shadows && lights.count() > 0, "VOLUME_SHADOWS");
+    add(scene_settings.world_light && lights.world_radiance() != glm::vec3(0.0f), "WORLD_LIGHT");
+    add(scene_settings.shadow_range == SceneSettings::ShadowRange::light, "SHADOW_TO_LIGHT");
     add(s.least_extinction > 0, "LEAST_EXTINCTION");
     return defines;
 }
 
-bool Toolbox::monochrome(const Settings& s) const
+bool Toolbox::monochrome(const FrameSettings& s) const
 {
     return s.targets == Settings::Targets::mono ||
            (s.targets == Settings::Targets::automatic && !media.traits().colored_extinction);
 }
 
-void Toolbox::check_loops(int steps, int shadow_steps, const Settings& s) const
+void Toolbox::check_loops(int steps, int shadow_steps) const
 {
     const int most = device.capabilities().max_loop_turns;
     const medium::MediaTraits& traits = media.traits();
@@ -58,15 +58,15 @@ void Toolbox::check_loops(int steps, int shadow_steps, const Settings& s) const
         return;
     // Each loop takes a turn more, to see that it is done.
     double a_light = 1;
-    const bool kept = volumes.has_depth() && s.shadow_cache != 0;
-    if (s.volume_shadows && traits.marched > 0 && !kept)
+    if (scene_settings.volume_shadows && traits.marched > 0 && !volumes.has_depth())
         a_light +=
             traits.marched * (shadow_steps + 1.0) + shadow_steps * double(traits.noise_turns);
     const double a_step = 2 + traits.noise_turns + lights.count() * a_light;
     if (steps * a_step > most)
         throw Error(fmt::format(
             "{} steps with {} lights of {} shadow steps take {:.0f} turns of a shader's loops, and "
-            "{} stops them after {} without a word; lower --steps or --shadow-steps, or use a GPU",
+            "{} stops them after {} without a word; lower FrameSettings::steps or "
+            "FrameSettings::shadow_steps, or use a GPU",
             steps, lights.count(), shadow_steps, steps * a_step, device.capabilities().renderer,
             most));
 }

@@ -26,6 +26,7 @@ struct Toolbox {
     const medium::MediaSet& media;
     const light::LightSet& lights;
     const light::LightVolumes& volumes;
+    const SceneSettings& scene_settings;
     const gl::VertexArray& fullscreen;
     const gl::UniformBuffer<shared::FrameParams>& frame_block;
     const gl::Sampler& depth_sampler;  ///< so that the host's filter and comparison don't matter
@@ -40,15 +41,15 @@ struct Toolbox {
     void draw_fullscreen(const char* fragment_file, const gl::Defines& defines) const;
 
     /// The lines that glsl/scene/in_scattering.glsl needs: media, lights, and how light travels.
-    [[nodiscard]] gl::Defines scattering_defines(const Settings& settings) const;
+    [[nodiscard]] gl::Defines scattering_defines(const FrameSettings& settings) const;
 
     /// One number for transmittance, in the alpha of the scattering.
-    [[nodiscard]] bool monochrome(const Settings& settings) const;
+    [[nodiscard]] bool monochrome(const FrameSettings& settings) const;
 
     /// Makes sure that a shader's loops are not cut off: `steps` points of the media, from each of
     /// which every light is looked at through the media in `shadow_steps`.
     /// @throws Error if this GL would, saying what to lower
-    void check_loops(int steps, int shadow_steps, const Settings& settings) const;
+    void check_loops(int steps, int shadow_steps) const;
 };
 
 }  // namespace fumarole

@@ -18,7 +18,7 @@ struct View::State {
     /// A frame that the layers were worked out for.
     struct Drawn {
         glm::ivec2 size{0};
-        Settings settings;
+        FrameSettings settings;
         bool operator==(const Drawn&) const = default;
     };
 
@@ -39,6 +39,11 @@ struct View::State {
     [[nodiscard]] bool holds(const PreparedFrame& frame) const;
     /// The layers of a frame that it holds, at full size.
     LayerTextures full_size(const PreparedFrame& frame, const Toolbox& tools);
+    void drop_full_size()
+    {
+        full_scattering = {};
+        full_transmittance = {};
+    }
 };
 
 }  // namespace fumarole

@@ -5,14 +5,15 @@
 
 #include "asset/printable.h"
 #include "command.h"
+#include "study/flag_names.h"
 #include <fumarole/errors.h>
 
 namespace {
 
-/// In one line, whatever the names of files and grids in it hold.
+/// In one line, whatever the names of files and grids in it hold, and in the command line's words.
 std::string one_line(const char* message)
 {
-    return fumarole::asset::printable(message, std::string::npos);
+    return fumarole::asset::printable(fumarole::study::with_flags(message), std::string::npos);
 }
 
 std::string usage_message(const CLI::App* app, const CLI::Error& error)

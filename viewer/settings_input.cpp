@@ -24,8 +24,13 @@ void add_settings(CLI::App& command, SettingsInput& input)
 
 Settings parse_settings(const SettingsInput& input)
 {
+    Settings settings;
     try {
-        Settings settings = find_preset(input.preset);
+        settings = find_preset(input.preset);
+    } catch (const Error& error) {
+        throw UsageError(fmt::format("--preset: {}", error.what()));
+    }
+    try {
         for (const auto& [name, value] : input.changed)
             find_setting(name).set(settings, value);
         if (!input.mode.empty())

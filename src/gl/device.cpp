@@ -26,7 +26,7 @@ bool is_software(std::string_view renderer)
 
 }  // namespace
 
-Device::Device(GetProc get_proc)
+Device::Device(GetProc get_proc, Log log) : log_{std::move(log)}
 {
     const int version = gladLoadGLContext(&gl_, get_proc);
     if (version == 0)
@@ -38,7 +38,7 @@ Device::Device(GetProc get_proc)
     };
     if (version < GLAD_MAKE_VERSION(4, 5))
         throw Error(fmt::format("OpenGL {} on {}: version 4.5 or newer is needed; update the "
-                                "driver, or use --backend osmesa",
+                                "driver, or use Mesa's llvmpipe",
                                 text(GL_VERSION), text(GL_RENDERER)));
     const auto limit = [&](GLenum name) {
         GLint value = 0;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include <fumarole/gl.h>
+#include <fumarole/log.h>
 
 namespace fumarole::gl {
 
@@ -28,12 +29,19 @@ struct Capabilities {
 class Device {
 public:
     /// @throws Error if the current context is older than OpenGL 4.5 or there is none.
-    explicit Device(GetProc get_proc);
+    explicit Device(GetProc get_proc, Log log = {});
     Device(const Device&) = delete;
     Device& operator=(const Device&) = delete;
 
     const GladGLContext* operator->() const { return &gl_; }
     [[nodiscard]] const Capabilities& capabilities() const { return capabilities_; }
+
+    /// Tells the host something, if it listens.
+    void log(LogLevel level, std::string_view line) const
+    {
+        if (log_)
+            log_(level, line);
+    }
 
     /// Bytes in textures and buffers that objects of this device hold now.
     [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
@@ -52,6 +60,7 @@ public:
 
 private:
     GladGLContext gl_{};
+    Log log_;
     Capabilities capabilities_;
     mutable std::uint64_t bytes_ = 0, allocations_ = 0;
 };

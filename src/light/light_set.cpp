@@ -121,9 +121,15 @@ void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, cons
                         lights_.size(), MAX_LIGHTS));
     if (surfaces.empty() || lights_.empty())
         return;
-    if (map_size == Settings::kAutomatic)
+    if (map_size == kAutomatic)
         map_size = automatic_map_size(suns_, detailed);
-    map_size = std::min(map_size, device_.capabilities().max_texture_2d);
+    if (const int most = device_.capabilities().max_texture_2d; map_size > most) {
+        device_.log(LogLevel::warning,
+                    fmt::format("SceneSettings::shadow_map: {} texels are more than this GL's "
+                                "textures hold along an edge; {} are taken",
+                                map_size, most));
+        map_size = most;
+    }
     for (const Light& light : lights_) {
         for (const auto& instance : surfaces.instances())
             shaded_media_ |= !media.empty() && can_shade(light, instance.bounds, media);

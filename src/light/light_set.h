@@ -35,7 +35,7 @@ public:
     /// Sorts the lights, and draws the surfaces' shadow map if there are any. Changes GL state:
     /// call it under a StateGuard.
     /// @param media what the media fill, so that their shadows get the map's detail
-    /// @param map_size texels along an edge of each view, or Settings::kAutomatic
+    /// @param map_size texels along an edge of each view, or kAutomatic
     /// @param detailed whether the media have detail of their own
     /// @throws Error if the scene has more lights than the block holds.
     void set(const Scene& scene, const surface::SurfaceSet& surfaces, const Bounds& media,

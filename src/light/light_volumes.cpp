@@ -159,7 +159,7 @@ void LightVolumes::clear_world()
     on_surfaces_dimmed_ = {};
 }
 
-void LightVolumes::set(const Scene& scene, const Settings& settings, medium::MediaSet& media,
+void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium::MediaSet& media,
                        const surface::SurfaceSet& surfaces, LightSet& lights)
 {
     const medium::MediaTraits& traits = media.traits();
@@ -170,7 +170,7 @@ void LightVolumes::set(const Scene& scene, const Settings& settings, medium::Med
     params_.extinction_color = glm::vec4(color.value_or(glm::vec3(1)), 1.0f);
 
     const bool depth = settings.volume_shadows && settings.shadow_cache != 0 &&
-                       settings.shadow_range == Settings::ShadowRange::media &&
+                       settings.shadow_range == SceneSettings::ShadowRange::media &&
                        traits.marched > 0 && lights.count() > 0;
     if (depth) {
         set_depth(key, settings, media, lights);
@@ -192,8 +192,8 @@ void LightVolumes::set(const Scene& scene, const Settings& settings, medium::Med
         extinction_ = {};
 }
 
-void LightVolumes::set_depth(const MediaKey& key, const Settings& settings, medium::MediaSet& media,
-                             LightSet& lights)
+void LightVolumes::set_depth(const MediaKey& key, const SceneSettings& settings,
+                             medium::MediaSet& media, LightSet& lights)
 {
     wanted_lights_.clear();
     for (const Light& light : lights.lights())
@@ -202,7 +202,7 @@ void LightVolumes::set_depth(const MediaKey& key, const Settings& settings, medi
     const int count = static_cast<int>(wanted_lights_.size());
     const medium::VoxelFrame frame = media.voxel_frame();
     const int nodes = settings.shadow_cache;
-    const bool automatic = nodes == Settings::kAutomatic;
+    const bool automatic = nodes == kAutomatic;
     const int most = clamp_to(automatic ? kAutoDepthNodes : nodes, count, device_);
     const Lattice lattice = make_lattice(frame.voxel_from_world, frame.marched,
                                          automatic ? kVoxelsPerDepthNode : 1e-9, most);
@@ -290,7 +290,7 @@ void LightVolumes::plan_world(const WorldKey& key, const medium::MediaSet& media
                               const surface::SurfaceSet& surfaces)
 {
     const medium::MediaTraits& traits = media.traits();
-    const bool automatic = key.nodes == Settings::kAutomatic;
+    const bool automatic = key.nodes == kAutomatic;
     const int nodes = automatic ? kAutoWorldNodes : key.nodes;
     const auto make = [&](const char* label, const Lattice& lattice, int layers) {
         return make_volume(device_, label, lattice, layers, GL_RGBA16F);
@@ -504,23 +504,21 @@ void LightVolumes::bind_for_surfaces(glm::dvec3 eye, bool through_media)
     (dimmed ? on_surfaces_dimmed_ : on_surfaces_).bind(WORLD_VOLUME_UNIT);
 }
 
-gl::Defines LightVolumes::surface_defines(const Settings& s) const
+gl::Defines LightVolumes::surface_defines() const
 {
-    if (on_surfaces_ && s.world_cache != 0)
+    if (on_surfaces_)
         return {{"WORLD_IRRADIANCE", ""}};
     return {};
 }
 
-gl::Defines LightVolumes::defines(const Settings& s) const
+gl::Defines LightVolumes::defines() const
 {
     gl::Defines defines;
-    const bool depth =
-        depth_ && s.shadow_cache != 0 && s.shadow_range == Settings::ShadowRange::media;
-    if (depth)
+    if (depth_)
         defines.emplace_back("DEPTH_VOLUME", "");
-    if (depth && rgb_)
+    if (depth_ && rgb_)
         defines.emplace_back("VOLUME_RGB", "");
-    if (world_ && s.world_light && s.world_cache != 0)
+    if (world_)
         defines.emplace_back("WORLD_VOLUME", "");
     return defines;
 }

@@ -46,7 +46,7 @@ public:
 
     /// Fills what the scene needs and the settings ask for; what is filled and still right stays.
     /// Changes GL state: call it under a StateGuard that knows the media's texture units.
-    void set(const Scene& scene, const Settings& settings, medium::MediaSet& media,
+    void set(const Scene& scene, const SceneSettings& settings, medium::MediaSet& media,
              const surface::SurfaceSet& surfaces, LightSet& lights);
 
     /// Leaves no volume: what is right after set() has thrown.
@@ -57,7 +57,7 @@ public:
     void bind(glm::dvec3 eye, glm::dvec3 forward, bool perspective, const medium::MediaSet& media);
 
     /// The lines that glsl/scene/light_volumes.glsl needs.
-    [[nodiscard]] gl::Defines defines(const Settings& settings) const;
+    [[nodiscard]] gl::Defines defines() const;
 
     /// What is kept, at what size, and what it took to fill: a line each.
     [[nodiscard]] std::vector<std::string> describe() const;
@@ -70,7 +70,7 @@ public:
     /// Binds the world's light on surfaces instead of that in the media.
     void bind_for_surfaces(glm::dvec3 eye, bool through_media);
     /// Likewise for glsl/pass/surface.frag.
-    [[nodiscard]] gl::Defines surface_defines(const Settings& settings) const;
+    [[nodiscard]] gl::Defines surface_defines() const;
 
     [[nodiscard]] bool has_depth() const { return static_cast<bool>(depth_); }
     [[nodiscard]] bool has_world() const { return static_cast<bool>(world_); }
@@ -104,7 +104,7 @@ private:
         int done = 0;             ///< of them, in all those layers
     };
 
-    void set_depth(const MediaKey& key, const Settings& settings, medium::MediaSet& media,
+    void set_depth(const MediaKey& key, const SceneSettings& settings, medium::MediaSet& media,
                    LightSet& lights);
     void begin_refill();
     void set_world(const WorldKey& key, medium::MediaSet& media,

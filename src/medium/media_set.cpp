@@ -57,7 +57,7 @@ shared::MediumParams coefficients(glm::vec3 sigma_s, glm::vec3 sigma_a, glm::vec
 
 }  // namespace
 
-int MediaSet::upload(const std::shared_ptr<const VoxelGrid>& grid, const Settings& settings)
+int MediaSet::upload(const std::shared_ptr<const VoxelGrid>& grid, const SceneSettings& settings)
 {
     const Layout layout = settings.layout;
     const Storage storage = settings.storage;
@@ -102,7 +102,7 @@ int MediaSet::most_grids() const
 }
 
 int MediaSet::place(const std::shared_ptr<const VoxelGrid>& grid, const glm::dmat4& world_from_grid,
-                    const Settings& settings)
+                    const SceneSettings& settings)
 {
     if (grid == nullptr || grid->empty())
         return -1;
@@ -122,7 +122,7 @@ int MediaSet::place(const std::shared_ptr<const VoxelGrid>& grid, const glm::dma
     return static_cast<int>(placed_.size()) - 1;
 }
 
-void MediaSet::add(const GridMedium& medium, const Settings& settings)
+void MediaSet::add(const GridMedium& medium, const SceneSettings& settings)
 {
     const glm::vec3 sigma_t = medium.sigma_s_per_density + medium.sigma_a_per_density;
     const bool dims = !is_zero(sigma_t) && medium.density != nullptr && !medium.density->empty();
@@ -220,16 +220,24 @@ std::shared_ptr<const VoxelGrid> MediaSet::noise_grid(const Entry& box)
     return noise_grids_.back().grid;
 }
 
-void MediaSet::read_noise_from_grids(const Settings& settings)
+void MediaSet::read_noise_from_grids(const SceneSettings& settings)
 {
     for (Entry& entry : media_) {
         // One that drifts would need another grid in each frame.
-        if (!settings.noise_grid || !entry.is_noise || entry.noise.drift != glm::dvec3(0) ||
-            static_cast<int>(placed_.size()) == most_grids())
+        if (!settings.noise_grid || !entry.is_noise || entry.noise.drift != glm::dvec3(0))
             continue;
-        const std::shared_ptr<const VoxelGrid> grid = noise_grid(entry);
+        const bool unit_left = static_cast<int>(placed_.size()) < most_grids();
+        const std::shared_ptr<const VoxelGrid> grid = unit_left ? noise_grid(entry) : nullptr;
         if (grid != nullptr)
             entry.density = place(grid, glm::dmat4(1.0), settings);
+        else
+            device_.log(
+                LogLevel::info,
+                fmt::format("SceneSettings::noise_grid: the noise of medium {} is worked out "
+                            "at each sample, as {}",
+                            &entry - media_.data(),
+                            unit_left ? "a grid of it would be too large"
+                                      : "no texture unit is left for a grid of it"));
     }
 }
 
@@ -243,7 +251,7 @@ void MediaSet::clear()
     traits_ = {};
 }
 
-void MediaSet::set(const Scene& scene, const Settings& settings)
+void MediaSet::set(const Scene& scene, const SceneSettings& settings)
 {
     old_grids_ = std::move(grids_);
     old_noise_grids_ = std::move(noise_grids_);

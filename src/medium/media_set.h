@@ -60,7 +60,7 @@ public:
     /// those that the scene no longer has. With settings.noise_grid a noise that does not drift
     /// becomes a grid where that is small enough and a texture unit is free for it.
     /// @throws Error if a grid or their number is too large for this GL.
-    void set(const Scene& scene, const Settings& settings);
+    void set(const Scene& scene, const SceneSettings& settings);
 
     /// Leaves nothing: what is right after set() has thrown.
     void clear();
@@ -141,12 +141,12 @@ private:
 
     [[nodiscard]] int most_grids() const;
     int place(const std::shared_ptr<const VoxelGrid>& grid, const glm::dmat4& world_from_grid,
-              const Settings& settings);
-    int upload(const std::shared_ptr<const VoxelGrid>& grid, const Settings& settings);
-    void add(const GridMedium& medium, const Settings& settings);
+              const SceneSettings& settings);
+    int upload(const std::shared_ptr<const VoxelGrid>& grid, const SceneSettings& settings);
+    void add(const GridMedium& medium, const SceneSettings& settings);
     void add(const BoxMedium& medium);
     [[nodiscard]] std::shared_ptr<const VoxelGrid> noise_grid(const Entry& box);
-    void read_noise_from_grids(const Settings& settings);
+    void read_noise_from_grids(const SceneSettings& settings);
     [[nodiscard]] const char* value_name(int placed) const;
     [[nodiscard]] const GridLayout& layout_of(int placed) const;
     [[nodiscard]] double box_detail(const Entry& box) const;

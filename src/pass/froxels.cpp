@@ -19,14 +19,14 @@ constexpr int kEndSlices = 3;
 constexpr glm::ivec3 kFroxelGroup(FROXEL_GROUP_X, FROXEL_GROUP_Y, FROXEL_GROUP_Z);
 
 /// Columns beyond the picture on each side, so that a lookup at its edge finds all its texels.
-int guard_columns(const Settings& s)
+int guard_columns(const FrameSettings& s)
 {
     return s.lookup == Settings::Lookup::tricubic ? 2 : 1;
 }
 
 glm::ivec3 froxel_count(const PreparedFrame& frame)
 {
-    const Settings& s = frame.settings;
+    const FrameSettings& s = frame.settings;
     const glm::ivec2 columns = (frame.picture_size + s.tile - 1) / s.tile;
     return {columns + 2 * guard_columns(s), s.slices};
 }
@@ -34,7 +34,7 @@ glm::ivec3 froxel_count(const PreparedFrame& frame)
 FroxelPlan make_plan(const Toolbox& tools, const PreparedFrame& frame)
 {
     const medium::MediaTraits& media = tools.media.traits();
-    const Settings& s = frame.settings;
+    const FrameSettings& s = frame.settings;
     FroxelPlan plan;
     plan.count = froxel_count(frame);
     plan.picture = frame.picture_size;
@@ -54,12 +54,12 @@ void check_size(glm::ivec3 count, const gl::Device& gl)
     if (std::max({count.x, count.y, count.z + kEndSlices}) > limit)
         throw Error(
             fmt::format("{} x {} x {} froxels are more than this GL's 3-D textures hold ({} "
-                        "a side); give a larger --tile or fewer --slices",
+                        "a side); give a larger FrameSettings::tile or fewer FrameSettings::slices",
                         count.x, count.y, count.z, limit));
 }
 
 /// x, y, z of FroxelParams::spacing.
-glm::dvec3 spacing_of(const Settings& s, bool perspective)
+glm::dvec3 spacing_of(const FrameSettings& s, bool perspective)
 {
     // 2017 held 1 - distribution to a hundredth: exp2(25) is the last spacing with a first slice.
     const double rest = std::max(1.0 - static_cast<double>(s.distribution), 0.01);
@@ -89,7 +89,7 @@ gl::Defines storage_defines(const FroxelPlan& plan)
 }
 
 /// Of the two steps that sample the media.
-gl::Defines sampling_defines(const Toolbox& tools, const Settings& s, const FroxelPlan& plan)
+gl::Defines sampling_defines(const Toolbox& tools, const FrameSettings& s, const FroxelPlan& plan)
 {
     gl::Defines defines = tools.scattering_defines(s);
     const gl::Defines storage = storage_defines(plan);
@@ -99,7 +99,7 @@ gl::Defines sampling_defines(const Toolbox& tools, const Settings& s, const Frox
     return defines;
 }
 
-gl::Defines scatter_defines(const Toolbox& tools, const Settings& s, const FroxelPlan& plan)
+gl::Defines scatter_defines(const Toolbox& tools, const FrameSettings& s, const FroxelPlan& plan)
 {
     gl::Defines defines = sampling_defines(tools, s, plan);
     if (s.froxel_shadows == Settings::FroxelShadows::grid)
@@ -295,7 +295,7 @@ void Froxels::show_slice(const PreparedFrame& frame)
     tools_.draw_fullscreen("pass/inspect_froxels.frag", {});
 }
 
-std::vector<std::string> explain_froxels(const Toolbox& tools, const Settings& s)
+std::vector<std::string> explain_froxels(const Toolbox& tools, const FrameSettings& s)
 {
     const medium::MediaTraits& media = tools.media.traits();
     std::vector<std::string> lines;

@@ -83,6 +83,6 @@ private:
 };
 
 /// What of the scene the froxels keep and why: a line each.
-std::vector<std::string> explain_froxels(const Toolbox& tools, const Settings& settings);
+std::vector<std::string> explain_froxels(const Toolbox& tools, const FrameSettings& settings);
 
 }  // namespace fumarole::pass

@@ -3,8 +3,8 @@
 #include <glm/glm.hpp>
 #include <optional>
 
-#include "prepared_frame.h"
 #include "pass/volume_pass.h"
+#include "prepared_frame.h"
 
 // What passes that keep something of a view from frame to frame share: how last frame's view lay,
 // whether it still holds, and how much it weighs.
@@ -16,7 +16,7 @@ struct HistoryView {
     glm::dmat4 view_from_world{1.0}, clip_from_view{1.0};
     glm::dvec3 eye{0}, forward{0};  ///< metres, world; unit length
     glm::dvec2 range{0};            ///< view_z [m] of the steps' or slices' ends
-    Settings settings;
+    FrameSettings settings;
     std::uint64_t scene_id = 0;
 };
 

@@ -14,14 +14,14 @@ constexpr const char* kMarch = "pass/ray_march.frag";
 
 }  // namespace
 
-Settings::Format march_format(const Toolbox& tools, const Settings& s)
+Settings::Format march_format(const Toolbox& tools, const FrameSettings& s)
 {
     const bool small = s.format == Settings::Format::r11g11b10f;
     return (tools.monochrome(s) || s.keeps_history()) && small ? Settings::Format::rgba16f
                                                                : s.format;
 }
 
-gl::Defines RayMarch::march_defines(const Settings& s) const
+gl::Defines RayMarch::march_defines(const FrameSettings& s) const
 {
     gl::Defines defines = tools_.scattering_defines(s);
     const auto add = [&](bool condition, const char* name) {
@@ -89,7 +89,7 @@ void RayMarch::draw_layer_depth(const PreparedFrame& frame)
 
 void RayMarch::draw(const PreparedFrame& frame)
 {
-    tools_.check_loops(frame.settings.steps, frame.settings.shadow_steps, frame.settings);
+    tools_.check_loops(frame.settings.steps, frame.settings.shadow_steps);
     draw_layer_depth(frame);
     const auto time = tools_.timers.scope("ray march");
     framebuffer_.bind(size_);

@@ -9,12 +9,12 @@ namespace fumarole::pass {
 
 /// The format of the march's targets: the small one has no alpha, in which a monochrome one keeps
 /// transmittance, and one with a history the media's depth.
-Settings::Format march_format(const Toolbox& tools, const Settings& settings);
+Settings::Format march_format(const Toolbox& tools, const FrameSettings& settings);
 
 /// What was marched for a frame: a texel a ray.
 struct MarchedLayer {
-    const StepTiles* tiles = nullptr;      ///< that were marched, and whose pixels see a medium
-    const gl::Texture* depth = nullptr;    ///< view_z of the scene [m] as each texel took it
+    const StepTiles* tiles = nullptr;         ///< that were marched, and whose pixels see a medium
+    const gl::Texture* depth = nullptr;       ///< view_z of the scene [m] as each texel took it
     const gl::Texture* scattering = nullptr;  ///< monochrome: transmittance in its alpha
     /// Monochrome: empty, or, of a frame that keeps a history, the media's depth.
     const gl::Texture* transmittance = nullptr;
@@ -38,7 +38,7 @@ public:
 private:
     void resize(const PreparedFrame& frame);
     void draw_layer_depth(const PreparedFrame& frame);
-    [[nodiscard]] gl::Defines march_defines(const Settings& settings) const;
+    [[nodiscard]] gl::Defines march_defines(const FrameSettings& settings) const;
 
     glm::ivec2 size_{0};  ///< texels of the layer
     Settings::Format format_ = Settings::Format::rgba16f;

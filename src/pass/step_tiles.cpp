@@ -197,7 +197,7 @@ void StepTiles::see_media(const View& view)
 
 void StepTiles::choose_steps(const View& view)
 {
-    const Settings& s = view.frame.settings;
+    const FrameSettings& s = view.frame.settings;
     std::vector<NearLight> lights;
     for (const Light& light : tools_.lights.lights())
         if (const auto* point = std::get_if<PointLight>(&light))
@@ -221,7 +221,7 @@ void StepTiles::choose_steps(const View& view)
         StepSlots::Held held{.slots = seen.slots};
         if (asked && tools_.sun_shades.any())
             tools_.sun_shades.find(held, view.slots, pixel * ndc_per_pixel - 1.0,
-                         0.5 * pixels * ndc_per_pixel);
+                                   0.5 * pixels * ndc_per_pixel);
         if (shafts_anywhere)
             held.shafts = view.slots.all();
         if (spaced) {

@@ -5,8 +5,8 @@
 
 #include "light/depth_pyramid.h"
 #include "light/light_set.h"
-#include "prepared_frame.h"
 #include "pass/step_slots.h"
+#include "prepared_frame.h"
 
 namespace fumarole::pass {
 

@@ -8,9 +8,9 @@ namespace fumarole::pass {
 
 /// What the media do to light on its way to the eye, worked out for a frame in textures of the
 /// pass's own; src/resolve brings it to the picture's pixels. The ray march and the froxels are
-/// siblings behind this face: they share glsl/lib and glsl/scene and differ in where they sample and
-/// where they store. The frame's block, the media, the lights and the scene's depth are bound while
-/// a pass works on it.
+/// siblings behind this face: they share glsl/lib and glsl/scene and differ in where they sample
+/// and where they store. The frame's block, the media, the lights and the scene's depth are bound
+/// while a pass works on it.
 class VolumePass {
 public:
     explicit VolumePass(const Toolbox& tools) : tools_{tools} {}

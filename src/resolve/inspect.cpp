@@ -22,10 +22,10 @@ namespace {
 
 using Kind = Inspection::Kind;
 
-void check(const Inspection& wanted, const Settings& settings)
+void check(const Inspection& wanted, const FrameSettings& settings)
 {
     if (wanted.kind == Kind::froxel_slice && settings.mode != Settings::Mode::froxel)
-        throw Error("froxel-slice: a ray march has no froxels; use --mode froxel");
+        throw Error("froxel-slice: a ray march has no froxels; use FrameSettings::mode froxel");
     if (wanted.axis < 0 || wanted.axis > 2)
         throw Error(fmt::format("a slice's axis is 0, 1 or 2, and not {}", wanted.axis));
     if (!(wanted.position >= 0 && wanted.position <= 1))
@@ -234,7 +234,7 @@ void show_depth(const Toolbox& tools, Inspector& inspector, InspectionLegend& le
 void show_samples(pass::VolumePass& volume, Inspector& inspector, const PreparedFrame& frame,
                   InspectionLegend& legend)
 {
-    const Settings& s = frame.settings;
+    const FrameSettings& s = frame.settings;
     const bool froxel = s.mode == Settings::Mode::froxel;
     const int pixels = froxel ? s.tile : s.resolution;
     legend.caption = fmt::format("evaluations of the media a {}, which {} x {} pixels have",
@@ -324,8 +324,8 @@ InspectionLegend inspect(const Toolbox& tools, Layers& layers, gl::Framebuffer& 
     Inspector inspector(tools, host, frame);
     if (wanted.kind == Kind::scattering || wanted.kind == Kind::transmittance) {
         inspector.show_layer(frame.sees_media ? &layers : nullptr, wanted.kind == Kind::scattering
-                                                                 ? Layer::scattering
-                                                                 : Layer::transmittance);
+                                                                       ? Layer::scattering
+                                                                       : Layer::transmittance);
         return layer_legend(wanted.kind);
     }
     InspectionLegend legend{.low = 0, .high = wanted.scale, .unit = "", .caption = ""};

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <fumarole/inspection.h>
-#include "resolve/layers.h"
 #include "pass/volume_pass.h"
+#include "resolve/layers.h"
+#include <fumarole/inspection.h>
 
 namespace fumarole::resolve {
 

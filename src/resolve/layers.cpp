@@ -34,7 +34,7 @@ public:
         pass::MarchedLayer marched = march_.layer();
         if (averaged_)
             history_->replace(marched);
-        upsample(tools_, frame, marched, layer);
+        upsample(frame, marched, layer);
     }
 
     [[nodiscard]] const char* resolve_name() const override { return "upsample"; }

@@ -12,11 +12,11 @@ using pass::HistoryUse, pass::HistoryView;
 namespace {
 
 /// Of what is kept: with an alpha, which the small format has not.
-GLenum kept_format(const Settings& s)
+GLenum kept_format(const FrameSettings& s)
 {
     return s.history_format == Settings::Format::r11g11b10f ? GL_RGBA16F
-                                                            
- : pass::gl_format(s.history_format);
+
+                                                            : pass::gl_format(s.history_format);
 }
 
 }  // namespace

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "gl/buffer.h"
-#include "gl/texture.h"
 #include "gl/framebuffer.h"
+#include "gl/texture.h"
 #include "pass/history.h"
 #include "pass/ray_march.h"
 #include "shared/march_history_params.h"
@@ -46,7 +46,7 @@ private:
     struct View {
         Shape shape;
         std::array<Kept, 2> layers;  ///< one is read while the other is drawn
-        int current = 0;              ///< into layers: of the last frame
+        int current = 0;             ///< into layers: of the last frame
         std::optional<pass::HistoryView> last;
         glm::dvec2 last_media_range{0};  ///< view_z [m]
         glm::dvec2 last_offset{0};       ///< Frame::layer_offset

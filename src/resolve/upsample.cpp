@@ -6,10 +6,9 @@
 
 namespace fumarole::resolve {
 
-void upsample(const Toolbox& tools, const PreparedFrame& frame, const pass::MarchedLayer& marched,
-              Layer layer)
+void upsample(const PreparedFrame& frame, const pass::MarchedLayer& marched, Layer layer)
 {
-    const Settings& s = frame.settings;
+    const FrameSettings& s = frame.settings;
     const bool small = s.upsample == Settings::Upsample::bilinear2x2;
     gl::Defines defines{{"LAYER_SCALE", fmt::format("{}", s.resolution)},
                         {"UPSAMPLE_TAPS", s.resolution == 1 ? "1" : (small ? "2" : "4")}};

@@ -10,6 +10,7 @@
 
 #include "study/bench_scenes.h"
 #include "study/chart.h"
+#include "study/flag_names.h"
 #include <fumarole/errors.h>
 
 namespace fumarole::study {
@@ -213,7 +214,7 @@ private:
             if (round == 0)
                 one.setup_ms = report.setup_ms;
         } catch (const Error& error) {
-            one.refusal = error.what();
+            one.refusal = with_flags(error.what());
         }
         one.seconds = std::max(one.seconds, seconds_since(begin));
     }

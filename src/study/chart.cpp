@@ -11,6 +11,7 @@
 #include <optional>
 #include <random>
 
+#include "study/flag_names.h"
 #include "study/flip.h"
 #include <fumarole/errors.h>
 #include <fumarole/write/image_writer.h>
@@ -191,7 +192,7 @@ public:
             if (round == 0)
                 visit.errors = errors(point, first);
         } catch (const Error& error) {
-            visit.refusal = error.what();
+            visit.refusal = with_flags(error.what());
         }
         visit.seconds = seconds_since(begin);
         return visit;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "study/false_color.h"
+#include "study/flag_names.h"
 #include "study/label_font.h"
 #include "study/panels.h"
 #include "study/stability_bench.h"
@@ -157,7 +158,7 @@ std::vector<StabilityResult> measure_stability(const std::vector<StabilityRun>& 
             result.holds = run.what->holds(result.figure.value);
         } catch (const Error& error) {
             result.figure.value = std::nan("");
-            const std::string_view text = error.what();
+            const std::string text = with_flags(error.what());
             result.refusal = text.substr(0, text.find('\n'));
         }
         result.seconds = seconds_since(begin) - spent;

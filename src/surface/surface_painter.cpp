@@ -14,9 +14,9 @@ constexpr int kShadowFactor = 4;
 
 }  // namespace
 
-Settings surface_settings(const Settings& settings)
+FrameSettings surface_settings(const FrameSettings& settings)
 {
-    Settings s = settings;
+    FrameSettings s = settings;
     s.shadow_steps *= kShadowFactor;
     s.resolution = 1;  // no layer is theirs
     return s;
@@ -26,7 +26,6 @@ void SurfacePainter::draw(const Toolbox& tools, const SurfaceSet& surfaces,
                           const PreparedFrame& frame, bool dimmed)
 {
     const gl::Device& gl = tools.device;
-    const Settings& settings = frame.settings;
     const Frame& host = frame.host;
     const bool reversed = host.depth_convention.reversed;
     gl->BindBufferBase(GL_UNIFORM_BUFFER, DRAW_BLOCK, block_.id());
@@ -51,12 +50,12 @@ void SurfacePainter::draw(const Toolbox& tools, const SurfaceSet& surfaces,
     const auto add = [&](const gl::Defines& more) {
         defines.insert(defines.end(), more.begin(), more.end());
     };
-    add(tools.volumes.surface_defines(settings));
+    add(tools.volumes.surface_defines());
     if (dimmed) {
         add(tools.media.defines());
-        add(tools.volumes.defines(settings));
+        add(tools.volumes.defines());
         defines.emplace_back("THROUGH_MEDIA", "");
-        if (settings.shadow_range == Settings::ShadowRange::light)
+        if (tools.scene_settings.shadow_range == SceneSettings::ShadowRange::light)
             defines.emplace_back("SHADOW_TO_LIGHT", "");
     }
     gl->Enable(GL_DEPTH_TEST);

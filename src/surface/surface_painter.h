@@ -29,6 +29,6 @@ private:
 };
 
 /// The settings that surfaces are drawn with where media have `settings`.
-Settings surface_settings(const Settings& settings);
+FrameSettings surface_settings(const FrameSettings& settings);
 
 }  // namespace fumarole::surface

@@ -196,8 +196,8 @@ void kernel(int i) { out_data[i] = vec4(view_z_of(in_data[2 * i].x, in_data[2 * 
                     frame.depth_convention = {zero_to_one, reversed};
                     frame.clip_from_view =
                         projection(perspective, kNear, far, frame.depth_convention);
-                    const PreparedFrame prepared = prepare_frame(
-                        frame, {}, {.media = {{-1, -1, -9}, {1, 1, -5}}});
+                    const PreparedFrame prepared =
+                        prepare_frame(frame, {}, {.media = {{-1, -1, -9}, {1, 1, -5}}});
                     const Eye& eye = prepared.eye;
                     EXPECT_NEAR(eye.near, kNear, 1e-9);
                     if (far > 0) {

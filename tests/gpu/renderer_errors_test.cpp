@@ -66,7 +66,8 @@ protected:
             Target target(scene);
             one->set_scene(scene, settings());
             one->draw_surfaces(target.frame, settings(), true);
-            one->composite(target.frame, settings());
+            View view = one->make_view();
+            one->composite(view, target.frame, settings());
             pictures.push_back(target.color.read(4));
         }
         EXPECT_EQ(pictures[0], pictures[1]);
@@ -252,7 +253,7 @@ TEST_F(RendererErrors, LoopsThatTheGlCutsOff)
     renderer.set_scene(scene, many);
     const Target target(scene);
     expect_error([&] { renderer.composite(view, target.frame, many); },
-                 "lower --steps or --shadow-steps");
+                 "lower FrameSettings::steps or FrameSettings::shadow_steps");
     many.steps = 64;
     renderer.composite(view, target.frame, many);
     many.steps = 1000;
@@ -275,7 +276,7 @@ TEST_F(RendererErrors, FroxelsThatTheGlCantHold)
     const Target target(scene);
     expect_error([&] { renderer.composite(view, target.frame, froxels); },
                  fmt::format("{} x 4 x 64 froxels", scene.resolution.x + 2));
-    expect_error([&] { renderer.composite(view, target.frame, froxels); }, "--tile");
+    expect_error([&] { renderer.composite(view, target.frame, froxels); }, "FrameSettings::tile");
     expect_works_on(renderer);
 }
 
@@ -289,7 +290,7 @@ TEST_F(RendererErrors, PicturesLargerThanTheGlDraws)
 {
     Scene scene = empty_scene();
     scene.resolution.x = static_cast<unsigned>(gl().capabilities().max_texture_2d) + 1;
-    expect_error([&] { render(scene, settings()); }, "--size");
+    expect_error([&] { render(scene, settings()); }, "Scene::resolution");
 }
 
 }  // namespace

@@ -2,8 +2,8 @@
 
 namespace fumarole::test {
 
-FrameReport HistoryTest::run(Renderer& renderer, View& view, const Scene& scene, const Settings& settings,
-                             int frames, std::uint64_t first)
+FrameReport HistoryTest::run(Renderer& renderer, View& view, const Scene& scene,
+                             const Settings& settings, int frames, std::uint64_t first)
 {
     HostPicture picture(gl(), glm::ivec2(scene.resolution));
     const FrameReport report = draw_frames(renderer, view, picture, scene, settings, frames, first);

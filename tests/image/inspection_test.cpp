@@ -376,6 +376,7 @@ TEST_F(Inspect, WritesColourAloneAndKeepsItsAlpha)
     picture.look(scene.camera);
     for (const Settings& settings : plain_siblings()) {
         Renderer renderer(get_proc());
+        View view = renderer.make_view();
         renderer.set_scene(scene, settings);
         for (const InspectionInfo& info : inspection_table()) {
             if (info.kind == Kind::froxel_slice && settings.mode == Settings::Mode::raymarch)
@@ -383,7 +384,7 @@ TEST_F(Inspect, WritesColourAloneAndKeepsItsAlpha)
             picture.fill(glm::vec3(0.2f), scene.camera.near,
                          [](int, int y) { return y < 9 ? 0 : 5; });
             const std::vector<float> depth = gl::read_texture(gl(), picture.frame.depth, 1, true);
-            renderer.inspect(picture.frame, settings, {.kind = info.kind});
+            renderer.inspect(view, picture.frame, settings, {.kind = info.kind});
             const std::vector<float> rgba = gl::read_texture(gl(), picture.frame.color, 4);
             for (std::size_t i = 3; i < rgba.size(); i += 4)
                 ASSERT_EQ(rgba[i], 0.5f) << info.name;

@@ -262,7 +262,8 @@ TEST_F(MarchHistory, WhatIsUncoveredHasNoTrail)
             scene.camera.look_at = scene.camera.position + glm::dvec3(0, -1, 0);
             const int post = 4 + (i < 6 ? 0 : 4 * (i - 5));
             ++picture.frame.index;
-            EXPECT_LT(max_difference(draw(renderer, view, settings, post), draw(other, other_view, plain, post)),
+            EXPECT_LT(max_difference(draw(renderer, view, settings, post),
+                                     draw(other, other_view, plain, post)),
                       1e-2)
                 << "frame " << i << ", " << travel << " m a frame: of radiances up to 1.4";
         }

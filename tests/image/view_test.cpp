@@ -1,3 +1,5 @@
+#include <fumarole/errors.h>
+
 #include "host_picture.h"
 
 namespace fumarole::test {

@@ -24,13 +24,15 @@ int main(int, char** argv)
     scene.lights = {fumarole::SunLight{.direction_to_light = {-1, -1, 1}, .irradiance = {5, 5, 4}}};
 
     fumarole::Renderer renderer(OSMesaGetProcAddress);  // the host's function loader
-    renderer.set_scene(scene, fumarole::Settings{});
+    renderer.set_scene(scene, fumarole::SceneSettings{});
+    fumarole::View view = renderer.make_view();  // its layers, and what is kept of them
     fumarole::Frame frame;
     frame.color = {picture.color, {picture.size, 1}};  // borrowed: a texture's name and its size
     frame.depth = {picture.depth, {picture.size, 1}};
     frame.view_from_world = glm::lookAt(glm::dvec3(0, -12, 3), {0, 0, 3}, {0, 0, 1});
     frame.clip_from_view = glm::perspective(glm::radians(35.0), 16.0 / 9.0, 0.1, 100.0);
-    renderer.composite(frame, fumarole::Settings{});  // color * transmittance + scattering
+    renderer.composite(view, frame,
+                       fumarole::FrameSettings{});  // color * transmittance + scattering
     // [README]
 
     return picture.verdict("own glad, with fumarole-asset");

@@ -67,12 +67,13 @@ inline int draw_ball(fumarole::gl::GetProc get_proc, const char* host)
     scene.media = {smoke};
     scene.lights = {fumarole::SunLight{.direction_to_light = {-1, -1, 1}, .irradiance = {5, 5, 4}}};
     fumarole::Renderer renderer(get_proc);
-    renderer.set_scene(scene, fumarole::Settings{});
+    renderer.set_scene(scene, fumarole::SceneSettings{});
     fumarole::Frame frame;
     frame.color = {picture.color, {picture.size, 1}};
     frame.depth = {picture.depth, {picture.size, 1}};
     frame.view_from_world = glm::lookAt(glm::dvec3(0, -12, 3), {0, 0, 3}, {0, 0, 1});
     frame.clip_from_view = glm::perspective(glm::radians(35.0), 16.0 / 9.0, 0.1, 100.0);
-    renderer.composite(frame, fumarole::Settings{});
+    fumarole::View view = renderer.make_view();
+    renderer.composite(view, frame, fumarole::FrameSettings{});
     return picture.verdict(host);
 }

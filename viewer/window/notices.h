@@ -1,5 +1,6 @@
 #pragma once
 
+#include "study/flag_names.h"
 #include <string>
 #include <utility>
 
@@ -8,7 +9,7 @@ namespace fumarole::window {
 /// What the window tells a person: an error message, until it is closed, and a note, for a while.
 class Notices {
 public:
-    void show_message(std::string message) { message_ = std::move(message); }
+    void show_message(std::string_view message) { message_ = study::with_flags(message); }
     void close_message() { message_.clear(); }
     /// The error message that is shown, or "".
     [[nodiscard]] const std::string& message() const { return message_; }

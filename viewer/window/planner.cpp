@@ -1,5 +1,6 @@
 #include "window/planner.h"
 
+#include "study/flag_names.h"
 #include <fmt/format.h>
 #include <utility>
 
@@ -46,7 +47,7 @@ void Planner::start(const Scene& scene, const Settings& settings, const std::str
         } catch (const study::PlanCancelled&) {
             return;
         } catch (const std::exception& error) {
-            answer.error = error.what();
+            answer.error = study::with_flags(error.what());
         }
         const std::lock_guard lock(shared->lock);
         shared->answer = std::move(answer);

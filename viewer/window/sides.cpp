@@ -1,5 +1,7 @@
 #include "window/sides.h"
 
+#include "study/flag_names.h"
+
 namespace fumarole::window {
 
 Sides::Sides(gl::GetProc get_proc) : get_proc_{get_proc}, a_{std::make_unique<Side>(get_proc)} {}
@@ -23,7 +25,7 @@ bool Sides::draw(Side& side, const SideRequest& request)
     try {
         return side.draw(request);
     } catch (const std::exception& error) {
-        error_ = error.what();
+        error_ = study::with_flags(error.what());
         return false;
     }
 }

@@ -19,8 +19,8 @@ struct Frame {
     /// Linear colour, colour-renderable, one level, no multisampling; composited in place unless
     /// there is a `target`. Its alpha stays.
     gl::TextureView color;
-    /// Where the composite goes instead, alpha too: of the same size, colour-renderable, and another
-    /// texture than `color`, which is then only read.
+    /// Where the composite goes instead, alpha too: of the same size, colour-renderable, and
+    /// another texture than `color`, which is then only read.
     gl::TextureView target{};
     /// 2-D depth of the same size; only read, whatever its filter and comparison are set to.
     gl::TextureView depth;
@@ -29,12 +29,12 @@ struct Frame {
     glm::dmat4 clip_from_view{
         1.0};  ///< perspective or orthographic, off-axis too; far may be infinite
     /// A shift of the march's jitter, 0..1, to be varied from frame to frame where frames are
-    /// averaged. With Settings::temporal `index` shifts it instead.
+    /// averaged. With FrameSettings::temporal `index` shifts it instead.
     double jitter_offset = 0;
     /// Likewise, where in its texel each sample of a half-size layer lies: -0.5..0.5 texels from
     /// the middle. Averaged frames then see what lies between the samples of one.
     glm::dvec2 layer_offset{0};
-    /// Counts frames: each has the froxels' samples elsewhere, and with Settings::temporal the
+    /// Counts frames: each has the froxels' samples elsewhere, and with FrameSettings::temporal the
     /// march's. Frame 0 has froxels' in the middle.
     std::uint64_t index = 0;
 };

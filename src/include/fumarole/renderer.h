@@ -7,14 +7,15 @@
 #include <vector>
 
 #include <fumarole/bounds.h>
-#include <fumarole/frame.h>
 #include <fumarole/export.h>
+#include <fumarole/frame.h>
 #include <fumarole/gl.h>
 #include <fumarole/inspection.h>
+#include <fumarole/log.h>
 #include <fumarole/scene.h>
 #include <fumarole/settings.h>
-#include <fumarole/view.h>
 #include <fumarole/timing.h>
+#include <fumarole/view.h>
 
 namespace fumarole {
 
@@ -47,8 +48,9 @@ struct FrameReport {
 /// destructor too. Holds no global state, makes no context, puts back the GL state that it changes.
 class FUMAROLE_API Renderer {
 public:
+    /// @param log hears what is done otherwise than asked, and why
     /// @throws Error if the context is older than OpenGL 4.5.
-    explicit Renderer(gl::GetProc get_proc);
+    explicit Renderer(gl::GetProc get_proc, Log log = {});
     ~Renderer();
     Renderer(Renderer&&) noexcept;
     Renderer& operator=(Renderer&&) noexcept;
@@ -59,14 +61,14 @@ public:
     /// resolution of the scene are not used.
     /// @throws Error if the scene needs more than this GL has (texture units, sizes, memory),
     /// naming both; the renderer then holds no scene.
-    void set_scene(const Scene& scene, const Settings& settings);
+    void set_scene(const Scene& scene, const SceneSettings& settings);
 
     /// Compiles what composite() and draw_surfaces() need for frames of the scene like this one, of
     /// any camera and size, so that the first of them compiles nothing. Compiling takes hundreds of
     /// milliseconds, so call it where those may pass, after set_scene(). It draws small pictures
     /// of its own: drivers finish shaders when they are first drawn with. `frame` is only looked
     /// at.
-    void prepare(const Frame& frame, const Settings& settings);
+    void prepare(const Frame& frame, const FrameSettings& settings);
 
     /// A view of any size and mode, empty until its first frame.
     [[nodiscard]] View make_view(View::History history = View::History::kept);
@@ -74,18 +76,18 @@ public:
     /// Composites the media over frame.color: color * transmittance + scattering.
     /// Without media it draws nothing and the picture keeps its bits.
     /// @throws Error if frame's sizes differ or its colour can't be drawn to.
-    void composite(View& view, const Frame& frame, const Settings& settings);
+    void composite(View& view, const Frame& frame, const FrameSettings& settings);
 
     /// Draws the scene's own surfaces and its world into frame.color and frame.depth, for those who
     /// have no renderer of their own. through_media: light is dimmed by the media on its way.
-    void draw_surfaces(const Frame& frame, const Settings& settings, bool through_media);
+    void draw_surfaces(const Frame& frame, const FrameSettings& settings, bool through_media);
 
     /// The layers that the last composite() of this frame blended, brought to its size in 32-bit
     /// floats. Empty where no medium is in view.
-    LayerTextures layers(View& view, const Frame& frame, const Settings& settings);
+    LayerTextures layers(View& view, const Frame& frame, const FrameSettings& settings);
 
     /// layers(), read back: it waits for the GPU.
-    LayerImages read_layers(View& view, const Frame& frame, const Settings& settings);
+    LayerImages read_layers(View& view, const Frame& frame, const FrameSettings& settings);
 
     /// Draws what `inspection` asks for into frame.color, whose alpha stays; where there is nothing
     /// to show, the picture that is there shines through darkly. Call it in place of composite().
@@ -93,20 +95,20 @@ public:
     /// are linear colours for a screen at exposure 0; scattering is radiance.
     /// @throws Error as composite() does; if axis, position or scale is out of range; of a slice of
     /// froxels in another mode.
-    InspectionLegend inspect(View& view, const Frame& frame, const Settings& settings,
+    InspectionLegend inspect(View& view, const Frame& frame, const FrameSettings& settings,
                              const Inspection& inspection);
 
     /// The settings with what `frame` decides, resolution where it is automatic, chosen for it.
     /// @throws Error if its projection is neither perspective nor orthographic
-    [[nodiscard]] Settings settled(const View& view, const Frame& frame,
-                                   const Settings& settings) const;
+    [[nodiscard]] FrameSettings settled(const View& view, const Frame& frame,
+                                        const FrameSettings& settings) const;
 
     /// Evaluations of the media that the march of `frame` takes, shadows included.
-    double count_samples(View& view, const Frame& frame, const Settings& settings);
+    double count_samples(View& view, const Frame& frame, const FrameSettings& settings);
 
     /// Which variant the scene and the settings need, and why: a line each. What a frame decides is
     /// named as such unless the settings are settled().
-    [[nodiscard]] std::vector<std::string> explain(const Settings& settings) const;
+    [[nodiscard]] std::vector<std::string> explain(const FrameSettings& settings) const;
 
     /// What the media of the scene have, and where they are (metres, world); for studies.
     [[nodiscard]] const medium::MediaTraits& media_traits() const;

@@ -82,8 +82,8 @@ struct Glance {
 /// line, the tests, the studies. A host to Renderer as any other.
 class FUMAROLE_API SceneRenderer {
 public:
-    explicit SceneRenderer(gl::GetProc get_proc)
-        : renderer_{get_proc}, stills_{renderer_.make_view(View::History::none)},
+    explicit SceneRenderer(gl::GetProc get_proc, Log log = {})
+        : renderer_{get_proc, std::move(log)}, stills_{renderer_.make_view(View::History::none)},
           moving_{renderer_.make_view()}
     {
     }
@@ -104,7 +104,7 @@ public:
 
     /// Hands the scene on unless the renderer holds it already: render() does so by itself, those
     /// who draw frames of their own call it first. @returns milliseconds
-    double set_scene(const Scene& scene, const Settings& settings);
+    double set_scene(const Scene& scene, const SceneSettings& settings);
 
     /// As Renderer::settled() for the scene's camera and size.
     Settings settled(const Scene& scene, const Settings& settings);
@@ -118,7 +118,7 @@ private:
     Renderer renderer_;
     View stills_;  ///< frames that are each a picture on its own
     View moving_;  ///< frames of a moving picture, or that gather
-    std::optional<std::pair<Scene, Settings>> held_;
+    std::optional<std::pair<Scene, SceneSettings>> held_;
 };
 
 /// Projection of a scene's camera for a picture of this size: reversed depth in [0, 1], which keeps
@@ -128,7 +128,7 @@ FUMAROLE_API glm::dmat4 view_from_world(const Camera& camera);
 
 /// Frame i of those that are averaged into a still of the scene, each with samples of its own, as
 /// SceneRenderer draws them into textures of one size; in the depth convention of clip_from_view.
-FUMAROLE_API Frame still_frame(const Camera& camera, const Settings& settings,
+FUMAROLE_API Frame still_frame(const Camera& camera, const FrameSettings& settings,
                                gl::TextureView color, gl::TextureView depth, int i,
                                std::uint32_t seed);
 

@@ -18,8 +18,43 @@ enum class Layout { automatic, dense, bricks };
 
 namespace fumarole {
 
-/// What trades speed for accuracy. The defaults are the preset `default`.
-struct Settings {
+/// What is chosen from the scene, or from a frame, where it stands for a number.
+inline constexpr int kAutomatic = -1;
+
+/// What trades speed for accuracy and lasts as long as a scene: what Renderer::set_scene() fills
+/// and keeps by it. Another value takes another set_scene().
+struct SceneSettings {
+    enum class ShadowRange {
+        media,  ///< shadow rays end where the medium or the light is
+        light,  ///< 2017: all the way to a light that has a place, as if the medium filled it
+    };
+
+    // light through media
+    bool volume_shadows = true;  ///< media dim the light that reaches media and surfaces
+    ShadowRange shadow_range = ShadowRange::media;
+    /// Texels along an edge of each view, 16..8192; kAutomatic: 512 where no sun shines, 1024 in
+    /// media that have detail of their own, 2048 in others.
+    int shadow_map = kAutomatic;
+    /// Nodes along the longest edge of the volume of optical depth towards each light, 0..512; 0:
+    /// none, shadows are marched; kAutomatic: two a voxel, 96 at most.
+    int shadow_cache = kAutomatic;
+    int shadow_fill = 1;  ///< frames that a light's volume is filled in once it has moved, 1..256
+    bool world_light = true;  ///< the world's light scatters in the media too
+    /// Nodes likewise of the world's light, 0..128; 0: none, media don't dim it nor surfaces hide
+    /// it; kAutomatic: one for 3 voxels, 32 at most.
+    int world_cache = kAutomatic;
+    int world_directions = 64;  ///< that the world's light is summed over, 8..120
+
+    // the medium on the GPU
+    medium::Storage storage = medium::Storage::automatic;
+    medium::Layout layout = medium::Layout::automatic;
+    bool noise_grid = true;  ///< noise that does not drift is read from a grid, if not too large
+
+    bool operator==(const SceneSettings&) const = default;
+};
+
+/// What trades speed for accuracy and is every frame's own.
+struct FrameSettings {
     enum class Mode {
         raymarch,  ///< a ray for each texel of a layer
         froxel,    ///< a grid in the view's frustum, kept from frame to frame
@@ -29,10 +64,6 @@ struct Settings {
         media,   ///< march where media are; the first and last step are cut exactly
         camera,  ///< 2017: from near to far, sampled at each step's end, past the scene's depth;
                  ///< froxels: slices from near to far, none of them cut
-    };
-    enum class ShadowRange {
-        media,  ///< shadow rays end where the medium or the light is
-        light,  ///< 2017: all the way to a light that has a place, as if the medium filled it
     };
     enum class Targets { automatic, two, mono };
     enum class Format { r11g11b10f, rgba16f, rgba32f };
@@ -62,35 +93,20 @@ struct Settings {
     Jitter jitter = Jitter::blue;
     Range range = Range::media;
     float g_clamp = 0.999f;      ///< |g| is held to this, 0..0.9999
-    bool world_light = true;     ///< the world's mean radiance scatters too
     float least_extinction = 0;  ///< 1/m, a floor under sigma_t; 2017 had 1e-4
     bool skip = true;            ///< no steps where bricks hold nothing
     float early_end = 0;         ///< a ray ends once less is transmitted, 0..0.5
     Spacing spacing = Spacing::medium;
     Falloff falloff = Falloff::exact;
+    /// Midpoints on the way to a light, 1..1024, of each heterogeneous medium; where a volume of
+    /// optical depth is (SceneSettings::shadow_cache) none are taken.
+    int shadow_steps = 16;
     /// What was marched for a view's last frames is reprojected and averaged with the next.
     bool temporal = false;
 
-    // light through media
-    bool volume_shadows = true;
-    int shadow_steps = 16;  ///< midpoints on the way to a light, 1..1024
-    ShadowRange shadow_range = ShadowRange::media;
-    static constexpr int kAutomatic = -1;
-    /// Texels along an edge of each view, 16..8192, taken by set_scene(); kAutomatic: 512 where no
-    /// sun shines, 1024 in media that have detail of their own, 2048 in others.
-    int shadow_map = kAutomatic;
-    /// Nodes along the longest edge of the volume of optical depth towards each light, taken by
-    /// set_scene(); 0: none, shadows are marched; kAutomatic: two a voxel, 96 at most.
-    int shadow_cache = kAutomatic;
-    int shadow_fill = 1;  ///< frames that a light's volume is filled in once it has moved, 1..256
-    /// Nodes likewise of the world's light; 0: none, media don't dim it nor surfaces hide it;
-    /// kAutomatic: one for 3 voxels, 32 at most.
-    int world_cache = kAutomatic;
-    int world_directions = 64;  ///< that the world's light is summed over, 8..120
-
     // the layer and the resolve
     /// Pixels along a texel's edge: 1 full, 2 half, 4 quarter; kAutomatic: half, or a quarter where
-    /// nothing of the media changes much within a texel of it (pass::layer_scale).
+    /// nothing of the media changes much within a texel of it.
     int resolution = kAutomatic;
     Upsample upsample = Upsample::bilinear2x2;
     float depth_threshold = 0.05f;  ///< relative to depth; metres with box4x4
@@ -109,17 +125,19 @@ struct Settings {
     Lookup lookup = Lookup::trilinear;
     Integration integration = Integration::hillaire;
 
-    // the medium on the GPU
-    medium::Storage storage = medium::Storage::automatic;
-    medium::Layout layout = medium::Layout::automatic;
-    bool noise_grid = true;  ///< noise that does not drift is read from a grid, if not too large
-
-    /// Whether a view's frames have a history (Frame::history).
+    /// Whether a view's frames build on those before them.
     [[nodiscard]] bool keeps_history() const
     {
         return history > 0 && (mode == Mode::froxel || temporal);
     }
 
+    bool operator==(const FrameSettings&) const = default;
+};
+
+/// Both, for those who choose a scene's and a frame's in one: presets, the command line, studies.
+/// The defaults are the preset `default`.
+struct Settings : SceneSettings, FrameSettings {
+    static constexpr int kAutomatic = fumarole::kAutomatic;
     bool operator==(const Settings&) const = default;
 };
 
@@ -131,12 +149,20 @@ struct SettingInfo {
     std::string_view values;  ///< `1..4096`, `none|blue`
     std::string_view unit;    ///< `1/m`, ..., or ""
     std::string_view help;    ///< one line
+    std::string member;       ///< as the library's errors name it: `FrameSettings::steps`
     std::function<std::string(const Settings&)> get;
     /// @throws Error naming the setting and what it takes.
     std::function<void(Settings&, std::string_view)> set;
+    /// Whether it is one of its values.
+    std::function<bool(const Settings&)> holds;
 };
 
 FUMAROLE_API const std::vector<SettingInfo>& setting_table();
+
+/// @throws Error naming the first setting that is not one of its values, and what it takes. The
+/// Renderer asks before it draws.
+FUMAROLE_API void check(const SceneSettings& settings);
+FUMAROLE_API void check(const FrameSettings& settings);
 
 /// @throws Error listing the names if there is no such setting.
 FUMAROLE_API const SettingInfo& find_setting(std::string_view name);

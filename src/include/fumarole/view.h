@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include <fumarole/export.h>
 #include <fumarole/gl.h>
 
 namespace fumarole {
@@ -29,13 +30,13 @@ struct OwnLayers {
 };
 
 /// One of the views that a host draws, as a player's, a mirror's or an eye's: its layers at its
-/// size, and what is kept of them from frame to frame. Its textures are made by its first frame, and
-/// anew only by one of another size or with settings that ask for others. Views stand side by side,
-/// each in a mode of its own.
+/// size, and what is kept of them from frame to frame. Its textures are made by its first frame,
+/// and anew only by one of another size or with settings that ask for others. Views stand side by
+/// side, each in a mode of its own.
 ///
 /// Made by Renderer::make_view(), for the frames of that renderer alone, which it may outlive. The
 /// context is to be current where it dies.
-class View {
+class FUMAROLE_API View {
 public:
     enum class History {
         kept,  ///< frames build on those before them where settings ask for it
