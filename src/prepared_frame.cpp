@@ -213,25 +213,33 @@ shared::FrameParams make_params(const PreparedFrame& frame)
     params.ray_direction_dy = vec(frame.rays.direction_dy);
 
     params.view_z_from_depth = glm::vec4(view_z_from_depth(host));
-    params.sky_depth.x = host.depth_convention.reversed ? 0.0f : 1.0f;
-    params.full_size = glm::vec4(frame.picture_size, 1.0f / glm::vec2(frame.picture_size));
-    params.layer_size = glm::vec4(frame.layer_size, 1.0f / glm::vec2(frame.layer_size));
+    params.sky_depth = host.depth_convention.reversed ? 0.0f : 1.0f;
+    params.full_size = glm::vec2(frame.picture_size);
+    params.inverse_full_size = 1.0f / glm::vec2(frame.picture_size);
+    params.layer_size = glm::vec2(frame.layer_size);
+    params.inverse_layer_size = 1.0f / glm::vec2(frame.layer_size);
     const double scale = settings.resolution;
     const glm::dvec2 guard(frame.layer_guard);
-    params.layer_offset = glm::vec4(glm::vec2(host.layer_offset - guard),
-                                    glm::round(host.layer_offset * scale) - guard * scale);
+    params.layer_offset = glm::vec2(host.layer_offset - guard);
+    params.layer_offset_pixels = glm::vec2(glm::round(host.layer_offset * scale) - guard * scale);
 
     const glm::dvec2 steps = frame.step_range;
-    params.step_range = glm::vec4(steps, std::log2(steps.y / steps.x), settings.early_end);
-    params.media_range =
-        glm::vec4(frame.media_range, depth_reach(frame.eye, frame.media_range), 0.0);
-    const float lambda = frame.eye.perspective ? settings.distribution : 0.0f;
+    params.step_range = glm::vec2(steps);
+    params.media_range = glm::vec2(frame.media_range);
+    params.step_octaves = static_cast<float>(std::log2(steps.y / steps.x));
+    params.media_depth = static_cast<float>(depth_reach(frame.eye, frame.media_range));
+    params.steps = static_cast<float>(settings.steps);
+    params.distribution = frame.eye.perspective ? settings.distribution : 0.0f;
     // Frames that are averaged by us are turned by us.
     const double jitter =
         frame.keeps_history ? golden_fraction(static_cast<double>(host.index)) : host.jitter_offset;
-    params.march = {settings.steps, lambda, settings.shadow_steps, static_cast<float>(jitter)};
-    params.resolve = {settings.depth_threshold, format_limit(settings.format), settings.g_clamp,
-                      settings.least_extinction};
+    params.step_jitter = static_cast<float>(jitter);
+    params.shadow_steps = static_cast<float>(settings.shadow_steps);
+    params.min_transmittance = settings.early_end;
+    params.min_extinction = settings.least_extinction;
+    params.g_clamp = settings.g_clamp;
+    params.radiance_limit = format_limit(settings.format);
+    params.depth_threshold = settings.depth_threshold;
     return params;
 }
 

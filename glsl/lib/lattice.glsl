@@ -7,7 +7,7 @@ vec2 lattice_segment(LatticeParams lattice, vec3 p, vec3 d, float end)
 {
     vec3 q = (lattice.node_from_world * vec4(p, 1.0)).xyz;
     vec3 dq = (lattice.node_from_world * vec4(d, 0.0)).xyz;
-    vec2 t = ray_box(q, dq, vec3(0.0), lattice.last.xyz);
+    vec2 t = ray_box(q, dq, vec3(0.0), lattice.last);
     return vec2(max(t.x, 0.0), min(t.y, end));
 }
 
@@ -15,12 +15,12 @@ vec2 lattice_segment(LatticeParams lattice, vec3 p, vec3 d, float end)
 // along z.
 vec3 first_layer_at(LatticeParams lattice, vec3 p)
 {
-    return ((lattice.node_from_world * vec4(p, 1.0)).xyz + 0.5) * lattice.inverse_size.xyz;
+    return ((lattice.node_from_world * vec4(p, 1.0)).xyz + 0.5) * lattice.inverse_size;
 }
 
 vec3 first_layer_way(LatticeParams lattice, vec3 d)
 {
-    return (lattice.node_from_world * vec4(d, 0.0)).xyz * lattice.inverse_size.xyz;
+    return (lattice.node_from_world * vec4(d, 0.0)).xyz * lattice.inverse_size;
 }
 
 // The same in another layer. A point outside is moved to the faces, so no other layer is ever touched; at the

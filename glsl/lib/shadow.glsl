@@ -1,19 +1,18 @@
 // The depth that a shadow view keeps: linear in metres, so one bias means the same near and far.
-//   origin  xyz: where depth is 0; w: 1 / range
-//   axis    xyz: a sun's direction of travel, or 0 where depth is the distance from origin;
-//           w: bias [m], or metres per metre of distance
-bool is_sun_view(vec4 axis) { return dot(axis.xyz, axis.xyz) > 0.0; }
+#include "shared/light_params.h"
 
-float shadow_depth(vec4 origin, vec4 axis, vec3 p)
+bool is_sun_view(ShadowDepth view) { return dot(view.travel, view.travel) > 0.0; }
+
+float shadow_depth(ShadowDepth view, vec3 p)
 {
-    vec3 from = p - origin.xyz;
-    return clamp((is_sun_view(axis) ? dot(from, axis.xyz) : length(from)) * origin.w, 0.0, 1.0);
+    vec3 from = p - view.origin;
+    return clamp((is_sun_view(view) ? dot(from, view.travel) : length(from)) * view.inverse_range, 0.0, 1.0);
 }
 
 // How far a lit surface is moved before it looks itself up: about a texel of the view. [m]
-float shadow_bias(vec4 origin, vec4 axis, vec3 p)
+float shadow_bias(ShadowDepth view, vec3 p)
 {
-    return is_sun_view(axis) ? axis.w : axis.w * length(p - origin.xyz);
+    return is_sun_view(view) ? view.bias : view.bias * length(p - view.origin);
 }
 
 // Which of six views of a point light holds direction d, +x -x +y -y +z -z, and where in it d is, -1..1 over a

@@ -10,18 +10,18 @@ layout(binding = 0) writeonly uniform image3D u_depth_img;
 void main()
 {
     const float kMost = 6e4;  // of a 16-bit float; an infinity times a weight of 0 would be none
-    ivec3 node = ivec3(gl_GlobalInvocationID) + ivec3(0, 0, int(u_volumes.fill.w));
+    ivec3 node = ivec3(gl_GlobalInvocationID) + ivec3(0, 0, u_volumes.first_slice);
     LatticeParams lattice = u_volumes.depth;
-    if (any(greaterThan(node, ivec3(lattice.last.xyz))))
+    if (any(greaterThan(node, ivec3(lattice.last))))
         return;
-    int i = int(u_volumes.fill.x);
+    int i = u_volumes.layer;
     // As fine as the nodes that are filled, and no coarser than those that it is filled from.
     float step = min(u_volumes.extinction.last.x / lattice.last.x, 1.0);
     vec3 p = node_position(lattice, node);
-    vec3 to_light = u_volumes.light.xyz - u_volumes.light.w * p;
+    vec3 to_light = u_volumes.light - u_volumes.light_has_place * p;
     float range = max(length(to_light), kLeastRange);
     vec3 wi = to_light / range;
-    if (u_volumes.light.w == 0.0)
+    if (u_volumes.light_has_place == 0.0)
         range = kSunRange;
     vec3 tau = min(vec3(traced_depth(p, wi, range, step)), vec3(kMost));
     imageStore(u_depth_img, node + ivec3(0, 0, i * (int(lattice.last.z) + 1)), vec4(tau, 0.0));

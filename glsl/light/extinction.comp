@@ -10,9 +10,9 @@ void main()
 {
     ivec3 node = ivec3(gl_GlobalInvocationID);
     LatticeParams lattice = u_volumes.extinction;
-    if (any(greaterThan(node, ivec3(lattice.last.xyz))))
+    if (any(greaterThan(node, ivec3(lattice.last))))
         return;
-    int n = int(u_volumes.fill.z);
+    int n = u_volumes.samples;
     extinction_t sum = extinction_t(0.0);
     for (int i = 0; i < n * n * n; ++i) {
         vec3 in_cell = (vec3(i % n, i / n % n, i / (n * n)) + 0.5) / float(n) - 0.5;

@@ -6,4 +6,4 @@
 layout(std140, binding = DRAW_BLOCK) uniform Draw { DrawParams u_draw; };
 in vec3 p_world;  // light-centred here
 
-void main() { gl_FragDepth = shadow_depth(u_draw.shadow_origin, u_draw.shadow_axis, p_world); }
+void main() { gl_FragDepth = shadow_depth(u_draw.shadow_depth, p_world); }

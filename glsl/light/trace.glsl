@@ -13,7 +13,7 @@ volume_t traced_depth(vec3 p, vec3 wi, float range, float step)
         return sum;
     vec3 from = lattice_uvw(lattice, p + wi * t.x, 0);
     vec3 way = lattice_uvw(lattice, p + wi * t.y, 0) - from;
-    int steps = int(ceil(length(way / lattice.inverse_size.xyz) / step));
+    int steps = int(ceil(length(way / lattice.inverse_size) / step));
     for (int i = 0; i < steps; ++i) {
         vec3 uvw = from + way * ((float(i) + 0.5) / float(steps));
         sum += textureLod(u_extinction_volume_tx, uvw, 0.0).VOLUME;

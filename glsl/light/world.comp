@@ -27,7 +27,7 @@ float visibility_of(int k, vec3 p)
     ShadowView view = u_world.views[k];
     vec2 uv = (view.clip_from_world * vec4(p, 1.0)).xy * 0.5 + 0.5;
     // Moved on by the bias: a node on a surface's far side must not see through it.
-    float depth = shadow_depth(view.origin, view.axis, p + view.axis.xyz * view.axis.w);
+    float depth = shadow_depth(view.depth, p + view.depth.travel * view.depth.bias);
     return texture(u_world_shadow_tx, vec4(uv, float(k), depth));
 #else
     return 1.0;
@@ -40,14 +40,14 @@ void main()
     const int kCount = kHarmonics[BANDS - 1];
     ivec3 node = ivec3(gl_GlobalInvocationID);
     LatticeParams lattice = u_volumes.world;
-    if (any(greaterThan(node, ivec3(lattice.last.xyz))))
+    if (any(greaterThan(node, ivec3(lattice.last))))
         return;
     vec3 p = node_position(lattice, node);
     vec3 radiance[kCount];
     for (int i = 0; i < kCount; ++i)
         radiance[i] = vec3(0.0);
     float seen = 0.0;
-    int directions = int(u_volumes.fill.y);
+    int directions = u_volumes.directions;
     for (int k = 0; k < directions; ++k) {
         float visibility = visibility_of(k, p);
         if (visibility == 0.0)

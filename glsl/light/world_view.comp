@@ -15,12 +15,12 @@ void main()
 {
     ivec3 node = ivec3(gl_GlobalInvocationID);
     LatticeParams lattice = u_volumes.world;
-    if (any(greaterThan(node, ivec3(lattice.last.xyz))))
+    if (any(greaterThan(node, ivec3(lattice.last))))
         return;
     ivec3 layer = ivec3(0, 0, int(lattice.last.z) + 1);
     vec3 p = node_position(lattice, node);
     // Along the eye's ray: g > 0 sends on what comes from behind the node.
-    vec3 d = u_volumes.view.w > 0.0 ? u_volumes.view.xyz : p / max(length(p), 1e-20);
+    vec3 d = u_volumes.orthographic > 0.0 ? u_volumes.view_axis : p / max(length(p), 1e-20);
     vec4 band[4] = vec4[4](vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
     int i = 0;
     for (int l = 0; l < BANDS; ++l)
@@ -31,7 +31,7 @@ void main()
     for (int l = 0; l < BANDS; ++l)
         imageStore(u_view_img, node + layer * l, band[l]);
 #else
-    float g = u_media.media[0].sigma_s.a;
+    float g = u_media.media[0].g;
     vec4 light = band[0] + g * (band[1] + g * (band[2] + g * band[3]));
     // What bands 0 to 3 leave of a sharp edge may dip below 0.
     imageStore(u_view_img, node, vec4(root_of_light(max(light.rgb, vec3(0.0))), light.a));

@@ -22,30 +22,30 @@ vec3 unknown(vec2 pixel)
     return vec3((cell.x + cell.y) % 2 == 0 ? 0.16 : 0.2);
 }
 
-vec3 shown(vec4 radiance, vec2 tone, vec2 pixel)
+vec3 shown(vec4 radiance, ToneParams tone, vec2 pixel)
 {
     if (radiance.a == 0.0)
         return unknown(pixel);
-    vec3 exposed = max(vec3(0.0), radiance.rgb * tone.x);
-    return srgb_encode(tone.y > 0.5 ? filmic(exposed) : exposed);
+    vec3 exposed = max(vec3(0.0), radiance.rgb * tone.exposure);
+    return srgb_encode(tone.filmic > 0.5 ? filmic(exposed) : exposed);
 }
 
 void main()
 {
-    vec2 pixel = gl_FragCoord.xy - u_display.area.xy;
-    vec2 uv = pixel / u_display.area.zw;
+    vec2 pixel = gl_FragCoord.xy - u_display.lower_left;
+    vec2 uv = pixel / u_display.size;
     vec4 a = texture(u_a_tx, uv);
-    vec3 color = shown(a, u_display.tone.xy, pixel);
+    vec3 color = shown(a, u_display.tone_a, pixel);
 #ifdef SPLIT
-    if (pixel.x >= u_display.comparison.x)
-        color = shown(texture(u_b_tx, uv), u_display.tone.zw, pixel);
-    if (abs(pixel.x - u_display.comparison.x) < 1.0)
+    if (pixel.x >= u_display.wipe)
+        color = shown(texture(u_b_tx, uv), u_display.tone_b, pixel);
+    if (abs(pixel.x - u_display.wipe) < 1.0)
         color = vec3(0.9);
 #endif
 #ifdef DIFFERENCE
     vec4 b = texture(u_b_tx, uv);
-    vec3 error = (a.rgb - b.rgb) * inversesqrt(b.rgb * b.rgb + u_display.comparison.z);
-    float t = sqrt(dot(error, error) / 3.0) / u_display.comparison.y;
+    vec3 error = (a.rgb - b.rgb) * inversesqrt(b.rgb * b.rgb + u_display.tenth_mean_square);
+    float t = sqrt(dot(error, error) / 3.0) / u_display.largest_difference;
     color = a.a == 0.0 || b.a == 0.0 ? unknown(pixel) : srgb_encode(magma(t));
 #endif
     out_color = vec4(color, 1.0);

@@ -19,5 +19,5 @@ void main()
     side[(axis + 1) % 3] = float(edge % 2);
     side[(axis + 2) % 3] = float(edge / 2);
     gl_Position = u_inspect.clip_from_boxes * vec4(mix(in_min.xyz, in_max.xyz, side), 1.0);
-    color = in_min.w < 0.0 ? kOutline : magma((in_min.w - u_inspect.scale.x) * u_inspect.scale.y);
+    color = in_min.w < 0.0 ? kOutline : magma((in_min.w - u_inspect.scale_begin) * u_inspect.inverse_scale_width);
 }

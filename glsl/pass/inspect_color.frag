@@ -12,5 +12,5 @@ void main()
     float value = texelFetch(u_values_tx, ivec2(gl_FragCoord.xy), 0).r;
     if (!(value < kNothing))
         discard;
-    out_color = vec4(magma((value - u_inspect.scale.x) * u_inspect.scale.y), 1.0);
+    out_color = vec4(magma((value - u_inspect.scale_begin) * u_inspect.inverse_scale_width), 1.0);
 }

@@ -12,18 +12,18 @@ layout(location = 0) out float out_value;
 bool is_inside(vec3 p)
 {
     // On the plane rounding must not decide.
-    vec3 across = 1.0 - u_inspect.plane.xyz;
-    return all(greaterThanEqual((p - u_inspect.bounds_min.xyz) * across, vec3(0.0))) &&
-           all(lessThanEqual((p - u_inspect.bounds_max.xyz) * across, vec3(0.0)));
+    vec3 across = 1.0 - u_inspect.plane_axis;
+    return all(greaterThanEqual((p - u_inspect.bounds_min) * across, vec3(0.0))) &&
+           all(lessThanEqual((p - u_inspect.bounds_max) * across, vec3(0.0)));
 }
 
 void main()
 {
-    Ray ray = camera_ray(gl_FragCoord.xy * u_frame.full_size.zw * 2.0 - 1.0);
+    Ray ray = camera_ray(gl_FragCoord.xy * u_frame.inverse_full_size * 2.0 - 1.0);
     float scene_z = view_z_of(texelFetch(u_scene_depth_tx, ivec2(gl_FragCoord.xy), 0).r,
-                              u_frame.view_z_from_depth, u_frame.sky_depth.x);
-    float steepness = dot(ray.direction, u_inspect.plane.xyz);
-    float z = (u_inspect.plane.w - dot(ray.origin, u_inspect.plane.xyz)) / steepness;
+                              u_frame.view_z_from_depth, u_frame.sky_depth);
+    float steepness = dot(ray.direction, u_inspect.plane_axis);
+    float z = (u_inspect.plane_place - dot(ray.origin, u_inspect.plane_axis)) / steepness;
     vec3 p = ray.origin + ray.direction * z;
     // A ray along the plane has no z: its comparisons are false.
     if (!(z >= u_frame.media_range.x && z <= scene_z) || !is_inside(p)) {

@@ -10,5 +10,5 @@ layout(location = 0) out float out_value;
 void main()
 {
     float depth = texelFetch(u_scene_depth_tx, ivec2(gl_FragCoord.xy), 0).r;
-    out_value = min(view_z_of(depth, u_frame.view_z_from_depth, u_frame.sky_depth.x), kNothing);
+    out_value = min(view_z_of(depth, u_frame.view_z_from_depth, u_frame.sky_depth), kNothing);
 }

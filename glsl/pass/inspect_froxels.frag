@@ -1,5 +1,5 @@
 // An inspection of the froxels, each pixel as the column that it is in.
-//   in   the source of the froxels: radiance added per range.z metres
+//   in   the source of the froxels: radiance added per slices.depth metres
 //   out  of one slice, the mean of its channels [W/m^2/sr/m]
 //
 // Variant: SAMPLES  in: the media's evaluations by froxel; out: their sum over the column
@@ -18,7 +18,7 @@ void main()
         sum += texelFetch(u_froxels_tx, ivec3(column, k), 0).r;
     out_value = sum;
 #else
-    vec3 source = texelFetch(u_froxels_tx, ivec3(column, int(u_inspect.scale.z)), 0).rgb;
-    out_value = dot(source, vec3(1.0 / 3.0)) / u_froxels.range.z;
+    vec3 source = texelFetch(u_froxels_tx, ivec3(column, u_inspect.slice), 0).rgb;
+    out_value = dot(source, vec3(1.0 / 3.0)) / u_froxels.slices.depth;
 #endif
 }

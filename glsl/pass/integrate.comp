@@ -56,7 +56,7 @@ void main()
     float begin = slice_begin(0);
     for (int k = 0; k < count.z; ++k) {
         float end = slice_begin(k + 1);
-        float thickness = (end - begin) * length_per_z / u_froxels.range.z;
+        float thickness = (end - begin) * length_per_z / u_froxels.slices.depth;
         begin = end;
         vec4 source = texelFetch(u_source_tx, ivec3(column, k), 0) * thickness;
 #ifdef EXTINCTION_IN_ALPHA
@@ -71,7 +71,7 @@ void main()
         radiance += added;
         tau += slice_tau;
         before = value;
-        value.scattering = min(seen_at_slant(radiance, tau, 1.0 / length_per_z), vec3(u_frame.resolve.y));
+        value.scattering = min(seen_at_slant(radiance, tau, 1.0 / length_per_z), vec3(u_frame.radiance_limit));
         value.transmittance = exp(-tau / length_per_z);
         store(column, k + 2, value);
         if (k == 0)

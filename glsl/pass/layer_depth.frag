@@ -11,15 +11,15 @@ layout(location = 0) out float out_view_z;
 
 float scene_view_z(ivec2 pixel)
 {
-    ivec2 last = ivec2(u_frame.full_size.xy) - 1;  // an odd size ends in half a texel
+    ivec2 last = ivec2(u_frame.full_size) - 1;  // an odd size ends in half a texel
     return view_z_of(texelFetch(u_scene_depth_tx, clamp(pixel, ivec2(0), last), 0).r, u_frame.view_z_from_depth,
-                     u_frame.sky_depth.x);
+                     u_frame.sky_depth);
 }
 
 void main()
 {
     ivec2 texel = ivec2(gl_FragCoord.xy);
-    ivec2 corner = texel * LAYER_SCALE + ivec2(u_frame.layer_offset.zw);
+    ivec2 corner = texel * LAYER_SCALE + ivec2(u_frame.layer_offset_pixels);
     float view_z = scene_view_z(corner);
 #ifdef CHECKERBOARD
     bool nearest = ((texel.x + texel.y) & 1) == 0;

@@ -99,10 +99,10 @@ float match_of(Kept kept, float view_z)
         return 0.0;
     if (kept.depth < 0.0)
         return 1.0;
-    vec4 range = u_history.media_range;
+    vec2 range = u_history.media_range;
     view_z = clamp(view_z, range.x, range.y);
-    float reach = range.z > 0.0 ? range.z : view_z;
-    return same_depth(mix(range.x, range.y, kept.depth), view_z, u_frame.resolve.x * reach);
+    float reach = u_history.media_depth > 0.0 ? u_history.media_depth : view_z;
+    return same_depth(mix(range.x, range.y, kept.depth), view_z, u_frame.depth_threshold * reach);
 }
 
 #ifndef HISTORY_STILL
@@ -118,7 +118,7 @@ Sight filtered(vec2 uv)
 
 void add(inout Sight sum, float weight, vec2 position)
 {
-    Sight at = filtered((position + 0.5) * u_frame.layer_size.zw);
+    Sight at = filtered((position + 0.5) * u_frame.inverse_layer_size);
     sum.scattering += weight * at.scattering;
     sum.transmittance += weight * at.transmittance;
 }
@@ -153,7 +153,7 @@ vec3 turned(vec3 p, vec3 wo)
     MediumSample medium = sample_media(p);
     return turned_to_eye(p, wo, u_history.eye, medium.sigma_s, medium.emission, medium.g);
 #else
-    return turned_to_eye(p, wo, u_history.eye, vec3(1.0), vec3(0.0), u_media.media[0].sigma_s.a);
+    return turned_to_eye(p, wo, u_history.eye, vec3(1.0), vec3(0.0), u_media.media[0].g);
 #endif
 }
 #endif
@@ -172,16 +172,16 @@ vec2 old_position(vec3 p)
     vec4 clip = u_history.clip_from_world * vec4(p, 1.0);
     if (!(clip.w > 0.0))
         return vec2(-2.0);  // out of it
-    vec2 position = (clip.xy / clip.w * 0.5 + 0.5) * u_frame.full_size.xy / float(LAYER_SCALE) - 0.5 -
-                    u_history.layer.xy;
-    return clamp(position, vec2(-2.0), u_frame.layer_size.xy + 1.0);  // or no integer has it
+    vec2 position = (clip.xy / clip.w * 0.5 + 0.5) * u_frame.full_size / float(LAYER_SCALE) - 0.5 -
+                    u_history.layer_offset;
+    return clamp(position, vec2(-2.0), u_frame.layer_size + 1.0);  // or no integer has it
 }
 
 Kept history_of(ivec2 texel, vec2 media_depth, float scene_z)
 {
     Kept mean = Kept(Sight(vec3(0.0), transmittance_t(0.0)), 0.0, 0.0);
-    vec2 pixel = (vec2(texel) + 0.5 + u_frame.layer_offset.xy) * float(LAYER_SCALE);
-    Ray ray = camera_ray(pixel * u_frame.full_size.zw * 2.0 - 1.0);
+    vec2 pixel = (vec2(texel) + 0.5 + u_frame.layer_offset) * float(LAYER_SCALE);
+    Ray ray = camera_ray(pixel * u_frame.inverse_full_size * 2.0 - 1.0);
     if (media_depth.x < 0.0)
         return mean;
     vec2 view_z = u_frame.media_range.x + (u_frame.media_range.y - u_frame.media_range.x) *
@@ -190,7 +190,7 @@ Kept history_of(ivec2 texel, vec2 media_depth, float scene_z)
     float old_scene_z = dot(u_history.view_z_from_world, vec4(ray.origin + ray.direction * scene_z, 1.0));
     vec2 position = old_position(p);
     ivec2 first = ivec2(floor(position));
-    ivec2 last = ivec2(u_frame.layer_size.xy) - 1;
+    ivec2 last = ivec2(u_frame.layer_size) - 1;
     float share = 0.0;
     for (int i = 0; i < 4; ++i) {
         ivec2 at = first + ivec2(i & 1, i >> 1);
@@ -231,13 +231,13 @@ Kept history_of(ivec2 texel, vec2 media_depth, float scene_z)
 // a standard deviation, as Salvi 2016 has it.
 void hold(ivec2 texel, float scene_z, inout Sight sight)
 {
-    float reach = u_frame.media_range.z > 0.0 ? u_frame.media_range.z : scene_z;
-    ivec2 last = ivec2(u_frame.layer_size.xy) - 1;
+    float reach = u_frame.media_depth > 0.0 ? u_frame.media_depth : scene_z;
+    ivec2 last = ivec2(u_frame.layer_size) - 1;
     Sight sum = Sight(vec3(0.0), transmittance_t(0.0)), squares = sum;
     float weights = 0.0;
     for (int i = 0; i < 9; ++i) {
         ivec2 at = clamp(texel + ivec2(i % 3, i / 3) - 1, ivec2(0), last);
-        float weight = same_depth(scene_z_at(at), scene_z, u_frame.resolve.x * reach);
+        float weight = same_depth(scene_z_at(at), scene_z, u_frame.depth_threshold * reach);
         Sight near = sight_at(at);
         sum.scattering += weight * near.scattering;
         sum.transmittance += weight * near.transmittance;
@@ -289,7 +289,7 @@ void main()
 #ifndef HISTORY_STILL
         hold(texel, scene_z, history.sight);
 #endif
-        float weight = min(history.frames / (history.frames + 1.0), u_history.layer.w);
+        float weight = min(history.frames / (history.frames + 1.0), u_history.weight);
         Sight mean = mean_of(sight, history.sight, weight);
         if (is_sound(mean)) {
             sight = mean;

@@ -19,6 +19,7 @@
 #undef SURFACE_SHADOWS
 #endif
 #include "lib/step_lattice.glsl"
+#include "shared/step_tile.h"
 #include "scene/in_scattering.glsl"
 
 layout(binding = LAYER_DEPTH_UNIT) uniform sampler2D u_layer_depth_tx;
@@ -98,40 +99,29 @@ void march(inout Layer layer, MediaLine line, LightLine light, float length_per_
     layer.transmittance *= exp(-tau);
 }
 
-// Splits of a slot, as a power of two; and the slot that holds one.
-int slot_width() { return int(tile.w >> 16u) & 255; }
-int slot_of(int split) { return clamp((split - int(tile.w & 0xffffu)) >> slot_width(), 0, 31); }
-
-// Splits of the lattice that the step at one of them takes.
-int stride_at(int split)
-{
-    int slot = slot_of(split);
-    return ((tile.y >> slot) & 1u) != 0u ? 4 : ((tile.z >> slot) & 1u) != 0u ? 2 : 1;
-}
-
 void main()
 {
     ivec2 texel = ivec2(gl_FragCoord.xy);
-    vec2 pixel = (gl_FragCoord.xy + u_frame.layer_offset.xy) * float(LAYER_SCALE);
-    vec2 ndc = pixel * u_frame.full_size.zw * 2.0 - 1.0;
+    vec2 pixel = (gl_FragCoord.xy + u_frame.layer_offset) * float(LAYER_SCALE);
+    vec2 ndc = pixel * u_frame.inverse_full_size * 2.0 - 1.0;
     Ray ray = camera_ray(ndc);
     float length_per_z = length(ray.direction);
     vec3 wo = -ray.direction / length_per_z;
 
-    int steps = int(u_frame.march.x);
-    float lambda = u_frame.march.y;
-    vec2 range = u_frame.step_range.xy;
-    float octaves = u_frame.step_range.z;
+    int steps = int(u_frame.steps);
+    float lambda = u_frame.distribution;
+    vec2 range = u_frame.step_range;
+    float octaves = u_frame.step_octaves;
     float scene_z = texelFetch(u_layer_depth_tx, texel, 0).r;
 #ifdef BLUE_NOISE
     float noise = texelFetch(u_blue_noise_tx, texel & (BLUE_NOISE_SIZE - 1), 0).r;
-    float offset = fract(noise + u_frame.march.w);
+    float offset = fract(noise + u_frame.step_jitter);
 #else
     float offset = 0.5;
 #endif
 
     // A pixel's ray is its middle's; a larger texel's stands for the pixels around as well.
-    float texel_ndc = 2.0 * sqrt(float(LAYER_SCALE * LAYER_SCALE - 1)) * u_frame.full_size.z;
+    float texel_ndc = 2.0 * sqrt(float(LAYER_SCALE * LAYER_SCALE - 1)) * u_frame.inverse_full_size.x;
     LightLine light = light_line(ray, wo, texel_ndc * vec2(length(u_frame.ray_origin_dx.xyz),
                                                            length(u_frame.ray_direction_dx.xyz)));
     MediaLine line = media_line(ray);
@@ -156,22 +146,22 @@ void main()
         z = z_next;
     }
 #else
-    float enough = u_frame.step_range.w;
+    float enough = u_frame.min_transmittance;
     uint slots = inside.x < inside.y ? tile.x : 0u;
     int entry = step_at(inside.x, steps, range, octaves, lambda);
-    entry &= -stride_at(entry);
+    entry &= -tile_stride(tile.y, tile.z, tile.w, entry);
     // Row by row of slots that hold something. Steps stay where they are whether some are left out or not.
     // Loops that ask first run their body once more with all lanes off where they are lanes of a processor.
     if (slots != 0u) do {
         int slot = findLSB(slots);
         int beyond = slot + findLSB(~(slots >> uint(slot)));
         slots &= ~0u << uint(beyond);
-        int first = max(int(tile.w & 0xffffu) + (slot << slot_width()), entry);
-        int last = min(int(tile.w & 0xffffu) + (beyond << slot_width()), steps);
+        int first = max(tile_first_split(tile.w) + (slot << tile_log2_width(tile.w)), entry);
+        int last = min(tile_first_split(tile.w) + (beyond << tile_log2_width(tile.w)), steps);
         float z = max(step_split(float(first) / float(steps), range, octaves, lambda), inside.x);
         int i = first;
         if (i < last && z < inside.y && most(layer.transmittance) > enough) do {
-            int stride = stride_at(i);
+            int stride = tile_stride(tile.y, tile.z, tile.w, i);
             float z_next = min(step_split(float(i + stride) / float(steps), range, octaves, lambda), inside.y);
             if (i + stride >= steps)
                 z_next = inside.y;  // rounding must not leave a rest
@@ -189,7 +179,7 @@ void main()
 #ifdef COUNT_SAMPLES
     out_scattering = vec4(float(g_samples));
 #else
-    vec3 scattering = min(layer.scattering, vec3(u_frame.resolve.y));  // an infinity would spoil its neighbours
+    vec3 scattering = min(layer.scattering, vec3(u_frame.radiance_limit));  // an infinity would spoil its neighbours
 #ifdef MEDIA_DEPTH
     vec2 media_depth = media_depth_of(layer.seen, inside.y);
 #endif

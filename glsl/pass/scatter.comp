@@ -1,6 +1,6 @@
 // Froxels, step 2: light into the V-buffer's media, and what is kept of the frames before.
 //   in   the V-buffer, lights, shadow map; last frame's source and extinction
-//   out  source      radiance added per range.z metres: sigma_s * in_scattering + emission
+//   out  source      radiance added per slices.depth metres: sigma_s * in_scattering + emission
 //        extinction  of the V-buffer, averaged over frames as the source is
 // The history is last frame's froxel at the unjittered middle of this one, so samples that are jittered
 // from frame to frame average over the froxel. Each froxel is worked out in every frame, seen or hidden by
@@ -38,12 +38,12 @@ layout(binding = FROXEL_HISTORY_EXTINCTION_UNIT) uniform sampler3D u_history_ext
 // Over as far as the grid is deep, or to the light; midpoints, as many as the media's own shadows take.
 extinction_t light_depth(int i, vec3 p, LightSample light)
 {
-    int steps = int(u_frame.march.z);
-    float ds = min(light.range, u_froxels.range.z) / float(steps);
+    int steps = int(u_frame.shadow_steps);
+    float ds = min(light.range, u_froxels.slices.depth) / float(steps);
     extinction_t sum = extinction_t(0.0);
     for (int j = 0; j < steps; ++j) {
         vec3 uvw = froxel_uvw(p + light.wi * ((float(j) + 0.5) * ds), u_froxels.clip_from_world,
-                              u_froxels.view_z_from_world, u_froxels.range);
+                              u_froxels.view_z_from_world, u_froxels.slices);
         if (!is_inside(uvw))
             continue;
 #ifdef EXTINCTION_IN_ALPHA
@@ -54,7 +54,7 @@ extinction_t light_depth(int i, vec3 p, LightSample light)
         sum += textureLod(u_sigma_t_tx, uvw, 0.0).r;
 #endif
     }
-    return sum * (ds / u_froxels.range.z);
+    return sum * (ds / u_froxels.slices.depth);
 }
 #define LIGHT_DEPTH light_depth
 #endif
@@ -80,7 +80,7 @@ struct Medium {
 
 Medium medium_of(ivec3 froxel)
 {
-    Medium medium = Medium(texelFetch(u_sigma_s_tx, froxel, 0).rgb, vec3(0.0), u_media.media[0].sigma_s.a);
+    Medium medium = Medium(texelFetch(u_sigma_s_tx, froxel, 0).rgb, vec3(0.0), u_media.media[0].g);
 #ifdef FOR_EACH_EMISSION
     medium.emission = texelFetch(u_emission_tx, froxel, 0).rgb;
 #endif
@@ -103,7 +103,7 @@ vec3 source_of(ivec3 froxel, Medium medium)
 // Moves source and extinction towards last frame's, where last frame's grid holds this froxel's middle.
 void add_history(ivec3 froxel, Medium medium, inout vec3 source, inout vec4 extinction)
 {
-    float weight = u_froxels.jitter.w;
+    float weight = u_froxels.history_weight;
 #ifdef HISTORY_STILL
     vec4 old_source = texelFetch(u_history_tx, froxel, 0);
 #ifndef EXTINCTION_IN_ALPHA
@@ -111,17 +111,17 @@ void add_history(ivec3 froxel, Medium medium, inout vec3 source, inout vec4 exti
 #endif
 #else
     Ray ray = column_ray(froxel.xy, vec2(0.5));
-    float s = (float(froxel.z) + 0.5) / u_froxels.grid.z;
-    vec3 middle = ray.origin + ray.direction * slice_view_z(s, u_froxels.range, u_froxels.spacing);
+    float s = (float(froxel.z) + 0.5) / u_froxels.slices.count;
+    vec3 middle = ray.origin + ray.direction * slice_view_z(s, u_froxels.slices);
     vec3 uvw = froxel_uvw(middle, u_froxels.history_clip_from_world, u_froxels.history_view_z_from_world,
-                          vec4(u_froxels.history_range.xyz, 0.0));
+                          u_froxels.history_slices);
     if (!is_inside(uvw))
         return;
-    vec4 old_source = textureLod(u_history_tx, uvw, 0.0) * u_froxels.history_range.w;
+    vec4 old_source = textureLod(u_history_tx, uvw, 0.0) * u_froxels.history_slices.rescale;
     old_source.rgb *= turned_to_eye(middle, -normalize(ray.direction), u_froxels.history_eye, medium.sigma_s,
                                     medium.emission, medium.g);
 #ifndef EXTINCTION_IN_ALPHA
-    vec4 old_extinction = textureLod(u_history_extinction_tx, uvw, 0.0) * u_froxels.history_range.w;
+    vec4 old_extinction = textureLod(u_history_extinction_tx, uvw, 0.0) * u_froxels.history_slices.rescale;
 #endif
 #endif
     source = mix(source, old_source.rgb, weight);

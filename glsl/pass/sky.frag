@@ -13,7 +13,7 @@ layout(location = 0) out vec4 out_color;
 void main()
 {
 #ifdef ENVIRONMENT
-    Ray ray = camera_ray(gl_FragCoord.xy * u_frame.full_size.zw * 2.0 - 1.0);
+    Ray ray = camera_ray(gl_FragCoord.xy * u_frame.inverse_full_size * 2.0 - 1.0);
     out_color = vec4(textureLod(u_environment_tx, lat_long_uv(normalize(ray.direction)), 0.0).rgb, 1.0);
 #else
     out_color = vec4(u_lights.world_radiance.rgb, 1.0);

@@ -1,11 +1,10 @@
 // One point a tile: a square of pixels, drawn where there is something to draw.
 //   in   a texel a tile, as StepSlots::tile() of src/pass/step_slots.h makes it
-//   out  tile  x: slots of the step lattice that hold something, as bits; y, z: those whose splits are taken four
-//              and two at a time; w: split where slot 0 begins, low 16 bits; log2 of splits of a slot, 8 bits; and
-//              the highest: no surface hides a light from it
+//   out  tile  the same, shared/step_tile.h
 //   TILE_PIXELS  along its edge
 //   LIT_TILES    1: only those that no surface shades; 0: only the others
 #include "shared/bindings.h"
+#include "shared/step_tile.h"
 
 layout(binding = STEP_TILES_UNIT) uniform usampler2D u_tiles_tx;
 flat out uvec4 tile;
@@ -17,7 +16,7 @@ void main()
     tile = texelFetch(u_tiles_tx, at, 0);
     bool drawn = tile.x != 0u;
 #ifdef LIT_TILES
-    drawn = drawn && (tile.w >> 31u) == uint(LIT_TILES);
+    drawn = drawn && tile_is_lit(tile.w) == (LIT_TILES == 1);
 #endif
     gl_PointSize = float(TILE_PIXELS);
     gl_Position = vec4(drawn ? (vec2(at) + 0.5) / vec2(count) * 2.0 - 1.0 : vec2(2.0), 0.0, 1.0);

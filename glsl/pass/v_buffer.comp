@@ -1,6 +1,6 @@
 // Froxels, step 1: the media into the V-buffer, one sample a froxel. Hillaire 2015, "Physically Based and
 // Unified Volumetric Rendering in Frostbite", voxelisation of participating media.
-//   out  sigma_s, sigma_t, emission   per range.z metres (shared/froxel_params.h)
+//   out  sigma_s, sigma_t, emission   per slices.depth metres (shared/froxel_params.h)
 //        phase  x: g times its weight, y: the weight, the sum of sigma_s
 //
 // Variant, besides those of scene/froxel_sample.glsl: EMISSION, MIXED_G  the scene has what needs a volume
@@ -18,7 +18,7 @@ layout(binding = V_BUFFER_EMISSION_IMAGE) writeonly uniform image3D u_emission_i
 layout(binding = V_BUFFER_PHASE_IMAGE) writeonly uniform image3D u_phase_img;
 #endif
 
-vec3 held(vec3 value) { return min(value * u_froxels.range.z, vec3(u_frame.resolve.y)); }
+vec3 held(vec3 value) { return min(value * u_froxels.slices.depth, vec3(u_frame.radiance_limit)); }
 
 void main()
 {
@@ -41,7 +41,7 @@ void main()
     imageStore(u_emission_img, froxel, vec4(held(medium.emission * at.share), 0.0));
 #endif
 #ifdef MIXED_G
-    float weight = min(sigma_s.r + sigma_s.g + sigma_s.b, u_frame.resolve.y);
+    float weight = min(sigma_s.r + sigma_s.g + sigma_s.b, u_frame.radiance_limit);
     imageStore(u_phase_img, froxel, vec4(medium.g * weight, weight, 0.0, 0.0));
 #endif
 }

@@ -40,7 +40,7 @@ struct Before {
 Before before(vec2 columns, float z)
 {
     const float kLeast = 1e-30;  // what no format tells from 0
-    vec3 uvw = vec3(columns, z + 1.5) / vec3(u_froxels.grid.xy, u_froxels.grid.z + 3.0);
+    vec3 uvw = vec3(columns, z + 1.5) / vec3(u_froxels.columns, u_froxels.slices.count + 3.0);
     vec4 scattering = lookup(u_scattering_tx, uvw);
 #ifdef EXTINCTION_IN_ALPHA
     float tau = -log(clamp(scattering.a, kLeast, 1.0));
@@ -53,15 +53,15 @@ Before before(vec2 columns, float z)
 void main()
 {
     float scene_z = view_z_of(texelFetch(u_scene_depth_tx, ivec2(gl_FragCoord.xy), 0).r,
-                              u_frame.view_z_from_depth, u_frame.sky_depth.x);
-    float length_per_z = length(camera_ray(gl_FragCoord.xy * u_frame.full_size.zw * 2.0 - 1.0).direction);
-    float z = slices_before(scene_z, u_froxels.grid.z, u_froxels.range, u_froxels.spacing);
+                              u_frame.view_z_from_depth, u_frame.sky_depth);
+    float length_per_z = length(camera_ray(gl_FragCoord.xy * u_frame.inverse_full_size * 2.0 - 1.0).direction);
+    float z = slices_before(scene_z, u_froxels.slices);
     vec2 columns = columns_at(gl_FragCoord.xy);
 #ifdef TRICUBIC
     Before seen = before(columns, z);
 #else
     // Not by the texture unit: its weights between slices may have 8 bits.
-    float k = min(floor(z), u_froxels.grid.z - 1.0);
+    float k = min(floor(z), u_froxels.slices.count - 1.0);
     Before seen = before(columns, k);
     Before next = before(columns, k + 1.0);
     seen.source = mix(seen.source, next.source, z - k);

@@ -63,10 +63,10 @@ void main()
     add(sum, pixel, 1.0);
     write(sum, 1.0);
 #else
-    float threshold = u_frame.resolve.x;
+    float threshold = u_frame.depth_threshold;
     float scene_z = view_z_of(texelFetch(u_scene_depth_tx, pixel, 0).r, u_frame.view_z_from_depth,
-                              u_frame.sky_depth.x);
-    ivec2 last = ivec2(u_frame.layer_size.xy) - 1;
+                              u_frame.sky_depth);
+    ivec2 last = ivec2(u_frame.layer_size) - 1;
     float weight_sum = 0.0;
 #ifdef BOX_2017
     ivec2 first = pixel / LAYER_SCALE - 1;
@@ -85,15 +85,15 @@ void main()
     }
 #else
     scene_z = media_view_z(scene_z);
-    float reach = u_frame.media_range.z > 0.0 ? u_frame.media_range.z : scene_z;
+    float reach = u_frame.media_depth > 0.0 ? u_frame.media_depth : scene_z;
     // In texels; the layer's samples lie at integers.
-    vec2 position = gl_FragCoord.xy / float(LAYER_SCALE) - 0.5 - u_frame.layer_offset.xy;
+    vec2 position = gl_FragCoord.xy / float(LAYER_SCALE) - 0.5 - u_frame.layer_offset;
     ivec2 first = ivec2(floor(position)) - (UPSAMPLE_TAPS / 2 - 1);
 #if UPSAMPLE_TAPS == 2
     vec2 high = position - vec2(first);
     vec2 low = 1.0 - high;
     // One fetch for four depths, in its order: upper left, upper right, lower right, lower left.
-    vec4 layer_z = textureGather(u_layer_depth_tx, (vec2(first) + 1.0) * u_frame.layer_size.zw);
+    vec4 layer_z = textureGather(u_layer_depth_tx, (vec2(first) + 1.0) * u_frame.inverse_layer_size);
     layer_z = clamp(layer_z, vec4(u_frame.media_range.x), vec4(u_frame.media_range.y));
     vec4 weights = vec4(low.x * high.y, high.x * high.y, high.x * low.y, low.x * low.y) *
                    same_depth(layer_z, scene_z, threshold * reach);

@@ -13,30 +13,30 @@ layout(std140, binding = FROXEL_BLOCK) uniform Froxels { FroxelParams u_froxels;
 #define volume_depth_t vec3
 #endif
 
-ivec3 froxel_count() { return ivec3(u_froxels.grid.xyz); }
+ivec3 froxel_count() { return ivec3(u_froxels.columns, u_froxels.slices.count); }
 
 // Where slice k begins [m of view depth].
-float slice_begin(int k) { return slice_view_z(float(k) / u_froxels.grid.z, u_froxels.range, u_froxels.spacing); }
+float slice_begin(int k) { return slice_view_z(float(k) / u_froxels.slices.count, u_froxels.slices); }
 
 // The ray through a point of a column; place: 0..1 across its tile.
 Ray column_ray(ivec2 column, vec2 place)
 {
-    vec2 pixel = (vec2(column) + place - u_froxels.range.w) * u_froxels.grid.w;
-    return camera_ray(pixel * u_frame.full_size.zw * 2.0 - 1.0);
+    vec2 pixel = (vec2(column) + place - u_froxels.guard_columns) * u_froxels.tile_pixels;
+    return camera_ray(pixel * u_frame.inverse_full_size * 2.0 - 1.0);
 }
 
 // Columns, from the grid's edge, of a point of the picture in pixels.
-vec2 columns_at(vec2 pixel) { return pixel / u_froxels.grid.w + u_froxels.range.w; }
+vec2 columns_at(vec2 pixel) { return pixel / u_froxels.tile_pixels + u_froxels.guard_columns; }
 
 // Where in a grid's textures, 0..1, a world point lies; outside: beyond 0..1.
-vec3 froxel_uvw(vec3 p, mat4 clip_from_world, vec4 view_z_from_world, vec4 range)
+vec3 froxel_uvw(vec3 p, mat4 clip_from_world, vec4 view_z_from_world, SliceParams slices)
 {
     vec4 clip = clip_from_world * vec4(p, 1.0);
     float view_z = dot(vec4(p, 1.0), view_z_from_world);
-    if (clip.w <= 0.0 || view_z < range.x || view_z > range.y)
+    if (clip.w <= 0.0 || view_z < slices.begin || view_z > slices.end)
         return vec3(-1.0);
-    vec2 pixel = (clip.xy / clip.w * 0.5 + 0.5) * u_frame.full_size.xy;
-    return vec3(columns_at(pixel) / u_froxels.grid.xy, slice_at(view_z, range, u_froxels.spacing));
+    vec2 pixel = (clip.xy / clip.w * 0.5 + 0.5) * u_frame.full_size;
+    return vec3(columns_at(pixel) / u_froxels.columns, slice_at(view_z, slices));
 }
 
 bool is_inside(vec3 uvw) { return all(greaterThanEqual(uvw, vec3(0.0))) && all(lessThanEqual(uvw, vec3(1.0))); }

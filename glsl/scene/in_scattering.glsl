@@ -44,7 +44,7 @@ float phase_at(float cos_theta, float g)
 #ifdef ISOTROPIC
     return phase_isotropic();
 #else
-    float g_clamp = u_frame.resolve.z;
+    float g_clamp = u_frame.g_clamp;
     return phase_henyey_greenstein(cos_theta, clamp(g, -g_clamp, g_clamp));
 #endif
 }
@@ -59,16 +59,16 @@ LightLine light_line(Ray ray, vec3 wo, vec2 spread)
     line.ray = ray;
     line.wo = wo;
     for (int i = 0; i < SUN_COUNT; ++i) {
-        line.sun[i] = u_lights.lights[i].intensity.rgb;
+        line.sun[i] = u_lights.lights[i].intensity;
 #ifndef MIXED_G
-        line.sun[i] *= phase_at(dot(-u_lights.lights[i].position.xyz, wo), u_media.media[0].sigma_s.a);
+        line.sun[i] *= phase_at(dot(-u_lights.lights[i].position, wo), u_media.media[0].g);
 #endif
 #ifdef SURFACE_SHADOWS
-        ShadowView view = u_lights.views[int(u_lights.lights[i].position.w)];
+        ShadowView view = u_lights.views[int(u_lights.lights[i].first_view)];
         line.shadow[i] = vec3((view.clip_from_world * vec4(ray.origin, 1.0)).xy * 0.5 + 0.5,
-                              dot(ray.origin - view.origin.xyz, view.axis.xyz) * view.origin.w);
+                              dot(ray.origin - view.depth.origin, view.depth.travel) * view.depth.inverse_range);
         line.dshadow[i] = vec3((view.clip_from_world * vec4(ray.direction, 0.0)).xy * 0.5,
-                               dot(ray.direction, view.axis.xyz) * view.origin.w);
+                               dot(ray.direction, view.depth.travel) * view.depth.inverse_range);
 #endif
     }
 #ifdef DEPTH_VOLUME
@@ -81,7 +81,7 @@ LightLine light_line(Ray ray, vec3 wo, vec2 spread)
 #endif
 #ifdef EXACT_FALLOFF
     for (int i = SUN_COUNT; i < LIGHT_COUNT; ++i) {
-        vec3 to_light = u_lights.lights[i].position.xyz - ray.origin;
+        vec3 to_light = u_lights.lights[i].position - ray.origin;
         float t = dot(to_light, ray.direction) / dot(ray.direction, ray.direction);
         vec3 from_line = to_light - ray.direction * t;
         float disc = inversesqrt(kPi) * max(spread.x + spread.y * t, 0.0);  // as large as the square
@@ -162,7 +162,7 @@ vec3 in_scattering_on(LightLine line, float t, vec2 step, float share, float g, 
 #endif
 #ifdef SURFACE_SHADOWS
         vec3 shadow = line.shadow[i] + line.dshadow[i] * t;
-        arriving *= visibility_in(int(u_lights.lights[i].position.w), shadow.xy, shadow.z);
+        arriving *= visibility_in(int(u_lights.lights[i].first_view), shadow.xy, shadow.z);
 #endif
         in_scattering += arriving * volume_shadow(i, line, t, light);
     }

@@ -51,7 +51,7 @@ extinction_t depth_to_light(int i, vec3 p, LightSample light)
     }
     return tau;
 #else
-    return optical_depth(p, light.wi, light.range, int(u_frame.march.z));
+    return optical_depth(p, light.wi, light.range, int(u_frame.shadow_steps));
 #endif
 }
 

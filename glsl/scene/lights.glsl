@@ -28,13 +28,13 @@ LightSample light_sample(int i, vec3 p)
 {
     LightParams light = u_lights.lights[i];
     if (i < SUN_COUNT)
-        return LightSample(light.position.xyz, 1e30, light.intensity.rgb);
-    vec3 to_light = light.position.xyz - p;
+        return LightSample(light.position, 1e30, light.intensity);
+    vec3 to_light = light.position - p;
     float range2 = max(dot(to_light, to_light), kLeastRange * kLeastRange);
     float range = sqrt(range2);
-    LightSample s = LightSample(to_light / range, range, light.intensity.rgb / range2);
+    LightSample s = LightSample(to_light / range, range, light.intensity / range2);
     if (i >= SUN_COUNT + POINT_COUNT)
-        s.irradiance *= smoothstep(0.0, 1.0, (dot(-s.wi, light.axis.xyz) - light.axis.w) * light.edge.x);
+        s.irradiance *= smoothstep(0.0, 1.0, (dot(-s.wi, light.axis) - light.cos_half_cone) * light.inverse_edge_width);
     return s;
 }
 
@@ -43,20 +43,20 @@ LightSample light_sample(int i, vec3 p)
 float surface_visibility(int i, vec3 p, vec3 n)
 {
 #ifdef SURFACE_SHADOWS
-    int view = int(u_lights.lights[i].position.w);
+    int view = int(u_lights.lights[i].first_view);
     if (i < SUN_COUNT) {
         // The inner view has the detail, the outer one holds everything.
         vec4 inner = u_lights.views[view].clip_from_world * vec4(p, 1.0);
         if (any(greaterThan(abs(inner.xy), vec2(1.0))))
             ++view;
     } else if (i < SUN_COUNT + POINT_COUNT) {
-        view += cube_face(p - u_lights.lights[i].position.xyz);
+        view += cube_face(p - u_lights.lights[i].position);
     }
     ShadowView shadow = u_lights.views[view];
-    p += n * shadow_bias(shadow.origin, shadow.axis, p);
+    p += n * shadow_bias(shadow.depth, p);
     vec4 clip = shadow.clip_from_world * vec4(p, 1.0);
     vec2 uv = clip.xy / clip.w * 0.5 + 0.5;
-    return texture(u_shadow_map_tx, vec4(uv, float(view), shadow_depth(shadow.origin, shadow.axis, p)));
+    return texture(u_shadow_map_tx, vec4(uv, float(view), shadow_depth(shadow.depth, p)));
 #else
     return 1.0;
 #endif
@@ -75,12 +75,12 @@ float visibility_in(int view, vec2 uv, float depth)
 // Of a light that has a place, light.range metres along light.wi from p.
 float placed_visibility(int i, vec3 p, LightSample light)
 {
-    int view = int(u_lights.lights[i].position.w);
-    float depth = light.range * u_lights.views[view].origin.w;
+    int view = int(u_lights.lights[i].first_view);
+    float depth = light.range * u_lights.views[view].depth.inverse_range;
     if (i < SUN_COUNT + POINT_COUNT) {
         int face;
         vec2 on_face = on_cube_face(-light.wi, face);
-        return visibility_in(view + face, on_face * u_lights.lights[i].edge.y + 0.5, depth);
+        return visibility_in(view + face, on_face * u_lights.lights[i].cube_view_scale + 0.5, depth);
     }
     vec4 clip = u_lights.views[view].clip_from_world * vec4(p, 1.0);
     return visibility_in(view, clip.xy / clip.w * 0.5 + 0.5, depth);

@@ -123,18 +123,18 @@ float profile_noise(int m, vec3 p)
         return 0.0;
     float sum = 0.0;
     float amplitude = 1.0;
-    int octaves = int(medium.profile.w);
+    int octaves = medium.noise_octaves;
     int i = 0;
     do {  // a loop that asks first runs once more where the lanes of a processor are one
         NoiseOctave octave = u_media.octaves[m * MAX_OCTAVES + i];
-        vec3 q = p * octave.fraction.w + octave.fraction.xyz;
+        vec3 q = p * octave.frequency + octave.fraction;
         vec3 whole = floor(q);
         sum += amplitude * noise_at(octave.cell_offset.xyz + ivec3(whole),
                                     uint(octave.cell_offset.w), q - whole);
-        amplitude *= medium.profile.y;
+        amplitude *= medium.noise_gain;
     } while (++i < octaves);
-    float fbm = 0.5 + 0.5 * sum * medium.profile.z;
-    return max(0.0, (fbm - medium.profile.x) / (1.0 - medium.profile.x));
+    float fbm = 0.5 + 0.5 * sum * medium.noise_scale;
+    return max(0.0, (fbm - medium.noise_threshold) / (1.0 - medium.noise_threshold));
 }
 
 struct MediumSample {
@@ -147,19 +147,19 @@ struct MediumSample {
 MediumSample sample_media(MediaPoint at)
 {
     COUNT_SAMPLE
-    MediumSample s = MediumSample(vec3(0.0), extinction_t(0.0), vec3(0.0), u_media.media[0].sigma_s.a);
+    MediumSample s = MediumSample(vec3(0.0), extinction_t(0.0), vec3(0.0), u_media.media[0].g);
 #ifdef MIXED_G
     float g_weight = 0.0;
     float g_sum = 0.0;
 #define ADD_G(m, added) \
-    { float w = added.r + added.g + added.b; g_weight += w; g_sum += w * u_media.media[m].sigma_s.a; }
+    { float w = added.r + added.g + added.b; g_weight += w; g_sum += w * u_media.media[m].g; }
 #else
 #define ADD_G(m, added)
 #endif
 #define ADD_MEDIUM(m, value, depth, k, tint, c)                               \
     {                                                                         \
         coefficient_t coefficient = coefficient_t(value(k, at));              \
-        vec3 added = u_media.media[m].sigma_s.rgb * coefficient * (tint(c, at)); \
+        vec3 added = u_media.media[m].sigma_s * coefficient * (tint(c, at)); \
         s.sigma_s += added;                                                   \
         s.sigma_t += u_media.media[m].sigma_t.EXTINCTION * coefficient;       \
         ADD_G(m, added)                                                       \
@@ -169,11 +169,11 @@ MediumSample sample_media(MediaPoint at)
     s.g = g_weight > 0.0 ? g_sum / g_weight : 0.0;
 #endif
 #ifdef FOR_EACH_EMISSION
-#define ADD_EMISSION(m, value, k) s.emission += u_media.media[m].emission.rgb * (value(k, at));
+#define ADD_EMISSION(m, value, k) s.emission += u_media.media[m].emission * (value(k, at));
     FOR_EACH_EMISSION(ADD_EMISSION)
 #endif
 #ifdef LEAST_EXTINCTION
-    s.sigma_t = max(s.sigma_t, u_frame.resolve.w);  // 2017 kept clear of 0 / 0 so
+    s.sigma_t = max(s.sigma_t, u_frame.min_extinction);  // 2017 kept clear of 0 / 0 so
 #endif
     return s;
 }
@@ -188,7 +188,7 @@ vec2 medium_segment(int m, vec3 p, vec3 d, float begin, float end)
         p = (medium.bounds_from_world * vec4(p, 1.0)).xyz;
         d = (medium.bounds_from_world * vec4(d, 0.0)).xyz;
     }
-    vec2 t = ray_box(p, d, medium.bounds_min.xyz, medium.bounds_max.xyz);
+    vec2 t = ray_box(p, d, medium.bounds_min, medium.bounds_max);
     return vec2(max(t.x, begin), min(t.y, end));
 }
 
@@ -230,11 +230,10 @@ extinction_t closed_depth(vec3 p, vec3 wi, float range)
 // one, exp of many heights down would overflow.
 #define exp_height_depth(m, value, k)                                                      \
     {                                                                                      \
-        vec4 profile = u_media.media[m].profile;                                           \
         float ds = t.y - t.x;                                                              \
         float low = p.z + wi.z * (wi.z < 0.0 ? t.y : t.x);                                 \
-        tau += u_media.media[m].sigma_t.EXTINCTION * ds * exp_height_at(profile, low) *     \
-               slab_weight(abs(wi.z) * ds * profile.x);                                    \
+        tau += u_media.media[m].sigma_t.EXTINCTION * ds * exp_height_at(u_media.media[m], low) * \
+               slab_weight(abs(wi.z) * ds * u_media.media[m].inverse_scale_height);                                    \
     }
     FOR_EACH_MEDIUM(ADD_DEPTH)
     return tau;

@@ -13,12 +13,12 @@ vec3 world_irradiance(vec3 p, vec3 n, vec3 open)
 {
     const float kFade = 0.15;  // of the volume's edge, towards its faces
     LatticeParams lattice = u_volumes.surfaces;
-    vec3 q = (lattice.node_from_world * vec4(p, 1.0)).xyz / lattice.last.xyz;
+    vec3 q = (lattice.node_from_world * vec4(p, 1.0)).xyz / lattice.last;
     vec3 margin = min(q, 1.0 - q) / kFade;
     float inside = clamp(min(margin.x, min(margin.y, margin.z)), 0.0, 1.0);
     if (inside == 0.0)
         return open;
-    p += n * (0.5 * lattice.inverse_size.w);  // off the nodes on the surface's other side
+    p += n * (0.5 * lattice.spacing);  // off the nodes on the surface's other side
     const float kCosine[3] = float[3](kPi, 2.0 / 3.0 * kPi, 0.25 * kPi);
     vec4 sum = vec4(0.0);
     int i = 0;

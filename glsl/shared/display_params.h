@@ -2,11 +2,19 @@
 #include "shared/types.h"
 FUM_SHARED_BEGIN
 
-struct DisplayParams {
-    vec4 area;  // xy: lower left of the picture in the window; zw: its size, pixels
-    vec4 tone;  // x: radiance is multiplied by it; y: 1 filmic, 0 sRGB alone; z, w: likewise of B
-    vec4 comparison;  // x: pixels from the left where B begins; y: the difference at the end of the
-                      // scale; z: 0.1 mean(B^2)
+// Of one picture.
+struct FUM_STD140 ToneParams {
+    float exposure;  // radiance is multiplied by it
+    float filmic;    // 1: the filmic transform; 0: sRGB alone
+};
+
+struct FUM_STD140 DisplayParams {
+    ToneParams tone_a, tone_b;
+    vec2 lower_left;           // of the picture in the window, pixels
+    vec2 size;                 // pixels
+    float wipe;                // pixels from the left where B begins
+    float largest_difference;  // at the end of the scale
+    float tenth_mean_square;   // 0.1 mean(B^2)
 };
 
 FUM_SHARED_END

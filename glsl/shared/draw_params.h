@@ -1,14 +1,14 @@
 // One surface in one draw, into the picture or into a shadow view.
 #pragma once
+#include "shared/light_params.h"
 #include "shared/types.h"
 FUM_SHARED_BEGIN
 
-struct DrawParams {
+struct FUM_STD140 DrawParams {
     mat4 clip_from_object;
-    mat4 world_from_object;  // eye-centred metres (light-centred in a shadow view)
-    vec4 albedo;             // rgb
-    vec4 shadow_origin;      // as ShadowView::origin, light-centred
-    vec4 shadow_axis;        // as ShadowView::axis
+    mat4 world_from_object;    // eye-centred metres (light-centred in a shadow view)
+    vec4 albedo;               // rgb
+    ShadowDepth shadow_depth;  // light-centred
 };
 
 FUM_SHARED_END

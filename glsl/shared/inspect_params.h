@@ -3,13 +3,15 @@
 #include "shared/types.h"
 FUM_SHARED_BEGIN
 
-struct InspectParams {
-    mat4 clip_from_boxes;  // of the boxes that are drawn
-    vec4 scale;       // x: value at the start of the colours; y: 1 / (end - start); z: slice of
-                      // the froxels
-    vec4 plane;       // xyz: the axis it is normal to, 1 there; w: its place along it [m]
-    vec4 bounds_min;  // xyz: of all media [m]
-    vec4 bounds_max;  // xyz
+struct FUM_STD140 InspectParams {
+    mat4 clip_from_boxes;       // of the boxes that are drawn
+    vec3 plane_axis;            // that the plane is normal to: 1 there, else 0
+    float plane_place;          // where along it the plane is [m]
+    vec3 bounds_min;            // of all media [m]
+    float scale_begin;          // value at the start of the colours
+    vec3 bounds_max;            // [m]
+    float inverse_scale_width;  // 1 / (end - start)
+    int slice;                  // of the froxels
 };
 
 FUM_SHARED_END

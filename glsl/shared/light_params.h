@@ -5,25 +5,31 @@
 #include "shared/types.h"
 FUM_SHARED_BEGIN
 
-struct LightParams {
-    vec4 position;  // xyz: metres; for a sun the unit direction to it; w: index of its first shadow
-                    // view
-    vec4 intensity;  // rgb: W/m^2 facing a sun, W/sr of a point or a spot
-    vec4 axis;       // a spot's: xyz where it shines, unit length; w: cosine of its half cone
-    vec4 edge;       // x: a spot's: 1 / width of its fading edge, in cosine; y: a point's: half a
-                     // shadow view's width over that of a right angle
+struct FUM_STD140 LightParams {
+    vec3 position;             // metres; for a sun the unit direction to it
+    float first_view;          // index of its first shadow view
+    vec3 intensity;            // W/m^2 facing a sun, W/sr of a point or a spot
+    float cube_view_scale;     // a point's: half a shadow view's width over that of a right angle
+    vec3 axis;                 // a spot's: where it shines, unit length
+    float cos_half_cone;       // a spot's
+    float inverse_edge_width;  // a spot's: 1 / width of its fading edge, in cosine
 };
 
-// One layer of the shadow map. Depth is linear: along the axis of a sun, the distance of a point or
-// a spot, over range.
-struct ShadowView {
+// The depth that a shadow view keeps, linear in metres: lib/shadow.glsl.
+struct FUM_STD140 ShadowDepth {
+    vec3 origin;          // metres, where depth is 0
+    float inverse_range;  // [1/m]
+    vec3 travel;  // a sun's direction of travel, or 0 where depth is the distance from origin
+    float bias;   // [m], or metres per metre of distance
+};
+
+// One layer of the shadow map.
+struct FUM_STD140 ShadowView {
     mat4 clip_from_world;
-    vec4 origin;  // xyz: metres, where depth is 0; w: 1 / range [1/m]
-    vec4 axis;    // xyz: a sun's direction of travel, or 0 where depth is a distance; w: bias [m]
-                  // (per m of distance where axis is 0)
+    ShadowDepth depth;
 };
 
-struct LightsParams {
+struct FUM_STD140 LightsParams {
     LightParams lights[MAX_LIGHTS];
     ShadowView views[MAX_SHADOW_VIEWS];
     vec4 world_radiance;  // rgb: mean over all directions [W/m^2/sr]

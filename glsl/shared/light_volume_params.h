@@ -7,32 +7,38 @@
 FUM_SHARED_BEGIN
 
 // A box of nodes whose outermost ones lie on its faces; its axes may be sheared as a grid's are.
-struct LatticeParams {
+struct FUM_STD140 LatticeParams {
     mat4 node_from_world;  // nodes from metres
     mat4 world_from_node;
-    vec4 last;  // xyz: the last node along each axis; w: layers that the texture has along z
-    vec4 inverse_size;  // xyz: 1 / texels of the texture; w: metres from node to node along x
+    vec3 last;          // the last node along each axis
+    float layers;       // that the texture has along z
+    vec3 inverse_size;  // 1 / texels of the texture
+    float spacing;      // metres from node to node along x
 };
 
-struct LightVolumesParams {
+struct FUM_STD140 LightVolumesParams {
     LatticeParams extinction;  // of the marched media: there while the others are filled
     LatticeParams depth;       // a layer a light
     LatticeParams world;
     LatticeParams surfaces;  // of the world's light that reaches surfaces
     vec4 extinction_color;   // what one stored number stands for: rgb: a colour; a: 1
-    vec4 view;               // xyz: where an orthographic eye looks, unit length; w: 1, else all 0
-    vec4 fill;   // x: the layer that is filled; y: directions of the world; z: media samples along
-                 // an edge of a node's cell; w: the first node along z
-    vec4 light;  // of that layer: xyz: the direction to a sun, w: 0; or a place [m], w: 1
+    vec3 view_axis;          // where an orthographic eye looks, unit length
+    float orthographic;      // 1, else 0
+    vec3 light;              // of the layer that is filled: the direction to a sun, or a place [m]
+    float light_has_place;   // 1, or 0 of a sun
+    int layer;               // that is filled
+    int first_slice;         // of nodes along z that is filled
+    int directions;          // of the world
+    int samples;             // of the media along an edge of a node's cell
 };
 
 // Light of the world from the directions of one cell of the sphere.
-struct WorldDirection {
+struct FUM_STD140 WorldDirection {
     vec4 wi;     // xyz: to where it comes from, unit length
     vec4 power;  // rgb: radiance times the cell's solid angle [W/m^2]
 };
 
-struct WorldParams {
+struct FUM_STD140 WorldParams {
     WorldDirection directions[MAX_WORLD_DIRECTIONS];
     ShadowView views[MAX_WORLD_DIRECTIONS];
 };

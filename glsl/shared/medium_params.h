@@ -4,31 +4,37 @@
 FUM_SHARED_BEGIN
 
 // A grid's texture. Its index space counts voxels from the texture's first voxel centre.
-struct GridParams {
+struct FUM_STD140 GridParams {
     mat4 index_from_world;  // voxels from metres
-    vec4 inverse_size;  // xyz: 1 / texels of the dense texture or of the atlas; w: value per stored
-                        // unit
-    vec4 pages;         // xyz: pages along each axis; 0 for a dense grid
+    vec3 inverse_size;      // 1 / texels of the dense texture or of the atlas
+    float unit;             // value per stored unit
+    vec4 pages;             // xyz: pages along each axis; 0 for a dense grid
 };
 
 // One octave of the noise profile: cell = cell_offset + floor(p * frequency + fraction).
-struct NoiseOctave {
+struct FUM_STD140 NoiseOctave {
     ivec4 cell_offset;  // xyz: whole cells between the noise's origin and the eye; w: hash seed
-    vec4 fraction;      // xyz: the rest, in cells, 0..1; w: cells per metre
+    vec3 fraction;      // the rest, in cells, 0..1
+    float frequency;    // cells per metre
 };
 
-struct MediumParams {
+struct FUM_STD140 MediumParams {
     mat4 bounds_from_world;  // to the space of bounds: voxels for a grid, metres for a box
-    vec4 bounds_min;         // xyz: outside the bounds the medium is not there
-    vec4 bounds_max;         // xyz
-    vec4 sigma_s;            // rgb: 1/m, times the coefficient; a: g
-    vec4 sigma_t;            // rgb: 1/m, times the coefficient; a: their mean
-    vec4 emission;           // rgb: W/m^2/sr per m, times the emission coefficient
-    vec4 profile;            // exp_height: x: 1 / scale_height [1/m], y: z0 - eye height [m];
-                             // noise: x: threshold, y: gain, z: 1 / sum of amplitudes, w: octaves
+    vec3 bounds_min;         // outside the bounds the medium is not there
+    float noise_threshold;   // 0..1
+    vec3 bounds_max;
+    float noise_gain;            // amplitude of an octave over the one before
+    vec3 sigma_s;                // 1/m, times the coefficient
+    float g;                     // Henyey-Greenstein
+    vec4 sigma_t;                // rgb: 1/m, times the coefficient; a: their mean
+    vec3 emission;               // W/m^2/sr per m, times the emission coefficient
+    float noise_scale;           // 1 / sum of the octaves' amplitudes
+    float inverse_scale_height;  // of exp_height [1/m]
+    float base_height;           // of exp_height: z0 - eye height [m]
+    int noise_octaves;
 };
 
-struct MediaParams {
+struct FUM_STD140 MediaParams {
     GridParams grids[MAX_GRIDS];
     MediumParams media[MAX_MEDIA];
     NoiseOctave octaves[MAX_MEDIA * MAX_OCTAVES];

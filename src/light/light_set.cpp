@@ -191,23 +191,25 @@ void LightSet::bind(glm::dvec3 eye)
     params.world_radiance = glm::vec4(world_radiance_, 0.0f);
     for (std::size_t i = 0; i < lights_.size(); ++i) {
         shared::LightParams& out = params.lights[i];
-        out.intensity = glm::vec4(intensity_of(lights_[i]), 0.0f);
+        out.intensity = intensity_of(lights_[i]);
         glm::dvec3 position(0);
         if (const auto* sun = std::get_if<SunLight>(&lights_[i])) {
             position = glm::normalize(sun->direction_to_light);
         } else if (const auto* point = std::get_if<PointLight>(&lights_[i])) {
             position = point->position - eye;
-            out.edge.y = 0.5f / static_cast<float>(point_view_tangent(shadow_map_.size().x));
+            out.cube_view_scale =
+                0.5f / static_cast<float>(point_view_tangent(shadow_map_.size().x));
         } else if (const auto* spot = std::get_if<SpotLight>(&lights_[i])) {
             position = spot->position - eye;
             const double edge = std::cos(glm::radians(spot->cone_deg) / 2);
-            out.axis =
-                glm::vec4(glm::vec3(glm::normalize(spot->direction)), static_cast<float>(edge));
+            out.axis = glm::vec3(glm::normalize(spot->direction));
+            out.cos_half_cone = static_cast<float>(edge);
             // Cycles' cone: full from edge + (1 - edge) * blend inwards. 0 would divide by 0.
-            out.edge.x = static_cast<float>(1 / std::max((1 - edge) * spot->blend, 1e-6));
+            out.inverse_edge_width =
+                static_cast<float>(1 / std::max((1 - edge) * spot->blend, 1e-6));
         }
-        out.position = glm::vec4(glm::vec3(position),
-                                 first_view_.empty() ? 0.0f : static_cast<float>(first_view_[i]));
+        out.position = glm::vec3(position);
+        out.first_view = first_view_.empty() ? 0.0f : static_cast<float>(first_view_[i]);
     }
     for (std::size_t v = 0; v < views_.size(); ++v)
         params.views[v] = to_shared(views_[v], eye);

@@ -57,10 +57,10 @@ shared::LatticeParams to_shared(const Lattice& lattice, int layers, glm::dvec3 e
     shared::LatticeParams out{};
     out.node_from_world = glm::mat4(node_from_eye);
     out.world_from_node = glm::mat4(glm::inverse(node_from_eye));
-    out.last = glm::vec4(lattice.count - 1, layers);
-    const double spacing = 1 / glm::length(glm::dvec3(node_from_eye[0]));
-    out.inverse_size =
-        glm::vec4(1.0f / glm::vec3(lattice.count * glm::ivec3(1, 1, layers)), spacing);
+    out.last = glm::vec3(lattice.count - 1);
+    out.layers = static_cast<float>(layers);
+    out.inverse_size = 1.0f / glm::vec3(lattice.count * glm::ivec3(1, 1, layers));
+    out.spacing = static_cast<float>(1 / glm::length(glm::dvec3(node_from_eye[0])));
     return out;
 }
 
@@ -395,7 +395,7 @@ void LightVolumes::fill_extinction(medium::MediaSet& media, LightSet& lights)
     const glm::dvec3 voxels =
         (frame.marched.max - frame.marched.min) / glm::dvec3(extinction_lattice_.count - 1);
     const double coarsest = std::max({voxels.x, voxels.y, voxels.z});
-    params_.fill.z = static_cast<float>(std::clamp(static_cast<int>(coarsest), 1, kMostSamples));
+    params_.samples = std::clamp(static_cast<int>(coarsest), 1, kMostSamples);
     begin_fill(centre_of(extinction_lattice_), media, lights);
     dispatch("light/extinction.comp", fill_defines(media, no_lights()), extinction_, format,
              extinction_lattice_.count);
@@ -404,12 +404,12 @@ void LightVolumes::fill_extinction(medium::MediaSet& media, LightSet& lights)
 void LightVolumes::fill_depth(const gl::Texture& depth, int layer, const Light& light,
                               int first_slice, int slices, glm::dvec3 eye)
 {
-    params_.fill.x = static_cast<float>(layer);
-    params_.fill.w = static_cast<float>(first_slice);
-    if (const auto* sun = std::get_if<SunLight>(&light))
-        params_.light = glm::vec4(glm::vec3(glm::normalize(sun->direction_to_light)), 0.0f);
-    else
-        params_.light = glm::vec4(glm::vec3(std::get<PointLight>(light).position - eye), 1.0f);
+    params_.layer = layer;
+    params_.first_slice = first_slice;
+    const auto* sun = std::get_if<SunLight>(&light);
+    params_.light_has_place = sun != nullptr ? 0.0f : 1.0f;
+    params_.light = glm::vec3(sun != nullptr ? glm::normalize(sun->direction_to_light)
+                                             : std::get<PointLight>(light).position - eye);
     write_block(eye);
     extinction_.bind(EXTINCTION_VOLUME_UNIT);
     dispatch("light/depth.comp", depth_defines_, depth, rgb_ ? GL_RGBA16F : GL_R16F,
@@ -437,7 +437,7 @@ gl::Texture LightVolumes::draw_world(const WorldKey& key, const surface::Surface
         ++count;
     }
     world_block_.write(params);
-    params_.fill.y = static_cast<float>(count);
+    params_.directions = count;
     if (views.empty())
         return {};
     gl::Texture shadows = painter_.draw(views, surfaces, kWorldShadowMap);
@@ -483,7 +483,8 @@ void LightVolumes::bind(glm::dvec3 eye, glm::dvec3 forward, bool perspective,
 {
     if (!depth_ && !world_)
         return;
-    params_.view = perspective ? glm::vec4(0) : glm::vec4(glm::vec3(forward), 1.0f);
+    params_.view_axis = perspective ? glm::vec3(0) : glm::vec3(forward);
+    params_.orthographic = perspective ? 0.0f : 1.0f;
     write_block(eye);
     const glm::dvec4 view = perspective ? glm::dvec4(eye, 0) : glm::dvec4(forward, 1);
     if (world_ && (!turned_ || (bands_ > 1 && view != turned_to_))) {
@@ -542,7 +543,7 @@ std::vector<std::string> LightVolumes::describe() const
                                     size_of(on_surfaces_, kSurfaceBands * kSurfaceBands, 8),
                                     on_surfaces_dimmed_ ? ", and again through the media" : ""));
     if (world_ || on_surfaces_)
-        lines.push_back(fmt::format("world's light: filled from {} directions{}", params_.fill.y,
+        lines.push_back(fmt::format("world's light: filled from {} directions{}", params_.directions,
                                     filled_in(world_ms_)));
     return lines;
 }

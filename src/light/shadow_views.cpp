@@ -44,6 +44,16 @@ View perspective_view(glm::dvec3 position, glm::dvec3 forward, double tangent, d
     return view;
 }
 
+shared::ShadowDepth depth_of(const View& view, glm::dvec3 eye)
+{
+    shared::ShadowDepth out{};
+    out.origin = glm::vec3(view.origin - eye);
+    out.inverse_range = static_cast<float>(1 / view.range);
+    out.travel = glm::vec3(view.axis);
+    out.bias = static_cast<float>(view.bias);
+    return out;
+}
+
 /// Whether boxes have a place in common, of more than a face.
 bool overlap(const Bounds& a, const Bounds& b)
 {
@@ -143,8 +153,7 @@ shared::ShadowView to_shared(const View& view, glm::dvec3 eye)
 {
     shared::ShadowView out{};
     out.clip_from_world = glm::mat4(view.clip_from_world * glm::translate(glm::dmat4(1.0), eye));
-    out.origin = glm::vec4(glm::vec3(view.origin - eye), static_cast<float>(1 / view.range));
-    out.axis = glm::vec4(glm::vec3(view.axis), static_cast<float>(view.bias));
+    out.depth = depth_of(view, eye);
     return out;
 }
 
@@ -172,8 +181,7 @@ gl::Texture ShadowPainter::draw(std::span<const View> views, const surface::Surf
             params.clip_from_object = glm::mat4(view.clip_from_world * instance.world_from_object);
             params.world_from_object = glm::mat4(glm::translate(glm::dmat4(1.0), -view.origin) *
                                                  instance.world_from_object);
-            params.shadow_origin = glm::vec4(0, 0, 0, 1.0 / view.range);
-            params.shadow_axis = glm::vec4(glm::vec3(view.axis), static_cast<float>(view.bias));
+            params.shadow_depth = depth_of(view, view.origin);
             block_.write(params);
             // The far side of a closed surface throws the same shadow as its near side, and leaves
             // the lit near side free of false shadow.

@@ -25,9 +25,6 @@ namespace {
 
 constexpr int kBrickDim = VoxelGrid::kBrickDim;
 constexpr int kCellVoxels = kAtlasBrickDim * kAtlasBrickDim * kAtlasBrickDim;
-constexpr int kScaleShift = 24;      // where a page has its brick's scale
-constexpr int kScaleStepShift = 20;  // a step in a float's bits
-constexpr std::uint32_t kOneBits = std::bit_cast<std::uint32_t>(1.0f);
 constexpr float kHalfMax = 65504.0f;
 constexpr float kHalfMinNormal = 0x1p-14f;
 
@@ -494,38 +491,30 @@ glm::ivec3 atlas_bricks(std::uint64_t slots, int max_per_axis)
 /// 31 bits of a float >= 0, rounded.
 std::uint32_t constant_page(float stored)
 {
-    const auto bits = std::bit_cast<std::uint32_t>(stored);
-    const std::uint32_t rounded = bits + 1 < 0x7f800000u ? bits + 1 : bits;  // never to infinity
-    return rounded >> 1;
+    return shared::constant_page(std::bit_cast<std::uint32_t>(stored));
 }
 
 std::uint32_t brick_page(const glm::ivec3& slot, int scale_step)
 {
-    return kPageBrick | static_cast<std::uint32_t>(scale_step) << kScaleShift |
-           static_cast<std::uint32_t>(slot.x) | static_cast<std::uint32_t>(slot.y) << 8 |
-           static_cast<std::uint32_t>(slot.z) << 16;
+    const glm::uvec3 s(slot);
+    return shared::brick_page(s.x, s.y, s.z, static_cast<std::uint32_t>(scale_step));
 }
 
 glm::ivec3 slot_of(std::uint32_t page)
 {
-    return {page & 255u, page >> 8 & 255u, page >> 16 & 255u};
+    return {shared::page_slot_x(page), shared::page_slot_y(page), shared::page_slot_z(page)};
 }
 
 /// Of the least scale that is not under `ratio`, 0..1 of the largest.
 int scale_step(float ratio)
 {
-    const std::uint32_t below = kOneBits - std::bit_cast<std::uint32_t>(std::min(ratio, 1.0f));
-    return std::min(static_cast<int>(below >> kScaleStepShift), kScaleSteps);
+    const std::uint32_t bits = std::bit_cast<std::uint32_t>(std::min(ratio, 1.0f));
+    return std::min(static_cast<int>(shared::scale_step_above(bits)), kScaleSteps);
 }
 
 float scale_of(std::uint32_t page)
 {
-    return brick_scale(static_cast<int>(page >> kScaleShift & kScaleSteps));
-}
-
-bool is_brick(std::uint32_t page)
-{
-    return page >= kPageBrick;
+    return std::bit_cast<float>(shared::page_scale_bits(page));
 }
 
 std::string bytes_text(double bytes)
@@ -797,7 +786,7 @@ void fill_atlas(const CellReader& cells, const Encoder& encoder, GridLayout& lay
 
 float brick_scale(int step)
 {
-    return std::bit_cast<float>(kOneBits - (static_cast<std::uint32_t>(step) << kScaleStepShift));
+    return std::bit_cast<float>(shared::scale_step_bits(static_cast<std::uint32_t>(step)));
 }
 
 bool ByteError::is_small() const

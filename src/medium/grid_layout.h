@@ -9,6 +9,8 @@
 #include <fumarole/settings.h>
 #include <fumarole/voxel_grid.h>
 
+#include "shared/brick_page.h"
+
 // A VoxelGrid laid out for the GPU, still on the CPU: either one dense 3-D texture, or an atlas of
 // bricks and a page table. No GL here.
 
@@ -27,11 +29,11 @@ struct Limits {
 /// trilinear filtering never leaves it: 9^3 texels.
 inline constexpr int kAtlasBrickDim = 9;
 
-/// A page is 32 bits. Of a brick, the top one is set, then 7 bits are its scale and 8 each of z, y
-/// and x its atlas slot, in bricks. Else it is a constant, 0 where nothing is: what a fetch would
-/// give, before value_scale, is uintBitsToFloat(page << 1), whose last mantissa bit was rounded
-/// away: 2^-23 relative. Constants are of scalar grids alone; a vec3 page is 0 or a brick.
-inline constexpr std::uint32_t kPageBrick = 1u << 31;
+/// A page is 32 bits: shared/brick_page.h. A constant is what a fetch would give, before
+/// value_scale, within 2^-23 relative. Constants are of scalar grids alone; a vec3 page is 0 or a
+/// brick.
+using shared::is_brick;
+using shared::kPageBrick;
 
 /// Slots along an axis of the atlas that a page can name: 2304 texels.
 inline constexpr int kMostSlotsPerAxis = 256;

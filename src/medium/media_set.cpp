@@ -49,9 +49,10 @@ shared::MediumParams coefficients(glm::vec3 sigma_s, glm::vec3 sigma_a, glm::vec
 {
     const glm::vec3 sigma_t = sigma_s + sigma_a;
     shared::MediumParams params{};
-    params.sigma_s = glm::vec4(sigma_s, g);
+    params.sigma_s = sigma_s;
+    params.g = g;
     params.sigma_t = glm::vec4(sigma_t, is_grey(sigma_t) ? sigma_t.r : mean(sigma_t));
-    params.emission = glm::vec4(emission, 0.0f);
+    params.emission = emission;
     return params;
 }
 
@@ -185,7 +186,7 @@ void MediaSet::add(const BoxMedium& medium)
         entry.value = "exp_height";
         entry.depth = "exp_height_depth";
         entry.height = height->z0;
-        entry.params.profile.x = static_cast<float>(1.0 / height->scale_height);
+        entry.params.inverse_scale_height = static_cast<float>(1.0 / height->scale_height);
         ++traits_.heterogeneous;
     } else if (const auto* noise = std::get_if<NoiseProfile>(&medium.profile)) {
         entry.value = "noise";
@@ -195,7 +196,10 @@ void MediaSet::add(const BoxMedium& medium)
         double amplitudes = 0;
         for (int i = 0; i < noise->octaves; ++i)
             amplitudes += std::pow(noise->gain, i);
-        entry.params.profile = {noise->threshold, noise->gain, 1.0 / amplitudes, noise->octaves};
+        entry.params.noise_threshold = static_cast<float>(noise->threshold);
+        entry.params.noise_gain = static_cast<float>(noise->gain);
+        entry.params.noise_scale = static_cast<float>(1.0 / amplitudes);
+        entry.params.noise_octaves = noise->octaves;
         ++traits_.heterogeneous;
     }
     if (is_zero(medium.sigma_s + medium.sigma_a))
@@ -281,18 +285,18 @@ void MediaSet::set(const Scene& scene, const SceneSettings& settings)
             entry.value = value_name(entry.density);
         entry.world_bounds = entry.bounds.transformed(glm::inverse(entry.bounds_from_world));
         traits_.colored_extinction |= !is_grey(glm::vec3(entry.params.sigma_t));
-        traits_.emission |= !is_zero(glm::vec3(entry.params.emission));
+        traits_.emission |= !is_zero(entry.params.emission);
         if (!entry.scatters())
             continue;
-        traits_.isotropic &= entry.params.sigma_s.a == 0.0f;
-        traits_.mixed_g |= traits_.scatters && entry.params.sigma_s.a != g;
+        traits_.isotropic &= entry.params.g == 0.0f;
+        traits_.mixed_g |= traits_.scatters && entry.params.g != g;
         traits_.scatters = true;
-        traits_.most_g = std::max(traits_.most_g, std::abs(entry.params.sigma_s.a));
-        g = entry.params.sigma_s.a;
+        traits_.most_g = std::max(traits_.most_g, std::abs(entry.params.g));
+        g = entry.params.g;
     }
     // A shader that knows one g alone reads it from the first medium.
     if (!traits_.mixed_g && !media_.empty())
-        media_.front().params.sigma_s.a = g;
+        media_.front().params.g = g;
     traits_.colored_extinction |= traits_.colored_density;
     traits_.bricked_grids = static_cast<int>(std::count_if(
         grids_.begin(), grids_.end(), [](const Grid& g_) { return static_cast<bool>(g_.pages); }));
@@ -302,12 +306,13 @@ double MediaSet::Entry::detail() const
 {
     if (is_noise)
         return noise.feature_size / std::pow(noise.lacunarity, noise.octaves - 1);
-    return params.profile.x > 0 ? 1.0 / params.profile.x : std::numeric_limits<double>::infinity();
+    return params.inverse_scale_height > 0 ? 1.0 / params.inverse_scale_height
+                                           : std::numeric_limits<double>::infinity();
 }
 
 float MediaSet::Entry::thickest() const
 {
-    const double heights = is_noise ? 0 : (height - bounds.min.z) * params.profile.x;
+    const double heights = is_noise ? 0 : (height - bounds.min.z) * params.inverse_scale_height;
     return static_cast<float>(std::exp(std::min(heights, 40.0)));
 }
 
@@ -482,7 +487,7 @@ gl::Defines MediaSet::defines() const
         media += fmt::format("X({}, {}, {}, {}, {}, {}) ", m, value, entry.depth, k,
                              entry.tint >= 0 ? value_name(entry.tint) : "white",
                              std::max(entry.tint, 0));
-        if (is_zero(glm::vec3(entry.params.emission)))
+        if (is_zero(entry.params.emission))
             continue;
         const bool from_grid = entry.emission >= 0;
         emission += fmt::format("X({}, {}, {}) ", m, from_grid ? value_name(entry.emission) : value,
@@ -515,8 +520,8 @@ void MediaSet::bind(glm::dvec3 eye)
         const Grid& grid = grids_[static_cast<std::size_t>(placed_[k].texture)];
         shared::GridParams& out = params.grids[k];
         out.index_from_world = glm::mat4(placed_[k].index_from_world * world_from_eye);
-        out.inverse_size =
-            glm::vec4(1.0f / glm::vec3(grid.plan.texture_size), grid.plan.value_scale);
+        out.inverse_size = 1.0f / glm::vec3(grid.plan.texture_size);
+        out.unit = grid.plan.value_scale;
         out.pages = glm::vec4(glm::vec3(grid.plan.page_count), 0.0f);
         const auto unit = static_cast<GLuint>(GRID_UNIT + k);
         grid.texels.bind(unit);
@@ -534,8 +539,8 @@ void MediaSet::bind(glm::dvec3 eye)
             low -= eye;
             high -= eye;
         }
-        out.bounds_min = glm::vec4(glm::vec3(low), 0.0f);
-        out.bounds_max = glm::vec4(glm::vec3(high), 0.0f);
+        out.bounds_min = glm::vec3(low);
+        out.bounds_max = glm::vec3(high);
         if (entry.is_noise && entry.density < 0) {
             double frequency = 1.0 / entry.noise.feature_size;
             for (int i = 0; i < entry.noise.octaves; ++i) {
@@ -546,11 +551,12 @@ void MediaSet::bind(glm::dvec3 eye)
                                       static_cast<int>(std::fmod(whole.y, 2147483648.0)),
                                       static_cast<int>(std::fmod(whole.z, 2147483648.0)),
                                       static_cast<int>(noise_octave_seed(entry.noise.seed, i))};
-                octave.fraction = glm::vec4(glm::vec3(q - whole), static_cast<float>(frequency));
+                octave.fraction = glm::vec3(q - whole);
+                octave.frequency = static_cast<float>(frequency);
                 frequency *= entry.noise.lacunarity;
             }
         } else if (entry.value == "exp_height") {
-            out.profile.y = static_cast<float>(entry.height - eye.z);
+            out.base_height = static_cast<float>(entry.height - eye.z);
         }
     }
     block_.write(params);

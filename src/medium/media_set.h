@@ -136,7 +136,7 @@ private:
         [[nodiscard]] double detail() const;
         [[nodiscard]] float thickest() const;
         [[nodiscard]] bool is_marched() const { return std::string_view(depth) == "marched_depth"; }
-        [[nodiscard]] bool scatters() const { return glm::vec3(params.sigma_s) != glm::vec3(0.0f); }
+        [[nodiscard]] bool scatters() const { return params.sigma_s != glm::vec3(0.0f); }
     };
 
     [[nodiscard]] int most_grids() const;

@@ -58,17 +58,30 @@ void check_size(glm::ivec3 count, const gl::Device& gl)
                         count.x, count.y, count.z, limit));
 }
 
-/// x, y, z of FroxelParams::spacing.
-glm::dvec3 spacing_of(const FrameSettings& s, bool perspective)
+/// The slices between two view depths.
+shared::SliceParams slices_of(const FrameSettings& s, bool perspective, glm::dvec2 range)
 {
+    shared::SliceParams slices{};
+    slices.begin = static_cast<float>(range.x);
+    slices.end = static_cast<float>(range.y);
+    slices.depth = static_cast<float>(range.y - range.x);
+    slices.count = static_cast<float>(s.slices);
+    slices.spacing = SLICES_LINEAR;
+    slices.rate = slices.exp2_rate_1 = slices.rescale = 1;
     // 2017 held 1 - distribution to a hundredth: exp2(25) is the last spacing with a first slice.
     const double rest = std::max(1.0 - static_cast<double>(s.distribution), 0.01);
     if (!perspective || s.slice_spacing == Settings::SliceSpacing::linear)
-        return {0, 1, 1};
-    if (s.slice_spacing == Settings::SliceSpacing::power)
-        return {2, 1 / rest, 0};
+        return slices;
+    if (s.slice_spacing == Settings::SliceSpacing::power) {
+        slices.spacing = SLICES_POWER;
+        slices.rate = static_cast<float>(1 / rest);
+        return slices;
+    }
     const double rate = 0.25 / rest;
-    return {1, rate, std::exp2(rate) - 1};
+    slices.spacing = SLICES_EXPONENTIAL;
+    slices.rate = static_cast<float>(rate);
+    slices.exp2_rate_1 = static_cast<float>(std::exp2(rate) - 1);
+    return slices;
 }
 
 /// Where in their froxels this frame's samples lie; frame 0 has them in the middle.
@@ -152,20 +165,23 @@ void Froxels::write_block(const PreparedFrame& frame, const View& view, float hi
 {
     const HistoryView now = make_history_view(frame);
     const HistoryView& last = view.last ? *view.last : now;
-    const auto range_of = [](glm::dvec2 range, double w) {
-        return glm::vec4(range, range.y - range.x, w);
+    const auto slices = [&](glm::dvec2 range) {
+        return slices_of(frame.settings, frame.eye.perspective, range);
     };
     shared::FroxelParams params{};
-    params.grid = glm::vec4(view.plan.count, frame.settings.tile);
-    params.range = range_of(now.range, guard_columns(frame.settings));
-    params.spacing = glm::vec4(spacing_of(frame.settings, frame.eye.perspective), 0.0);
-    params.jitter = glm::vec4(jitter_of(frame), history_weight);
+    params.slices = slices(now.range);
+    params.columns = glm::vec2(view.plan.count);
+    params.tile_pixels = static_cast<float>(frame.settings.tile);
+    params.guard_columns = static_cast<float>(guard_columns(frame.settings));
+    params.jitter = glm::vec3(jitter_of(frame));
+    params.history_weight = history_weight;
     params.clip_from_world = glm::mat4(clip_from_eye(now, now.eye));
     params.view_z_from_world = glm::vec4(view_z_from_eye(now, now.eye));
     params.history_clip_from_world = glm::mat4(clip_from_eye(last, now.eye));
     params.history_view_z_from_world = glm::vec4(view_z_from_eye(last, now.eye));
-    params.history_range =
-        range_of(last.range, (now.range.y - now.range.x) / (last.range.y - last.range.x));
+    params.history_slices = slices(last.range);
+    params.history_slices.rescale =
+        static_cast<float>((now.range.y - now.range.x) / (last.range.y - last.range.x));
     params.history_eye = eye_from_eye(last, frame.eye);
     block_.write(params);
     tools_.device->BindBufferBase(GL_UNIFORM_BUFFER, FROXEL_BLOCK, block_.id());

@@ -57,15 +57,12 @@ glm::uvec4 StepSlots::tile(const Held& held) const
     const int first = std::countr_zero(held.slots), end = 64 - std::countl_zero(held.slots);
     int width = std::max(width_, (fours & held.slots) != 0 ? 4 : (twos & held.slots) != 0 ? 2 : 1);
     const auto base = [&] { return first * width_ & -width; };
-    while (end * width_ - base() > kTileSlots * width)
+    while (end * width_ - base() > shared::kTileSlots * width)
         width *= 2;
     const int slots = width / width_;
     const std::uint64_t one = row(0, slots);
-    glm::uvec4 texel(0, 0, 0,
-                     static_cast<unsigned>(base()) |
-                         static_cast<unsigned>(std::countr_zero(static_cast<unsigned>(width)))
-                             << 16 |
-                         (held.lit ? 1u << 31 : 0u));
+    const int log2_width = std::countr_zero(static_cast<unsigned>(width));
+    glm::uvec4 texel(0, 0, 0, shared::tile_place(base(), log2_width, held.lit));
     std::uint32_t bit = 1;
     for (int i = base() / width_; i < end; i += slots, bit <<= 1) {
         const std::uint64_t these = one << i;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "prepared_frame.h"
+#include "shared/step_tile.h"
 
 namespace fumarole::pass {
 
@@ -37,15 +38,12 @@ public:
     /// view_z [m] where a slot begins; the last ends at begin(count()).
     [[nodiscard]] double begin(int slot) const { return ends_[static_cast<std::size_t>(slot)]; }
 
-    /// The texel of a tile. As bits of up to 31 slots of its own: x: those to march; y, z: those
-    /// whose splits are taken four and two at a time; w: split where the first slot begins (low 16
-    /// bits), log2 of splits of a slot (8 bits), whether all is lit (the highest).
+    /// The texel of a tile, in slots of its own: shared/step_tile.h.
     [[nodiscard]] glm::uvec4 tile(const Held& held) const;
-    [[nodiscard]] static bool is_lit(const glm::uvec4& tile) { return (tile.w >> 31) != 0; }
+    [[nodiscard]] static bool is_lit(const glm::uvec4& tile) { return shared::tile_is_lit(tile.w); }
 
 private:
     static constexpr int kMost = 64;
-    static constexpr int kTileSlots = 31;  ///< of 32: the shader looks for the end of a row of bits
     static constexpr int kMostJoined = 4;
 
     /// Those whose splits, so many in one, are no longer than `longest`: splits grow with depth.

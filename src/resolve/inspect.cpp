@@ -81,8 +81,8 @@ public:
     void show_values(const std::function<void()>& draw, Ends ends, InspectionLegend& legend);
     void set_scale(const InspectionLegend& legend)
     {
-        params.scale.x = static_cast<float>(legend.low);
-        params.scale.y = static_cast<float>(1 / (legend.high - legend.low));
+        params.scale_begin = static_cast<float>(legend.low);
+        params.inverse_scale_width = static_cast<float>(1 / (legend.high - legend.low));
     }
     /// Wire boxes before the scene's surfaces. Sorts them, so that the largest values are seen.
     void draw_boxes(std::vector<BoxInstance> boxes, const glm::dmat4& world_from_boxes);
@@ -251,7 +251,7 @@ void show_froxels(Layers& layers, Inspector& inspector, const PreparedFrame& fra
     legend.unit = "W/m^2/sr/m";
     legend.caption =
         fmt::format("radiance added a metre in slice {} of {}, from near", slice + 1, slices);
-    inspector.params.scale.z = static_cast<float>(slice);
+    inspector.params.slice = slice;
     layers.draw(frame);
     inspector.show_values([&] { layers.pass().show_slice(frame); }, Ends::round, legend);
 }
@@ -275,9 +275,10 @@ void show_density(const Toolbox& tools, Inspector& inspector, const PreparedFram
     glm::dvec4 plane(0);
     plane[axis] = 1;
     plane.w = place - eye[axis];
-    inspector.params.plane = glm::vec4(plane);
-    inspector.params.bounds_min = glm::vec4(glm::vec3(media.min - eye), 0);
-    inspector.params.bounds_max = glm::vec4(glm::vec3(media.max - eye), 0);
+    inspector.params.plane_axis = glm::vec3(plane);
+    inspector.params.plane_place = static_cast<float>(plane.w);
+    inspector.params.bounds_min = glm::vec3(media.min - eye);
+    inspector.params.bounds_max = glm::vec3(media.max - eye);
     inspector.show_values(
         [&] { tools.draw_fullscreen("pass/inspect_density.frag", tools.media.defines()); },
         Ends::round, legend);

@@ -54,10 +54,11 @@ void MarchHistory::write_block(const PreparedFrame& frame, const View& view, flo
     shared::MarchHistoryParams params{};
     params.clip_from_world = glm::mat4(pass::clip_from_eye(last, frame.eye.position));
     params.view_z_from_world = glm::vec4(pass::view_z_from_eye(last, frame.eye.position));
-    params.media_range =
-        glm::vec4(view.last_media_range, depth_reach(frame.eye, view.last_media_range), 0.0);
+    params.media_range = glm::vec2(view.last_media_range);
+    params.media_depth = static_cast<float>(depth_reach(frame.eye, view.last_media_range));
     params.eye = pass::eye_from_eye(last, frame.eye);
-    params.layer = glm::vec4(offset, 0.0, weight);
+    params.layer_offset = glm::vec2(offset);
+    params.weight = weight;
     block_.write(params);
     tools_.device->BindBufferBase(GL_UNIFORM_BUFFER, MARCH_HISTORY_BLOCK, block_.id());
 }

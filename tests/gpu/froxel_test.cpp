@@ -14,7 +14,7 @@ class FroxelLib : public GlTest {};
 
 struct Spacing {
     const char* name;
-    glm::vec4 params;  ///< as lib/froxel.glsl has it
+    glm::vec4 params;  ///< SLICES_*, rate, exp2(rate) - 1
     double (*t)(double s);
 };
 
@@ -42,8 +42,10 @@ TEST_F(FroxelLib, SlicesAreWhereTheirSpacingSaysAndComeBack)
 void kernel(int i)
 {
     vec4 at = in_data[3 * i], range = in_data[3 * i + 1], spacing = in_data[3 * i + 2];
-    float z = slice_view_z(at.x, range, spacing);
-    out_data[i] = vec4(z, slice_at(z, range, spacing), slices_before(z, at.y, range, spacing), 0.0);
+    SliceParams slices =
+        SliceParams(range.x, range.y, range.z, at.y, int(spacing.x), spacing.y, spacing.z, 1.0);
+    float z = slice_view_z(at.x, slices);
+    out_data[i] = vec4(z, slice_at(z, slices), slices_before(z, slices), 0.0);
 }
 )",
                         3);
@@ -89,11 +91,11 @@ TEST_F(FroxelLib, HalfTheDepthOfASliceIsHalfASlice)
 #include "lib/froxel.glsl"
 void kernel(int i)
 {
-    vec4 range = vec4(2.0, 12.0, 10.0, 0.0), spacing = in_data[2 * i + 1];
+    vec4 spacing = in_data[2 * i + 1];
+    SliceParams slices = SliceParams(2.0, 12.0, 10.0, 8.0, int(spacing.x), spacing.y, spacing.z, 1.0);
     float k = in_data[2 * i].x, f = in_data[2 * i].y;
-    float z = mix(slice_view_z(k / 8.0, range, spacing), slice_view_z((k + 1.0) / 8.0, range, spacing), f);
-    out_data[i] = vec4(slices_before(z, 8.0, range, spacing), slices_before(1.0, 8.0, range, spacing),
-                       slices_before(1e30, 8.0, range, spacing), 0.0);
+    float z = mix(slice_view_z(k / 8.0, slices), slice_view_z((k + 1.0) / 8.0, slices), f);
+    out_data[i] = vec4(slices_before(z, slices), slices_before(1.0, slices), slices_before(1e30, slices), 0.0);
 }
 )",
                         2);

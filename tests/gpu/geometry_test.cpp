@@ -214,9 +214,9 @@ void kernel(int i) { out_data[i] = vec4(view_z_of(in_data[2 * i].x, in_data[2 * 
                         const glm::dvec4 clip = frame.clip_from_view * glm::dvec4(0, 0, -z, 1);
                         const double n = clip.z / clip.w;
                         const auto depth = static_cast<float>(zero_to_one ? n : n * 0.5 + 0.5);
-                        if (depth == params.sky_depth.x)
+                        if (depth == params.sky_depth)
                             continue;  // so far that a float buffer can't tell it from the sky
-                        inputs.emplace_back(depth, params.sky_depth.x, 0, 0);
+                        inputs.emplace_back(depth, params.sky_depth, 0, 0);
                         inputs.push_back(map);
                         // What the stored depth means, in double.
                         const double stored = zero_to_one ? depth : 2.0 * depth - 1.0;
@@ -224,7 +224,7 @@ void kernel(int i) { out_data[i] = vec4(view_z_of(in_data[2 * i].x, in_data[2 * 
                         expected.push_back((p[3][3] * stored - p[3][2]) /
                                            (p[2][3] * stored - p[2][2]));
                     }
-                    inputs.emplace_back(params.sky_depth.x, params.sky_depth.x, 0, 0);
+                    inputs.emplace_back(params.sky_depth, params.sky_depth, 0, 0);
                     inputs.push_back(map);
                     const std::vector<glm::vec4> z = kernel(inputs);
                     for (std::size_t i = 0; i < expected.size(); ++i) {
@@ -280,9 +280,10 @@ TEST_F(ShadowView, DepthIsLinearInMetres)
 #include "lib/shadow.glsl"
 void kernel(int i)
 {
-    out_data[i] = vec4(shadow_depth(in_data[3 * i], in_data[3 * i + 1], in_data[3 * i + 2].xyz),
-                       shadow_bias(in_data[3 * i], in_data[3 * i + 1], in_data[3 * i + 2].xyz),
-                       is_sun_view(in_data[3 * i + 1]), 0.0);
+    vec4 origin = in_data[3 * i], axis = in_data[3 * i + 1];
+    ShadowDepth view = ShadowDepth(origin.xyz, origin.w, axis.xyz, axis.w);
+    vec3 p = in_data[3 * i + 2].xyz;
+    out_data[i] = vec4(shadow_depth(view, p), shadow_bias(view, p), is_sun_view(view), 0.0);
 }
 )",
                         3);

@@ -1,10 +1,15 @@
-// The structs of glsl/shared mean the same to C++ and to GLSL: every member of every uniform block,
-// as the GL places it, against offsetof.
+// What is in glsl/shared means the same to C++ and to GLSL: every member of every uniform block, as
+// the GL places it, against offsetof; and bits that one side packs are what the other takes apart.
 
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <cstddef>
 #include <fmt/format.h>
 #include <map>
 
+#include "shared/brick_page.h"
+#include "shared/display_params.h"
 #include "shared/draw_params.h"
 #include "shared/frame_params.h"
 #include "shared/froxel_params.h"
@@ -13,6 +18,7 @@
 #include "shared/light_volume_params.h"
 #include "shared/march_history_params.h"
 #include "shared/medium_params.h"
+#include "shared/step_tile.h"
 #include "support/gl_test.h"
 #include "support/kernel.h"
 
@@ -35,52 +41,76 @@ const Offsets kFrame{MEMBER(FrameParams, ray_origin),
                      MEMBER(FrameParams, ray_direction_dx),
                      MEMBER(FrameParams, ray_direction_dy),
                      MEMBER(FrameParams, view_z_from_depth),
-                     MEMBER(FrameParams, sky_depth),
                      MEMBER(FrameParams, full_size),
+                     MEMBER(FrameParams, inverse_full_size),
                      MEMBER(FrameParams, layer_size),
+                     MEMBER(FrameParams, inverse_layer_size),
                      MEMBER(FrameParams, layer_offset),
+                     MEMBER(FrameParams, layer_offset_pixels),
                      MEMBER(FrameParams, step_range),
                      MEMBER(FrameParams, media_range),
-                     MEMBER(FrameParams, march),
-                     MEMBER(FrameParams, resolve)};
-const Offsets kDraw{MEMBER(DrawParams, clip_from_object), MEMBER(DrawParams, world_from_object),
-                    MEMBER(DrawParams, albedo), MEMBER(DrawParams, shadow_origin),
-                    MEMBER(DrawParams, shadow_axis)};
-const Offsets kInspect{MEMBER(InspectParams, clip_from_boxes), MEMBER(InspectParams, scale),
-                       MEMBER(InspectParams, plane), MEMBER(InspectParams, bounds_min),
-                       MEMBER(InspectParams, bounds_max)};
-const Offsets kFroxels{MEMBER(FroxelParams, grid),
-                       MEMBER(FroxelParams, range),
-                       MEMBER(FroxelParams, spacing),
-                       MEMBER(FroxelParams, jitter),
-                       MEMBER(FroxelParams, clip_from_world),
-                       MEMBER(FroxelParams, view_z_from_world),
-                       MEMBER(FroxelParams, history_clip_from_world),
-                       MEMBER(FroxelParams, history_view_z_from_world),
-                       MEMBER(FroxelParams, history_range),
-                       MEMBER(FroxelParams, history_eye)};
+                     MEMBER(FrameParams, step_octaves),
+                     MEMBER(FrameParams, media_depth),
+                     MEMBER(FrameParams, steps),
+                     MEMBER(FrameParams, distribution),
+                     MEMBER(FrameParams, step_jitter),
+                     MEMBER(FrameParams, shadow_steps),
+                     MEMBER(FrameParams, min_transmittance),
+                     MEMBER(FrameParams, min_extinction),
+                     MEMBER(FrameParams, g_clamp),
+                     MEMBER(FrameParams, radiance_limit),
+                     MEMBER(FrameParams, depth_threshold),
+                     MEMBER(FrameParams, sky_depth)};
+const Offsets kDepth{MEMBER(ShadowDepth, origin), MEMBER(ShadowDepth, inverse_range),
+                     MEMBER(ShadowDepth, travel), MEMBER(ShadowDepth, bias)};
+const Offsets kInspect{
+    MEMBER(InspectParams, clip_from_boxes),     MEMBER(InspectParams, plane_axis),
+    MEMBER(InspectParams, plane_place),         MEMBER(InspectParams, bounds_min),
+    MEMBER(InspectParams, scale_begin),         MEMBER(InspectParams, bounds_max),
+    MEMBER(InspectParams, inverse_scale_width), MEMBER(InspectParams, slice)};
+const Offsets kSlices{MEMBER(SliceParams, begin),       MEMBER(SliceParams, end),
+                      MEMBER(SliceParams, depth),       MEMBER(SliceParams, count),
+                      MEMBER(SliceParams, spacing),     MEMBER(SliceParams, rate),
+                      MEMBER(SliceParams, exp2_rate_1), MEMBER(SliceParams, rescale)};
 const Offsets kMarchHistory{MEMBER(MarchHistoryParams, clip_from_world),
                             MEMBER(MarchHistoryParams, view_z_from_world),
+                            MEMBER(MarchHistoryParams, eye),
                             MEMBER(MarchHistoryParams, media_range),
-                            MEMBER(MarchHistoryParams, eye), MEMBER(MarchHistoryParams, layer)};
-const Offsets kLight{MEMBER(LightParams, position), MEMBER(LightParams, intensity),
-                     MEMBER(LightParams, axis), MEMBER(LightParams, edge)};
-const Offsets kView{MEMBER(ShadowView, clip_from_world), MEMBER(ShadowView, origin),
-                    MEMBER(ShadowView, axis)};
+                            MEMBER(MarchHistoryParams, layer_offset),
+                            MEMBER(MarchHistoryParams, media_depth),
+                            MEMBER(MarchHistoryParams, weight)};
+const Offsets kTone{MEMBER(ToneParams, exposure), MEMBER(ToneParams, filmic)};
+const Offsets kLight{MEMBER(LightParams, position),
+                     MEMBER(LightParams, first_view),
+                     MEMBER(LightParams, intensity),
+                     MEMBER(LightParams, cube_view_scale),
+                     MEMBER(LightParams, axis),
+                     MEMBER(LightParams, cos_half_cone),
+                     MEMBER(LightParams, inverse_edge_width)};
 const Offsets kLattice{MEMBER(LatticeParams, node_from_world),
-                       MEMBER(LatticeParams, world_from_node), MEMBER(LatticeParams, last),
-                       MEMBER(LatticeParams, inverse_size)};
+                       MEMBER(LatticeParams, world_from_node),
+                       MEMBER(LatticeParams, last),
+                       MEMBER(LatticeParams, layers),
+                       MEMBER(LatticeParams, inverse_size),
+                       MEMBER(LatticeParams, spacing)};
 const Offsets kDirection{MEMBER(WorldDirection, wi), MEMBER(WorldDirection, power)};
 const Offsets kGrid{MEMBER(GridParams, index_from_world), MEMBER(GridParams, inverse_size),
-                    MEMBER(GridParams, pages)};
+                    MEMBER(GridParams, unit), MEMBER(GridParams, pages)};
 const Offsets kMedium{MEMBER(MediumParams, bounds_from_world),
                       MEMBER(MediumParams, bounds_min),
+                      MEMBER(MediumParams, noise_threshold),
                       MEMBER(MediumParams, bounds_max),
+                      MEMBER(MediumParams, noise_gain),
                       MEMBER(MediumParams, sigma_s),
+                      MEMBER(MediumParams, g),
                       MEMBER(MediumParams, sigma_t),
                       MEMBER(MediumParams, emission),
-                      MEMBER(MediumParams, profile)};
-const Offsets kOctave{MEMBER(NoiseOctave, cell_offset), MEMBER(NoiseOctave, fraction)};
+                      MEMBER(MediumParams, noise_scale),
+                      MEMBER(MediumParams, inverse_scale_height),
+                      MEMBER(MediumParams, base_height),
+                      MEMBER(MediumParams, noise_octaves)};
+const Offsets kOctave{MEMBER(NoiseOctave, cell_offset), MEMBER(NoiseOctave, fraction),
+                      MEMBER(NoiseOctave, frequency)};
 
 /// `array[i].member` of every element of an array of structs.
 template <typename Element>
@@ -97,6 +127,13 @@ void add_struct(Offsets& to, const char* name, std::size_t at, const Offsets& me
 {
     for (const auto& [member, offset] : members)
         to[fmt::format("{}.{}", name, member)] = at + offset;
+}
+
+Offsets view_members()
+{
+    Offsets members{MEMBER(ShadowView, clip_from_world)};
+    add_struct(members, "depth", offsetof(ShadowView, depth), kDepth);
+    return members;
 }
 
 class ParamLayout : public GlTest {
@@ -157,12 +194,16 @@ void kernel(int i) {{ out_data[i] = vec4({}); }}
     }
 
 private:
-    const std::map<std::string, std::string> kUse{
-        {"FrameParams", "u_params.resolve"},         {"DrawParams", "u_params.shadow_axis"},
-        {"FroxelParams", "u_params.jitter"},         {"InspectParams", "u_params.scale"},
-        {"MarchHistoryParams", "u_params.layer"},    {"LightsParams", "u_params.world_radiance"},
-        {"LightVolumesParams", "u_params.fill"},     {"WorldParams", "u_params.views[1].origin"},
-        {"MediaParams", "u_params.media[1].sigma_s"}};
+    const std::map<std::string, std::string> kUse{{"FrameParams", "u_params.steps"},
+                                                  {"DrawParams", "u_params.albedo"},
+                                                  {"FroxelParams", "u_params.history_weight"},
+                                                  {"InspectParams", "u_params.scale_begin"},
+                                                  {"MarchHistoryParams", "u_params.weight"},
+                                                  {"LightsParams", "u_params.world_radiance"},
+                                                  {"LightVolumesParams", "u_params.layer"},
+                                                  {"WorldParams", "u_params.views[1].depth.bias"},
+                                                  {"MediaParams", "u_params.media[1].g"},
+                                                  {"DisplayParams", "u_params.wipe"}};
 };
 
 TEST_F(ParamLayout, Frame)
@@ -172,12 +213,43 @@ TEST_F(ParamLayout, Frame)
 
 TEST_F(ParamLayout, Draw)
 {
-    expect_same(layout("draw_params.h", "DrawParams"), kDraw, sizeof(DrawParams));
+    Offsets expected{MEMBER(DrawParams, clip_from_object), MEMBER(DrawParams, world_from_object),
+                     MEMBER(DrawParams, albedo)};
+    add_struct(expected, "shadow_depth", offsetof(DrawParams, shadow_depth), kDepth);
+    expect_same(layout("draw_params.h", "DrawParams"), expected, sizeof(DrawParams));
 }
 
 TEST_F(ParamLayout, Froxels)
 {
-    expect_same(layout("froxel_params.h", "FroxelParams"), kFroxels, sizeof(FroxelParams));
+    Offsets expected{MEMBER(FroxelParams, columns),
+                     MEMBER(FroxelParams, tile_pixels),
+                     MEMBER(FroxelParams, guard_columns),
+                     MEMBER(FroxelParams, jitter),
+                     MEMBER(FroxelParams, history_weight),
+                     MEMBER(FroxelParams, clip_from_world),
+                     MEMBER(FroxelParams, view_z_from_world),
+                     MEMBER(FroxelParams, history_clip_from_world),
+                     MEMBER(FroxelParams, history_view_z_from_world),
+                     MEMBER(FroxelParams, history_eye)};
+    add_struct(expected, "slices", offsetof(FroxelParams, slices), kSlices);
+    add_struct(expected, "history_slices", offsetof(FroxelParams, history_slices), kSlices);
+    expect_same(layout("froxel_params.h", "FroxelParams"), expected, sizeof(FroxelParams));
+}
+
+TEST_F(ParamLayout, MarchHistory)
+{
+    expect_same(layout("march_history_params.h", "MarchHistoryParams"), kMarchHistory,
+                sizeof(MarchHistoryParams));
+}
+
+TEST_F(ParamLayout, Display)
+{
+    Offsets expected{MEMBER(DisplayParams, lower_left), MEMBER(DisplayParams, size),
+                     MEMBER(DisplayParams, wipe), MEMBER(DisplayParams, largest_difference),
+                     MEMBER(DisplayParams, tenth_mean_square)};
+    add_struct(expected, "tone_a", offsetof(DisplayParams, tone_a), kTone);
+    add_struct(expected, "tone_b", offsetof(DisplayParams, tone_b), kTone);
+    expect_same(layout("display_params.h", "DisplayParams"), expected, sizeof(DisplayParams));
 }
 
 TEST_F(ParamLayout, Inspect)
@@ -190,14 +262,18 @@ TEST_F(ParamLayout, Lights)
     Offsets expected{MEMBER(LightsParams, world_radiance)};
     add_array<LightParams>(expected, "lights", offsetof(LightsParams, lights), MAX_LIGHTS, kLight);
     add_array<ShadowView>(expected, "views", offsetof(LightsParams, views), MAX_SHADOW_VIEWS,
-                          kView);
+                          view_members());
     expect_same(layout("light_params.h", "LightsParams"), expected, sizeof(LightsParams));
 }
 
 TEST_F(ParamLayout, LightVolumes)
 {
-    Offsets expected{MEMBER(LightVolumesParams, extinction_color), MEMBER(LightVolumesParams, view),
-                     MEMBER(LightVolumesParams, fill), MEMBER(LightVolumesParams, light)};
+    Offsets expected{
+        MEMBER(LightVolumesParams, extinction_color), MEMBER(LightVolumesParams, view_axis),
+        MEMBER(LightVolumesParams, orthographic),     MEMBER(LightVolumesParams, light),
+        MEMBER(LightVolumesParams, light_has_place),  MEMBER(LightVolumesParams, layer),
+        MEMBER(LightVolumesParams, first_slice),      MEMBER(LightVolumesParams, directions),
+        MEMBER(LightVolumesParams, samples)};
     add_struct(expected, "extinction", offsetof(LightVolumesParams, extinction), kLattice);
     add_struct(expected, "depth", offsetof(LightVolumesParams, depth), kLattice);
     add_struct(expected, "world", offsetof(LightVolumesParams, world), kLattice);
@@ -212,7 +288,7 @@ TEST_F(ParamLayout, World)
     add_array<WorldDirection>(expected, "directions", offsetof(WorldParams, directions),
                               MAX_WORLD_DIRECTIONS, kDirection);
     add_array<ShadowView>(expected, "views", offsetof(WorldParams, views), MAX_WORLD_DIRECTIONS,
-                          kView);
+                          view_members());
     expect_same(layout("light_volume_params.h", "WorldParams"), expected, sizeof(WorldParams));
 }
 
@@ -235,6 +311,92 @@ TEST_F(ParamLayout, EveryBlockFitsTheSmallestLimit)
     EXPECT_LE(sizeof(MediaParams), 16384u);
     EXPECT_LE(sizeof(LightVolumesParams), 16384u);
     EXPECT_LE(sizeof(WorldParams), 16384u);
+}
+
+/// Numbers that a float holds, and whole 32 bits in two of them.
+std::array<float, 2> halves(std::uint32_t bits)
+{
+    return {static_cast<float>(bits >> 16), static_cast<float>(bits & 0xffffu)};
+}
+
+class SharedBits : public GlTest {};
+
+TEST_F(SharedBits, ABrickPageIsTheSameOnBothSides)
+{
+    const Kernel kernel(gl(), R"(
+#include "shared/brick_page.h"
+void kernel(int i)
+{
+    uvec4 fields = uvec4(in_data[2 * i]);
+    uint page = brick_page(fields.x, fields.y, fields.z, fields.w);
+    uint given = uint(in_data[2 * i + 1].x) << 16u | uint(in_data[2 * i + 1].y);
+    uint scale = page_scale_bits(given);
+    out_data[3 * i] = vec4(page >> 16u, page & 0xffffu, is_brick(given), is_brick(page_constant_bits(given) >> 1u));
+    out_data[3 * i + 1] = vec4(page_slot_x(given), page_slot_y(given), page_slot_z(given), scale >> 16u);
+    out_data[3 * i + 2] = vec4(scale & 0xffffu, scale_step_above(scale), constant_page(scale) >> 16u,
+                               constant_page(scale) & 0xffffu);
+}
+)",
+                        2, 3);
+    std::vector<glm::vec4> in;
+    std::vector<glm::uvec4> all;
+    for (const unsigned x : {0u, 1u, 127u, 255u})
+        for (const unsigned y : {0u, 128u, 255u})
+            for (const unsigned z : {0u, 85u, 255u})
+                for (const unsigned step : {0u, 1u, 8u, 127u}) {
+                    all.emplace_back(x, y, z, step);
+                    const auto [high, low] = halves(brick_page(x, y, z, step));
+                    in.emplace_back(all.back());
+                    in.emplace_back(high, low, 0, 0);
+                }
+    const std::vector<glm::vec4> out = kernel(in);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        const glm::uvec4 f = all[i];
+        const auto [high, low] = halves(brick_page(f.x, f.y, f.z, f.w));
+        const std::uint32_t scale = std::bit_cast<std::uint32_t>(1.0f) - (f.w << 20);
+        const auto [scale_high, scale_low] = halves(scale);
+        const auto [constant_high, constant_low] = halves(constant_page(scale));
+        EXPECT_EQ(out[3 * i], glm::vec4(high, low, 1, 0));
+        EXPECT_EQ(out[3 * i + 1], glm::vec4(f.x, f.y, f.z, scale_high));
+        EXPECT_EQ(out[3 * i + 2], glm::vec4(scale_low, f.w, constant_high, constant_low));
+    }
+}
+
+TEST_F(SharedBits, AStepTileIsTheSameOnBothSides)
+{
+    const Kernel kernel(gl(), R"(
+#include "shared/step_tile.h"
+void kernel(int i)
+{
+    ivec4 fields = ivec4(in_data[i]);
+    uint place = tile_place(fields.x, fields.y, fields.z != 0);
+    out_data[3 * i] = vec4(place >> 16u, place & 0xffffu, tile_first_split(place), tile_log2_width(place));
+    out_data[3 * i + 1] = vec4(tile_is_lit(place), tile_slot(place, fields.w), 0.0, 0.0);
+    out_data[3 * i + 2] = vec4(tile_stride(5u, 7u, place, fields.w), tile_stride(0x80000000u, 0u, place, fields.w),
+                               tile_stride(0u, 8u, place, fields.w), 0.0);
+}
+)",
+                        1, 3);
+    std::vector<glm::vec4> in;
+    for (const int first : {0, 4, 4095, 65535})
+        for (const int width : {0, 3, 12})
+            for (const int lit : {0, 1})
+                for (const int past : {-9, 0, 1, 7, 8, 40, 100000})
+                    in.emplace_back(first, width, lit, first + past);
+    const std::vector<glm::vec4> out = kernel(in);
+    for (std::size_t i = 0; i < in.size(); ++i) {
+        const glm::ivec4 f(in[i]);
+        const std::uint32_t place = tile_place(f.x, f.y, f.z != 0);
+        const auto [high, low] = halves(place);
+        const int slot = std::clamp((f.w - f.x) >> f.y, 0, 31);
+        EXPECT_EQ(out[3 * i], glm::vec4(high, low, f.x, f.y));
+        EXPECT_EQ(out[3 * i + 1], glm::vec4(f.z, slot, 0, 0));
+        EXPECT_EQ(tile_slot(place, f.w), slot);
+        EXPECT_EQ(out[3 * i + 2],
+                  glm::vec4(tile_stride(5, 7, place, f.w), tile_stride(0x80000000u, 0, place, f.w),
+                            tile_stride(0, 8, place, f.w), 0));
+        EXPECT_EQ(tile_stride(5, 7, place, f.w), slot == 0 || slot == 2 ? 4 : slot == 1 ? 2 : 1);
+    }
 }
 
 }  // namespace

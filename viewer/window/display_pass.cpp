@@ -8,9 +8,9 @@ namespace fumarole::window {
 
 namespace {
 
-glm::vec2 tone_of(const Display& display)
+shared::ToneParams tone_of(const Display& display)
 {
-    return {std::exp2(display.exposure_ev),
+    return {static_cast<float>(std::exp2(display.exposure_ev)),
             display.transform == Display::Transform::filmic ? 1.0f : 0.0f};
 }
 
@@ -29,10 +29,13 @@ void DisplayPass::draw(const DisplayRequest& request)
     if (request.comparison == Comparison::difference)
         defines.emplace_back("DIFFERENCE", "");
     shared::DisplayParams params{};
-    params.area = glm::vec4(request.lower_left, request.size);
-    params.tone = glm::vec4(tone_of(request.a.display), tone_of(request.b.display));
-    params.comparison =
-        glm::vec4(request.wipe * request.size.x, request.scale, request.tenth_of_mean_square, 0);
+    params.lower_left = glm::vec2(request.lower_left);
+    params.size = glm::vec2(request.size);
+    params.tone_a = tone_of(request.a.display);
+    params.tone_b = tone_of(request.b.display);
+    params.wipe = static_cast<float>(request.wipe) * static_cast<float>(request.size.x);
+    params.largest_difference = static_cast<float>(request.scale);
+    params.tenth_mean_square = static_cast<float>(request.tenth_of_mean_square);
     block_.write(params);
     const gl::Device& gl = device_;
     gl->BindBufferBase(GL_UNIFORM_BUFFER, FRAME_BLOCK, block_.id());

@@ -1,0 +1,45 @@
+// A tile of the march in four times 32 bits: which splits of the step lattice are marched, and how
+// long its steps are. Up to 31 slots of a power of two of splits each, a bit a slot:
+//   x     those to march
+//   y, z  those whose splits are taken four and two at a time
+//   w     the place: the split where slot 0 begins (16 bits), log2 of the splits of a slot (8), and
+//         in the highest bit whether no surface hides a light from any of them
+#pragma once
+#include "shared/types.h"
+FUM_SHARED_BEGIN
+
+const int kTileSlots = 31;  // of 32: the march looks for the end of a row of bits
+
+FUM_SHARED_FUNCTION uint tile_place(int first_split, int log2_width, bool lit)
+{
+    return uint(first_split) | uint(log2_width) << 16u | (lit ? 0x80000000u : 0u);
+}
+
+FUM_SHARED_FUNCTION int tile_first_split(uint place)
+{
+    return int(place & 0xffffu);
+}
+FUM_SHARED_FUNCTION int tile_log2_width(uint place)
+{
+    return int(place >> 16u & 255u);
+}
+FUM_SHARED_FUNCTION bool tile_is_lit(uint place)
+{
+    return (place >> 31u) != 0u;
+}
+
+// The slot that holds a split; before and behind them the first and the last bit.
+FUM_SHARED_FUNCTION int tile_slot(uint place, int split)
+{
+    int slot = (split - tile_first_split(place)) >> tile_log2_width(place);
+    return slot < 0 ? 0 : slot > kTileSlots ? kTileSlots : slot;
+}
+
+// How many splits the step at one of them takes, of the tile's y and z.
+FUM_SHARED_FUNCTION int tile_stride(uint fours, uint twos, uint place, int split)
+{
+    uint slot = uint(tile_slot(place, split));
+    return ((fours >> slot) & 1u) != 0u ? 4 : ((twos >> slot) & 1u) != 0u ? 2 : 1;
+}
+
+FUM_SHARED_END
