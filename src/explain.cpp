@@ -1,11 +1,30 @@
 #include "explain.h"
 
+#include <algorithm>
 #include <fmt/format.h>
+#include <span>
 
+#include "light_fields.h"
 #include "pass/froxels.h"
 #include "pass/ray_march.h"
 
 namespace fumarole {
+
+namespace {
+
+/// `1 sun, 2 spot`
+std::string counts_of(std::span<const Light> lights)
+{
+    std::string text;
+    for (const Light& type : light_types()) {
+        const auto same = [&](const Light& light) { return light.index() == type.index(); };
+        if (const auto count = std::count_if(lights.begin(), lights.end(), same); count > 0)
+            text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, light_name(type));
+    }
+    return text;
+}
+
+}  // namespace
 
 std::vector<std::string> explain(const Toolbox& tools, int surfaces, const FrameSettings& settings)
 {
@@ -56,7 +75,7 @@ std::vector<std::string> explain(const Toolbox& tools, int surfaces, const Frame
     if (lights.count() == 0)
         say("lights: none: no loop over lights, no shadows");
     else
-        say("lights: {} sun, {} point, {} spot", lights.suns(), lights.points(), lights.spots());
+        say("lights: {}", counts_of(lights.lights()));
     if (lights.count() > 0 && lights.shadow_views() == 0)
         say("surfaces: none that could hide a light: no shadow map, no lookup");
     else if (lights.count() > 0)

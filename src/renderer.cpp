@@ -93,8 +93,7 @@ struct Renderer::Parts {
 
 FrameScene Renderer::Parts::frame_scene() const
 {
-    // A spot's beam has edges.
-    const double detail = lights.spots() > 0 ? 0 : media.detail();
+    const double detail = lights.has_edges() ? 0 : media.detail();
     return {media.bounds(), detail, static_cast<double>(media.traits().most_g), scene_id};
 }
 

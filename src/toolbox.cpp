@@ -31,16 +31,17 @@ void Toolbox::draw_fullscreen(const char* fragment_file, const gl::Defines& defi
 gl::Defines Toolbox::scattering_defines(const FrameSettings& s) const
 {
     gl::Defines defines = media.defines();
-    for (const gl::Defines& more : {lights.defines(), volumes.defines()})
-        defines.insert(defines.end(), more.begin(), more.end());
+    defines += lights.defines();
+    defines += volumes.defines();
     const auto add = [&](bool condition, const char* name) {
         if (condition)
             defines.emplace_back(name, "");
     };
-    add(scene_settings.volume_shadows && lights.count() > 0, "VOLUME_SHADOWS");
-    add(scene_settings.world_light && lights.world_radiance() != glm::vec3(0.0f), "WORLD_LIGHT");
-    add(scene_settings.shadow_range == SceneSettings::ShadowRange::light, "SHADOW_TO_LIGHT");
-    add(s.least_extinction > 0, "LEAST_EXTINCTION");
+    add(scene_settings.volume_shadows && lights.count() > 0, "kVolumeShadows");
+    add(scene_settings.world_light && lights.world_radiance() != glm::vec3(0.0f), "kWorldLight");
+    add(scene_settings.shadow_range == SceneSettings::ShadowRange::light, "kShadowToLight");
+    add(s.least_extinction > 0, "kLeastExtinction");
+    add(defines.value_of("kDepthVolume") != nullptr && media.marched_alone(), "kDepthAtPoint");
     return defines;
 }
 

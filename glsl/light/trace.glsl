@@ -16,7 +16,7 @@ volume_t traced_depth(vec3 p, vec3 wi, float range, float step)
     int steps = int(ceil(length(way / lattice.inverse_size) / step));
     for (int i = 0; i < steps; ++i) {
         vec3 uvw = from + way * ((float(i) + 0.5) / float(steps));
-        sum += textureLod(u_extinction_volume_tx, uvw, 0.0).VOLUME;
+        sum += volume_value(textureLod(u_extinction_volume_tx, uvw, 0.0));
     }
     return sum * ((t.y - t.x) / float(max(steps, 1)));
 }

@@ -4,40 +4,36 @@
 //        volume
 //   out  coefficients [W/m^2/sr], one a layer; alpha of the first: 1 if any light gets there
 //
-// Variant: BANDS           1 to 4: no more than the media's g can tell apart
-//          WORLD_SHADOWS   there are surfaces
-//          CLEAR           the media don't dim it
-//          MARCHED         there is an extinction's volume
 #include "lib/spherical_harmonics.glsl"
 #include "scene/light_volumes.glsl"
-#ifdef MARCHED
 #include "light/trace.glsl"
-#endif
+
+// Variant
+const int kBands = 1;              // to 4: no more than the media's g can tell apart
+const bool kWorldShadows = false;  // there are surfaces
+const bool kClear = false;         // the media don't dim it
+const bool kMarched = false;       // there is an extinction's volume
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
 layout(std140, binding = WORLD_BLOCK) uniform World { WorldParams u_world; };
 layout(binding = 0) writeonly uniform image3D u_world_img;
-#ifdef WORLD_SHADOWS
 layout(binding = SHADOW_MAP_UNIT) uniform sampler2DArrayShadow u_world_shadow_tx;
-#endif
 
 float visibility_of(int k, vec3 p)
 {
-#ifdef WORLD_SHADOWS
+    if (!kWorldShadows)
+        return 1.0;
     ShadowView view = u_world.views[k];
     vec2 uv = (view.clip_from_world * vec4(p, 1.0)).xy * 0.5 + 0.5;
     // Moved on by the bias: a node on a surface's far side must not see through it.
     float depth = shadow_depth(view.depth, p + view.depth.travel * view.depth.bias);
     return texture(u_world_shadow_tx, vec4(uv, float(k), depth));
-#else
-    return 1.0;
-#endif
 }
 
 void main()
 {
     const float kStep = 2.0;  // nodes of the extinction's volume: steps of 64 directions average out
-    const int kCount = kHarmonics[BANDS - 1];
+    const int kCount = kHarmonics[kBands - 1];
     ivec3 node = ivec3(gl_GlobalInvocationID);
     LatticeParams lattice = u_volumes.world;
     if (any(greaterThan(node, ivec3(lattice.last))))
@@ -55,12 +51,10 @@ void main()
         seen = 1.0;
         vec3 wi = u_world.directions[k].wi.xyz;
         vec3 arriving = u_world.directions[k].power.rgb * visibility;
-#ifndef CLEAR
-        arriving *= exp(-closed_depth(p, wi, kSunRange));
-#ifdef MARCHED
-        arriving *= exp(-from_volume(traced_depth(p, wi, kSunRange, kStep)));
-#endif
-#endif
+        if (!kClear)
+            arriving *= exp(-closed_depth(p, wi, kSunRange));
+        if (!kClear && kMarched)
+            arriving *= exp(-from_volume(traced_depth(p, wi, kSunRange, kStep)));
         for (int i = 0; i < kCount; ++i)
             radiance[i] += arriving * spherical_harmonic(i, wi);
     }

@@ -2,10 +2,13 @@
 // against the light's, Henyey-Greenstein's l-th times g^l (Sloan 2008; the expansion of Henyey and
 // Greenstein 1941). The eye is one point, so this depends on the node alone, and the march fetches once.
 //   in   coefficients of the world's light
-//   out  the fourth root of the radiance per metre and unit of sigma_s; alpha as it was; MIXED_G: the radiance
+//   out  the fourth root of the radiance per metre and unit of sigma_s; alpha as it was; kMixedG: the radiance
 //        itself, a layer a band, g^l left out
 #include "lib/spherical_harmonics.glsl"
 #include "scene/light_volumes.glsl"
+
+// Variant
+const int kBands = 1;  // of the coefficients, to 4
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
 layout(binding = WORLD_VOLUME_UNIT) uniform sampler3D u_coefficients_tx;
@@ -23,17 +26,16 @@ void main()
     vec3 d = u_volumes.orthographic > 0.0 ? u_volumes.view_axis : p / max(length(p), 1e-20);
     vec4 band[4] = vec4[4](vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
     int i = 0;
-    for (int l = 0; l < BANDS; ++l)
+    for (int l = 0; l < kBands; ++l)
         for (; i < kHarmonics[l]; ++i)
             band[l] += texelFetch(u_coefficients_tx, node + layer * i, 0) * spherical_harmonic(i, d);
     band[0].a = texelFetch(u_coefficients_tx, node, 0).a;
-#ifdef MIXED_G
-    for (int l = 0; l < BANDS; ++l)
+    for (int l = 0; kMixedG && l < kBands; ++l)
         imageStore(u_view_img, node + layer * l, band[l]);
-#else
+    if (kMixedG)
+        return;
     float g = u_media.media[0].g;
     vec4 light = band[0] + g * (band[1] + g * (band[2] + g * band[3]));
     // What bands 0 to 3 leave of a sharp edge may dip below 0.
     imageStore(u_view_img, node, vec4(root_of_light(max(light.rgb, vec3(0.0))), light.a));
-#endif
 }

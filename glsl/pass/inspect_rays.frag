@@ -8,6 +8,6 @@ layout(location = 0) out float out_value;
 
 void main()
 {
-    ivec2 texel = ivec2(floor(gl_FragCoord.xy / float(LAYER_SCALE) - u_frame.layer_offset));
+    ivec2 texel = ivec2(floor(gl_FragCoord.xy / float(kLayerScale) - u_frame.layer_offset));
     out_value = texelFetch(u_counts_tx, clamp(texel, ivec2(0), textureSize(u_counts_tx, 0) - 1), 0).r;
 }

@@ -9,17 +9,17 @@
 // the light passes. A mean of optical depths would spread the dense one (5 % too much scattering by smoke
 // at tiles of 8 pixels, where this has 2 %).
 //
-// Variant: WRONSKI  a slice's source is not dimmed within the slice, Wronski 2014: gains energy
 #include "lib/slab.glsl"
 #include "scene/froxels.glsl"
+
+// Variant
+const bool kWronski = false;  // a slice's source is not dimmed within the slice, Wronski 2014: gains energy
 
 layout(local_size_x = FROXEL_COLUMNS, local_size_y = FROXEL_COLUMNS) in;
 layout(binding = INTEGRATED_SCATTERING_IMAGE) writeonly uniform image3D u_scattering_img;
 layout(binding = FROXEL_SOURCE_UNIT) uniform sampler3D u_source_tx;
-#ifndef EXTINCTION_IN_ALPHA
 layout(binding = INTEGRATED_TRANSMITTANCE_IMAGE) writeonly uniform image3D u_transmittance_img;
 layout(binding = FROXEL_EXTINCTION_UNIT) uniform sampler3D u_extinction_tx;
-#endif
 
 struct Integrated {
     vec3 scattering;
@@ -28,12 +28,10 @@ struct Integrated {
 
 void store(ivec2 column, int z, Integrated value)
 {
-#ifdef EXTINCTION_IN_ALPHA
-    imageStore(u_scattering_img, ivec3(column, z), vec4(value.scattering, value.transmittance));
-#else
-    imageStore(u_scattering_img, ivec3(column, z), vec4(value.scattering, 0.0));
-    imageStore(u_transmittance_img, ivec3(column, z), vec4(value.transmittance, 0.0));
-#endif
+    vec4 transmittance = vec4(vec3(value.transmittance), 0.0);
+    imageStore(u_scattering_img, ivec3(column, z), vec4(value.scattering, kExtinctionInAlpha ? transmittance.r : 0.0));
+    if (!kExtinctionInAlpha)
+        imageStore(u_transmittance_img, ivec3(column, z), transmittance);
 }
 
 Integrated continued(Integrated a, Integrated b)
@@ -59,15 +57,11 @@ void main()
         float thickness = (end - begin) * length_per_z / u_froxels.slices.depth;
         begin = end;
         vec4 source = texelFetch(u_source_tx, ivec3(column, k), 0) * thickness;
-#ifdef EXTINCTION_IN_ALPHA
-        float slice_tau = source.a;
-#else
-        vec3 slice_tau = texelFetch(u_extinction_tx, ivec3(column, k), 0).rgb * thickness;
-#endif
+        volume_depth_t slice_tau =
+            volume_depth(source, texelFetch(u_extinction_tx, ivec3(column, k), 0) * thickness);
         vec3 added = exp(-tau) * source.rgb;
-#ifndef WRONSKI
-        added *= slab_weight(slice_tau);
-#endif
+        if (!kWronski)
+            added *= slab_weight(slice_tau);
         radiance += added;
         tau += slice_tau;
         before = value;

@@ -1,10 +1,12 @@
 // The scene's depth at the volume layer's resolution.
 //   in   the host's depth, one texel a pixel
-//   out  view_z [m] of one of the LAYER_SCALE^2 pixels that a texel stands for
-// CHECKERBOARD takes the nearest and the farthest in turns, so that both sides of an edge are there for
-// the upsample to find; else the lower left one, as 2017 did.
+//   out  view_z [m] of one of the kLayerScale^2 pixels that a texel stands for
 #include "lib/depth.glsl"
 #include "scene/frame.glsl"
+
+// Variant: take the nearest and the farthest in turns, so that both sides of an edge are there for the upsample to
+// find; else the lower left one, as 2017 did.
+const bool kCheckerboard = false;
 
 layout(binding = SCENE_DEPTH_UNIT) uniform sampler2D u_scene_depth_tx;
 layout(location = 0) out float out_view_z;
@@ -19,14 +21,12 @@ float scene_view_z(ivec2 pixel)
 void main()
 {
     ivec2 texel = ivec2(gl_FragCoord.xy);
-    ivec2 corner = texel * LAYER_SCALE + ivec2(u_frame.layer_offset_pixels);
+    ivec2 corner = texel * kLayerScale + ivec2(u_frame.layer_offset_pixels);
     float view_z = scene_view_z(corner);
-#ifdef CHECKERBOARD
     bool nearest = ((texel.x + texel.y) & 1) == 0;
-    for (int i = 1; i < LAYER_SCALE * LAYER_SCALE; ++i) {
-        float other = scene_view_z(corner + ivec2(i % LAYER_SCALE, i / LAYER_SCALE));
+    for (int i = 1; kCheckerboard && i < kLayerScale * kLayerScale; ++i) {
+        float other = scene_view_z(corner + ivec2(i % kLayerScale, i / kLayerScale));
         view_z = nearest ? min(view_z, other) : max(view_z, other);
     }
-#endif
     out_view_z = view_z;
 }

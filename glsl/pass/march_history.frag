@@ -1,37 +1,40 @@
 // The march's history: what the frames before have gathered of a texel's ray, moved towards this frame's.
 //   in   this frame's march and its layer's depth; what is kept of last frame
-//   out  kept       scattering in rgb; MONOCHROME: transmittance in alpha, else `frames`
-//        kept_more  transmittance in rgb, the scene's depth in alpha; MONOCHROME: `frames` and that depth
+//   out  kept       scattering in rgb; kMonochrome: transmittance in alpha, else `frames`
+//        kept_more  transmittance in rgb, the scene's depth in alpha; kMonochrome: `frames` and that depth
 // `frames` is how many frames of its own a texel's mean is worth: one that was hidden, or out of view,
 // begins at 1 while those around it go on. The scene's depth is a fraction of the media's range (-1: no
 // medium is in this ray's way, whatever its depth): what was gathered in front of another surface is not
 // this ray's. A ray's media stand for one point of it, the mean of what it sees of them (ray_march.frag).
-//
-// Variant, besides MONOCHROME and LAYER_SCALE of the march, and what scene/in_scattering.glsl needs:
-//   HISTORY         last frame's layer is there; HISTORY_STILL: its rays are these, one for one
 #include "lib/depth.glsl"
 #include "scene/frame.glsl"
-#if defined(HISTORY) && !defined(HISTORY_STILL)
+#include "shared/march_history_params.h"
+
+// Variant. HISTORY_MOVED: last frame's rays are not these, one for one, so the scene's media and lights are needed.
+#ifdef HISTORY_MOVED
 #include "scene/in_scattering.glsl"
 #include "scene/turned_to_eye.glsl"
+extinction_t light_depth(int i, vec3 p, LightSample light) { return extinction_t(0.0); }
 #endif
-#include "shared/march_history_params.h"
+const bool kHistory = false;  // last frame's layer is there
 
 layout(binding = LAYER_DEPTH_UNIT) uniform sampler2D u_layer_depth_tx;
 layout(binding = SCATTERING_UNIT) uniform sampler2D u_scattering_tx;
-layout(binding = TRANSMITTANCE_UNIT) uniform sampler2D u_more_tx;  // MONOCHROME: the media's depth
-#ifdef HISTORY
+layout(binding = TRANSMITTANCE_UNIT) uniform sampler2D u_more_tx;  // kMonochrome: the media's depth
 layout(std140, binding = MARCH_HISTORY_BLOCK) uniform MarchHistory { MarchHistoryParams u_history; };
 layout(binding = KEPT_UNIT) uniform sampler2D u_kept_tx;
 layout(binding = KEPT_MORE_UNIT) uniform sampler2D u_kept_more_tx;
-#endif
 layout(location = 0) out vec4 out_kept;
 layout(location = 1) out vec4 out_kept_more;
 
 #ifdef MONOCHROME
 #define transmittance_t float
+const bool kMonochrome = true;
+float transmittance_of(vec4 scattering, vec4 more) { return scattering.a; }
 #else
 #define transmittance_t vec3
+const bool kMonochrome = false;
+vec3 transmittance_of(vec4 scattering, vec4 more) { return more.rgb; }
 #endif
 
 // What a ray sees of the media.
@@ -49,21 +52,14 @@ struct Kept {
 Sight sight_at(ivec2 texel)
 {
     vec4 scattering = texelFetch(u_scattering_tx, texel, 0);
-#ifdef MONOCHROME
-    return Sight(scattering.rgb, scattering.a);
-#else
-    return Sight(scattering.rgb, texelFetch(u_more_tx, texel, 0).rgb);
-#endif
+    return Sight(scattering.rgb, transmittance_of(scattering, texelFetch(u_more_tx, texel, 0)));
 }
 
 // Of the media: mean and standard deviation, as fractions; -1: there are none.
 vec2 media_depth_at(ivec2 texel)
 {
-#ifdef MONOCHROME
-    return texelFetch(u_more_tx, texel, 0).rg;
-#else
-    return vec2(texelFetch(u_scattering_tx, texel, 0).a, texelFetch(u_more_tx, texel, 0).a);
-#endif
+    vec4 more = texelFetch(u_more_tx, texel, 0);
+    return kMonochrome ? more.rg : vec2(texelFetch(u_scattering_tx, texel, 0).a, more.a);
 }
 
 // view_z where a ray ends; before and behind all media it sees the same of them.
@@ -80,16 +76,12 @@ bool is_sound(Sight sight)
            all(lessThan(abs(vec3(sight.transmittance)), vec3(kMost)));
 }
 
-#ifdef HISTORY
 Kept kept_at(ivec2 texel)
 {
     vec4 kept = texelFetch(u_kept_tx, texel, 0);
     vec4 more = texelFetch(u_kept_more_tx, texel, 0);
-#ifdef MONOCHROME
-    return Kept(Sight(kept.rgb, kept.a), more.x, more.y);
-#else
-    return Kept(Sight(kept.rgb, more.rgb), kept.a, more.a);
-#endif
+    Sight sight = Sight(kept.rgb, transmittance_of(kept, more));
+    return kMonochrome ? Kept(sight, more.x, more.y) : Kept(sight, kept.a, more.a);
 }
 
 // Of a texel of last frame, 0..1: how far it ended where a ray ends that ends at view_z.
@@ -105,15 +97,11 @@ float match_of(Kept kept, float view_z)
     return same_depth(mix(range.x, range.y, kept.depth), view_z, u_frame.depth_threshold * reach);
 }
 
-#ifndef HISTORY_STILL
+#ifdef HISTORY_MOVED
 Sight filtered(vec2 uv)
 {
     vec4 scattering = textureLod(u_kept_tx, uv, 0.0);
-#ifdef MONOCHROME
-    return Sight(scattering.rgb, scattering.a);
-#else
-    return Sight(scattering.rgb, textureLod(u_kept_more_tx, uv, 0.0).rgb);
-#endif
+    return Sight(scattering.rgb, transmittance_of(scattering, textureLod(u_kept_more_tx, uv, 0.0)));
 }
 
 void add(inout Sight sum, float weight, vec2 position)
@@ -149,30 +137,19 @@ Sight sharp(vec2 position)
 // Of the media at p; where they have one g and no glow of their own, what there is of them cancels out.
 vec3 turned(vec3 p, vec3 wo)
 {
-#if defined(MIXED_G) || defined(FOR_EACH_EMISSION)
-    MediumSample medium = sample_media(p);
+    MediumSample medium = MediumSample(vec3(1.0), extinction_t(0.0), vec3(0.0), u_media.media[0].g);
+    if (kMixedG || kEmission)
+        medium = sample_media(p);
     return turned_to_eye(p, wo, u_history.eye, medium.sigma_s, medium.emission, medium.g);
-#else
-    return turned_to_eye(p, wo, u_history.eye, vec3(1.0), vec3(0.0), u_media.media[0].g);
-#endif
 }
-#endif
 
-#ifdef HISTORY_STILL
-Kept history_of(ivec2 texel, vec2 media_depth, float scene_z)
-{
-    Kept kept = kept_at(texel);
-    kept.frames *= match_of(kept, scene_z);
-    return kept;
-}
-#else
 // Where last frame's layer has a point, in texels; the layer's samples lie at integers.
 vec2 old_position(vec3 p)
 {
     vec4 clip = u_history.clip_from_world * vec4(p, 1.0);
     if (!(clip.w > 0.0))
         return vec2(-2.0);  // out of it
-    vec2 position = (clip.xy / clip.w * 0.5 + 0.5) * u_frame.full_size / float(LAYER_SCALE) - 0.5 -
+    vec2 position = (clip.xy / clip.w * 0.5 + 0.5) * u_frame.full_size / float(kLayerScale) - 0.5 -
                     u_history.layer_offset;
     return clamp(position, vec2(-2.0), u_frame.layer_size + 1.0);  // or no integer has it
 }
@@ -180,7 +157,7 @@ vec2 old_position(vec3 p)
 Kept history_of(ivec2 texel, vec2 media_depth, float scene_z)
 {
     Kept mean = Kept(Sight(vec3(0.0), transmittance_t(0.0)), 0.0, 0.0);
-    vec2 pixel = (vec2(texel) + 0.5 + u_frame.layer_offset) * float(LAYER_SCALE);
+    vec2 pixel = (vec2(texel) + 0.5 + u_frame.layer_offset) * float(kLayerScale);
     Ray ray = camera_ray(pixel * u_frame.inverse_full_size * 2.0 - 1.0);
     if (media_depth.x < 0.0)
         return mean;
@@ -252,10 +229,17 @@ void hold(ivec2 texel, float scene_z, inout Sight sight)
     transmittance_t t_reach = sqrt(max(squares.transmittance / weights - t * t, 0.0));
     sight.transmittance = clamp(sight.transmittance, t - t_reach, t + t_reach);
 }
-#endif
+#else
+Kept history_of(ivec2 texel, vec2 media_depth, float scene_z)
+{
+    Kept kept = kept_at(texel);
+    kept.frames *= match_of(kept, scene_z);
+    return kept;
+}
+
+void hold(ivec2 texel, float scene_z, inout Sight sight) {}
 #endif
 
-#ifdef HISTORY
 // Of a frame and of what was gathered, `weight` its share. What few steps err of an optical depth is of either
 // sign, so the mean of transmittances is too large: depths are averaged, unless they differ so much that the ray
 // met something else, as at an edge. What a ray scatters grows with what it takes away, so it is corrected by as
@@ -274,7 +258,6 @@ Sight mean_of(Sight now, Sight before, float weight)
     mean.scattering *= mix(transmittance_t(1.0), (1.0 - mean.transmittance) / max(taken, kClear), step(kClear, taken));
     return mean;
 }
-#endif
 
 void main()
 {
@@ -283,12 +266,11 @@ void main()
     vec2 media_depth = media_depth_at(texel);
     float scene_z = scene_z_at(texel);
     float frames = is_sound(sight) ? 1.0 : 0.0;
-#ifdef HISTORY
-    Kept history = history_of(texel, media_depth, scene_z);
+    Kept history = Kept(sight, 0.0, 0.0);
+    if (kHistory)
+        history = history_of(texel, media_depth, scene_z);
     if (history.frames > 0.0) {
-#ifndef HISTORY_STILL
         hold(texel, scene_z, history.sight);
-#endif
         float weight = min(history.frames / (history.frames + 1.0), u_history.weight);
         Sight mean = mean_of(sight, history.sight, weight);
         if (is_sound(mean)) {
@@ -296,15 +278,10 @@ void main()
             frames = 1.0 / (1.0 - weight);
         }
     }
-#endif
     float depth = (scene_z - u_frame.media_range.x) / max(u_frame.media_range.y - u_frame.media_range.x, 1e-30);
     if (media_depth.x < 0.0)
         depth = -1.0;
-#ifdef MONOCHROME
-    out_kept = vec4(sight.scattering, sight.transmittance);
-    out_kept_more = vec4(frames, depth, 0.0, 0.0);
-#else
-    out_kept = vec4(sight.scattering, frames);
-    out_kept_more = vec4(sight.transmittance, depth);
-#endif
+    vec3 transmittance = vec3(sight.transmittance);
+    out_kept = vec4(sight.scattering, kMonochrome ? transmittance.r : frames);
+    out_kept_more = kMonochrome ? vec4(frames, depth, 0.0, 0.0) : vec4(transmittance, depth);
 }

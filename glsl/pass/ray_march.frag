@@ -3,39 +3,30 @@
 //   in   the layer's depth (view_z [m]), the scene's media and lights, blue noise
 //   out  scattering     radiance scattered and emitted towards the eye [W/m^2/sr]
 //        transmittance  per channel, 0..1
-//        or, MONOCHROME, one target: scattering in rgb, mean transmittance in alpha
-//        media depth    MEDIA_DEPTH: where what the ray sees of the media lies, mean and standard deviation, as
+//        or, kMonochrome, one target: scattering in rgb, mean transmittance in alpha
+//        media depth    kMediaDepth: where what the ray sees of the media lies, mean and standard deviation, as
 //                       fractions of their range of view depth; -1: there are none on its way. In the alphas,
-//                       or, MONOCHROME, in the second target
-//
-// Variant, besides those of scene/in_scattering.glsl:
-//   BLUE_NOISE       sample each step at an offset of its own per pixel, else at its middle
-//   CAMERA_RANGE     march from near to far and past the scene's depth as 2017 did, sampling the end
-//                    of each step; else only where media are, each step cut exactly at both ends
-//   MEDIA_DEPTH      work out a depth that stands for the ray's media, for march_history.frag
-//   COUNT_SAMPLES    write the number of media evaluations instead
-//   LIT_TILES        1: these tiles are lit: surfaces are not asked
-#if defined(LIT_TILES) && LIT_TILES == 1
-#undef SURFACE_SHADOWS
-#endif
+//                       or, kMonochrome, in the second target
 #include "lib/step_lattice.glsl"
 #include "shared/step_tile.h"
 #include "scene/in_scattering.glsl"
 
+// Variant, besides kCountSamples: write the number of media evaluations instead
+const bool kBlueNoise = false;    // sample each step at an offset of its own per pixel, else at its middle
+const bool kCameraRange = false;  // march from near to far and past the scene's depth as 2017 did, sampling the end of
+                                  // each step; else only where media are, each step cut exactly at both ends
+const bool kMonochrome = false;
+const bool kMediaDepth = false;   // work out a depth that stands for the ray's media, for march_history.frag
+
 layout(binding = LAYER_DEPTH_UNIT) uniform sampler2D u_layer_depth_tx;
-#ifdef BLUE_NOISE
 layout(binding = BLUE_NOISE_UNIT) uniform sampler2D u_blue_noise_tx;
-#endif
 
 flat in uvec4 tile;  // pass/tiles.vert
 layout(location = 0) out vec4 out_scattering;
-#if defined(MONOCHROME) && defined(MEDIA_DEPTH)
-layout(location = 1) out vec2 out_media_depth;
-#else
 layout(location = 1) out vec4 out_transmittance;
-#endif
 
-#ifdef MEDIA_DEPTH
+extinction_t light_depth(int i, vec3 p, LightSample light) { return depth_to_light(i, p, light); }
+
 // Sums of weights, x, of weights times view depth from the nearest, y, and times its square, z. What is seen
 // of a medium is the light that comes from it, or, where none does, that it hides what is behind.
 struct MediaDepth {
@@ -58,7 +49,6 @@ vec2 media_depth_of(MediaDepth sums, float farthest)
     return vec2(sums.nearest - u_frame.media_range.x + mean, spread) /
            max(u_frame.media_range.y - u_frame.media_range.x, 1e-30);
 }
-#endif
 
 float mean(float v) { return v; }
 float mean(vec3 v) { return dot(v, vec3(1.0 / 3.0)); }
@@ -69,9 +59,7 @@ float most(vec3 v) { return max(v.r, max(v.g, v.b)); }
 struct Layer {
     vec3 scattering;
     extinction_t transmittance;
-#ifdef MEDIA_DEPTH
     MediaDepth seen;
-#endif
 };
 
 // From step.x to step.y, sampled at `share` of it, z.
@@ -81,71 +69,40 @@ void march(inout Layer layer, MediaLine line, LightLine light, float length_per_
     MediumSample medium = sample_media(point_on(line, z));
     vec3 source = medium.emission;
     extinction_t tau = medium.sigma_t * ds;
-#ifdef EXACT_FALLOFF
-    float z_lit = z - (step.y - step.x) * light_ahead(mean(tau));
-#else
-    float z_lit = z;
-#endif
+    float z_lit = kExactFalloff ? z - (step.y - step.x) * light_ahead(mean(tau)) : z;
     if (medium.sigma_s != vec3(0.0))
-        source += medium.sigma_s * in_scattering_on(light, z_lit, step, share, medium.g, medium.sigma_t);
+        source += medium.sigma_s *
+                  in_scattering_on(light, LightStep(z_lit, step, share, medium.g, medium.sigma_t));
     vec3 added = layer.transmittance * source * (ds * slab_weight(tau));
     layer.scattering += added;
-#ifdef MEDIA_DEPTH
-    float from_nearest = 0.5 * (step.x + step.y) - layer.seen.nearest;
-    vec3 powers = vec3(1.0, from_nearest, from_nearest * from_nearest);
-    layer.seen.shining += most(added) * powers;
-    layer.seen.hiding += most(layer.transmittance * (1.0 - exp(-tau))) * powers;
-#endif
+    if (kMediaDepth) {
+        float from_nearest = 0.5 * (step.x + step.y) - layer.seen.nearest;
+        vec3 powers = vec3(1.0, from_nearest, from_nearest * from_nearest);
+        layer.seen.shining += most(added) * powers;
+        layer.seen.hiding += most(layer.transmittance * (1.0 - exp(-tau))) * powers;
+    }
     layer.transmittance *= exp(-tau);
 }
 
-void main()
+void march_camera_range(inout Layer layer, MediaLine line, LightLine light, float length_per_z, vec2 inside,
+                        float offset)
 {
-    ivec2 texel = ivec2(gl_FragCoord.xy);
-    vec2 pixel = (gl_FragCoord.xy + u_frame.layer_offset) * float(LAYER_SCALE);
-    vec2 ndc = pixel * u_frame.inverse_full_size * 2.0 - 1.0;
-    Ray ray = camera_ray(ndc);
-    float length_per_z = length(ray.direction);
-    vec3 wo = -ray.direction / length_per_z;
+    int steps = int(u_frame.steps);
+    float z = inside.x;
+    for (int i = 0; i < steps && z < inside.y; ++i) {
+        float z_next = step_split((float(i) + 0.5 + offset) / float(steps), u_frame.step_range,
+                                  u_frame.step_octaves, u_frame.distribution);
+        march(layer, line, light, length_per_z, vec2(z, z_next), 1.0, z_next);
+        z = z_next;
+    }
+}
 
+void march_tile(inout Layer layer, MediaLine line, LightLine light, float length_per_z, vec2 inside, float offset)
+{
     int steps = int(u_frame.steps);
     float lambda = u_frame.distribution;
     vec2 range = u_frame.step_range;
     float octaves = u_frame.step_octaves;
-    float scene_z = texelFetch(u_layer_depth_tx, texel, 0).r;
-#ifdef BLUE_NOISE
-    float noise = texelFetch(u_blue_noise_tx, texel & (BLUE_NOISE_SIZE - 1), 0).r;
-    float offset = fract(noise + u_frame.step_jitter);
-#else
-    float offset = 0.5;
-#endif
-
-    // A pixel's ray is its middle's; a larger texel's stands for the pixels around as well.
-    float texel_ndc = 2.0 * sqrt(float(LAYER_SCALE * LAYER_SCALE - 1)) * u_frame.inverse_full_size.x;
-    LightLine light = light_line(ray, wo, texel_ndc * vec2(length(u_frame.ray_origin_dx.xyz),
-                                                           length(u_frame.ray_direction_dx.xyz)));
-    MediaLine line = media_line(ray);
-    Layer layer;
-    layer.scattering = vec3(0.0);
-    layer.transmittance = extinction_t(1.0);
-#ifdef CAMERA_RANGE
-    vec2 inside = vec2(range.x, scene_z);
-#else
-    vec2 inside = media_segment(ray.origin, ray.direction, u_frame.media_range.x,
-                                min(scene_z, u_frame.media_range.y));
-#endif
-#ifdef MEDIA_DEPTH
-    layer.seen = MediaDepth(inside.x, vec3(0.0), vec3(0.0));
-#endif
-
-#ifdef CAMERA_RANGE
-    float z = inside.x;
-    for (int i = 0; i < steps && z < inside.y; ++i) {
-        float z_next = step_split((float(i) + 0.5 + offset) / float(steps), range, octaves, lambda);
-        march(layer, line, light, length_per_z, vec2(z, z_next), 1.0, z_next);
-        z = z_next;
-    }
-#else
     float enough = u_frame.min_transmittance;
     uint slots = inside.x < inside.y ? tile.x : 0u;
     int entry = step_at(inside.x, steps, range, octaves, lambda);
@@ -174,28 +131,39 @@ void main()
             i += stride;
         } while (i < last && z < inside.y && most(layer.transmittance) > enough);
     } while (slots != 0u);
-#endif
+}
 
-#ifdef COUNT_SAMPLES
-    out_scattering = vec4(float(g_samples));
-#else
+void main()
+{
+    ivec2 texel = ivec2(gl_FragCoord.xy);
+    vec2 pixel = (gl_FragCoord.xy + u_frame.layer_offset) * float(kLayerScale);
+    vec2 ndc = pixel * u_frame.inverse_full_size * 2.0 - 1.0;
+    Ray ray = camera_ray(ndc);
+    float length_per_z = length(ray.direction);
+    vec3 wo = -ray.direction / length_per_z;
+    float scene_z = texelFetch(u_layer_depth_tx, texel, 0).r;
+    float offset = 0.5;
+    if (kBlueNoise)
+        offset = fract(texelFetch(u_blue_noise_tx, texel & (BLUE_NOISE_SIZE - 1), 0).r + u_frame.step_jitter);
+
+    // A pixel's ray is its middle's; a larger texel's stands for the pixels around as well.
+    float texel_ndc = 2.0 * sqrt(float(kLayerScale * kLayerScale - 1)) * u_frame.inverse_full_size.x;
+    LightLine light = light_line(ray, wo, texel_ndc * vec2(length(u_frame.ray_origin_dx.xyz),
+                                                           length(u_frame.ray_direction_dx.xyz)));
+    MediaLine line = media_line(ray);
+    vec2 inside = vec2(u_frame.step_range.x, scene_z);
+    if (!kCameraRange)
+        inside = media_segment(ray.origin, ray.direction, u_frame.media_range.x, min(scene_z, u_frame.media_range.y));
+    Layer layer = Layer(vec3(0.0), extinction_t(1.0), MediaDepth(inside.x, vec3(0.0), vec3(0.0)));
+    if (kCameraRange)
+        march_camera_range(layer, line, light, length_per_z, inside, offset);
+    else
+        march_tile(layer, line, light, length_per_z, inside, offset);
+
+    vec2 media_depth = kMediaDepth ? media_depth_of(layer.seen, inside.y) : vec2(1.0);
     vec3 scattering = min(layer.scattering, vec3(u_frame.radiance_limit));  // an infinity would spoil its neighbours
-#ifdef MEDIA_DEPTH
-    vec2 media_depth = media_depth_of(layer.seen, inside.y);
-#endif
-#ifdef MONOCHROME
-    out_scattering = vec4(scattering, mean(layer.transmittance));
-#ifdef MEDIA_DEPTH
-    out_media_depth = media_depth;
-#endif
-#else
-#ifdef MEDIA_DEPTH
-    out_scattering = vec4(scattering, media_depth.x);
-    out_transmittance = vec4(vec3(layer.transmittance), media_depth.y);
-#else
-    out_scattering = vec4(scattering, 1.0);
-    out_transmittance = vec4(vec3(layer.transmittance), 1.0);
-#endif
-#endif
-#endif
+    out_scattering = vec4(scattering, kMonochrome ? mean(layer.transmittance) : media_depth.x);
+    out_transmittance = kMonochrome ? vec4(media_depth, 0.0, 1.0) : vec4(vec3(layer.transmittance), media_depth.y);
+    if (kCountSamples)
+        out_scattering = vec4(float(g_samples));
 }

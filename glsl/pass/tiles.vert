@@ -1,10 +1,13 @@
 // One point a tile: a square of pixels, drawn where there is something to draw.
 //   in   a texel a tile, as StepSlots::tile() of src/pass/step_slots.h makes it
 //   out  tile  the same, shared/step_tile.h
-//   TILE_PIXELS  along its edge
-//   LIT_TILES    1: only those that no surface shades; 0: only the others
 #include "shared/bindings.h"
 #include "shared/step_tile.h"
+
+// Variant
+const int kTilePixels = 1;    // along a tile's edge
+const bool kAllTiles = true;  // or else:
+const bool kLitTiles = true;  // only those that no surface shades; or only the others
 
 layout(binding = STEP_TILES_UNIT) uniform usampler2D u_tiles_tx;
 flat out uvec4 tile;
@@ -15,9 +18,8 @@ void main()
     ivec2 at = ivec2(gl_VertexID % count.x, gl_VertexID / count.x);
     tile = texelFetch(u_tiles_tx, at, 0);
     bool drawn = tile.x != 0u;
-#ifdef LIT_TILES
-    drawn = drawn && tile_is_lit(tile.w) == (LIT_TILES == 1);
-#endif
-    gl_PointSize = float(TILE_PIXELS);
+    if (!kAllTiles)
+        drawn = drawn && tile_is_lit(tile.w) == kLitTiles;
+    gl_PointSize = float(kTilePixels);
     gl_Position = vec4(drawn ? (vec2(at) + 0.5) / vec2(count) * 2.0 - 1.0 : vec2(2.0), 0.0, 1.0);
 }

@@ -2,21 +2,13 @@
 // Unified Volumetric Rendering in Frostbite", voxelisation of participating media.
 //   out  sigma_s, sigma_t, emission   per slices.depth metres (shared/froxel_params.h)
 //        phase  x: g times its weight, y: the weight, the sum of sigma_s
-//
-// Variant, besides those of scene/froxel_sample.glsl: EMISSION, MIXED_G  the scene has what needs a volume
 #include "scene/froxel_sample.glsl"
 
 layout(local_size_x = FROXEL_GROUP_X, local_size_y = FROXEL_GROUP_Y, local_size_z = FROXEL_GROUP_Z) in;
 layout(binding = V_BUFFER_SIGMA_S_IMAGE) writeonly uniform image3D u_sigma_s_img;
-#ifndef EXTINCTION_IN_ALPHA
 layout(binding = V_BUFFER_SIGMA_T_IMAGE) writeonly uniform image3D u_sigma_t_img;
-#endif
-#ifdef FOR_EACH_EMISSION
 layout(binding = V_BUFFER_EMISSION_IMAGE) writeonly uniform image3D u_emission_img;
-#endif
-#ifdef MIXED_G
 layout(binding = V_BUFFER_PHASE_IMAGE) writeonly uniform image3D u_phase_img;
-#endif
 
 vec3 held(vec3 value) { return min(value * u_froxels.slices.depth, vec3(u_frame.radiance_limit)); }
 
@@ -31,17 +23,13 @@ void main()
         medium = sample_media(at.p);
     vec3 sigma_s = held(medium.sigma_s * at.share);
     vec3 sigma_t = held(vec3(medium.sigma_t) * at.share);
-#ifdef EXTINCTION_IN_ALPHA
-    imageStore(u_sigma_s_img, froxel, vec4(sigma_s, sigma_t.r));
-#else
-    imageStore(u_sigma_s_img, froxel, vec4(sigma_s, 0.0));
-    imageStore(u_sigma_t_img, froxel, vec4(sigma_t, 0.0));
-#endif
-#ifdef FOR_EACH_EMISSION
-    imageStore(u_emission_img, froxel, vec4(held(medium.emission * at.share), 0.0));
-#endif
-#ifdef MIXED_G
-    float weight = min(sigma_s.r + sigma_s.g + sigma_s.b, u_frame.radiance_limit);
-    imageStore(u_phase_img, froxel, vec4(medium.g * weight, weight, 0.0, 0.0));
-#endif
+    imageStore(u_sigma_s_img, froxel, vec4(sigma_s, kExtinctionInAlpha ? sigma_t.r : 0.0));
+    if (!kExtinctionInAlpha)
+        imageStore(u_sigma_t_img, froxel, vec4(sigma_t, 0.0));
+    if (kEmission)
+        imageStore(u_emission_img, froxel, vec4(held(medium.emission * at.share), 0.0));
+    if (kMixedG) {
+        float weight = min(sigma_s.r + sigma_s.g + sigma_s.b, u_frame.radiance_limit);
+        imageStore(u_phase_img, froxel, vec4(medium.g * weight, weight, 0.0, 0.0));
+    }
 }

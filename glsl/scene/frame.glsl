@@ -2,6 +2,9 @@
 #include "shared/bindings.h"
 #include "shared/frame_params.h"
 
+// Variant
+const int kLayerScale = 1;  // pixels along the edge of a texel of the volume layer: 1, 2 or 4
+
 layout(std140, binding = FRAME_BLOCK) uniform Frame { FrameParams u_frame; };
 
 struct Ray {

@@ -1,7 +1,9 @@
 // Where a froxel is sampled in this frame.
-//   CAMERA_RANGE  the slice is taken whole as in 2017; else only the part of it that can hold media
 #include "scene/froxels.glsl"
 #include "scene/media.glsl"
+
+// Variant: the slice is taken whole as in 2017; else only the part of it that can hold media
+const bool kCameraRange = false;
 
 struct FroxelSample {
     vec3 p;       // eye-centred world [m]
@@ -14,9 +16,8 @@ FroxelSample froxel_sample(ivec3 froxel)
     Ray ray = column_ray(froxel.xy, u_froxels.jitter.xy);
     vec2 slice = vec2(slice_begin(froxel.z), slice_begin(froxel.z + 1));
     vec2 inside = slice;
-#ifndef CAMERA_RANGE
-    inside = media_segment(ray.origin, ray.direction, slice.x, slice.y);
-#endif
+    if (!kCameraRange)
+        inside = media_segment(ray.origin, ray.direction, slice.x, slice.y);
     FroxelSample s;
     s.p = ray.origin + ray.direction * mix(inside.x, inside.y, u_froxels.jitter.z);
     s.wo = -normalize(ray.direction);

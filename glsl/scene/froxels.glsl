@@ -1,16 +1,20 @@
 // The froxel grid of this frame: its block, the rays of its columns, and where a world point lies in it.
-//   EXTINCTION_IN_ALPHA  one extinction for all channels, in the alpha of a volume's colour; else a
-//                        volume of its own
 #include "lib/froxel.glsl"
 #include "scene/frame.glsl"
 #include "shared/froxel_params.h"
 
 layout(std140, binding = FROXEL_BLOCK) uniform Froxels { FroxelParams u_froxels; };
 
+// Variant. EXTINCTION_IN_ALPHA: one extinction for all channels, in the alpha of a volume's colour; else it has a
+// volume of its own.
 #ifdef EXTINCTION_IN_ALPHA
 #define volume_depth_t float
+const bool kExtinctionInAlpha = true;
+float volume_depth(vec4 color, vec4 extinction) { return color.a; }
 #else
 #define volume_depth_t vec3
+const bool kExtinctionInAlpha = false;
+vec3 volume_depth(vec4 color, vec4 extinction) { return extinction.rgb; }
 #endif
 
 ivec3 froxel_count() { return ivec3(u_froxels.columns, u_froxels.slices.count); }

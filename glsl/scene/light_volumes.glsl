@@ -1,58 +1,49 @@
 // What is kept of light on its way through the media: optical depth towards each light, and the world's
 // light from all around. Filled by glsl/light.
-//
-// Variant, besides those of scene/media.glsl and scene/lights.glsl:
-//   DEPTH_VOLUME  the marched media's optical depth towards each light is in a volume
-//   WORLD_VOLUME  what the media scatter of the world's light is in a volume
-//   VOLUME_RGB    marched media differ in the colour of their extinction: three numbers are stored; else
-//                 one, and extinction_color makes a colour of it
 #include "lib/lattice.glsl"
 #include "scene/light_volumes_block.glsl"
 #include "scene/lights.glsl"
 #include "scene/media.glsl"
 
-#ifdef DEPTH_VOLUME
+// Variant. VOLUME_RGB: marched media differ in the colour of their extinction, so three numbers are stored;
+// else one, and extinction_color makes a colour of it.
+const bool kDepthVolume = false;  // the marched media's optical depth towards each light is in a volume
+const bool kWorldVolume = false;  // what the media scatter of the world's light is in a volume
+
 layout(binding = DEPTH_VOLUME_UNIT) uniform sampler3D u_depth_volume_tx;
-#endif
-#ifdef WORLD_VOLUME
 layout(binding = WORLD_VOLUME_UNIT) uniform sampler3D u_world_volume_tx;
-#endif
 
 #ifdef VOLUME_RGB
 #define volume_t vec3
-#define VOLUME rgb
-#define from_volume(stored) (stored)
+vec3 volume_value(vec4 texel) { return texel.rgb; }
+vec3 from_volume(vec3 stored) { return stored; }
 #else
 #define volume_t float
-#define VOLUME r
-#define from_volume(stored) (u_volumes.extinction_color.EXTINCTION * (stored))
+float volume_value(vec4 texel) { return texel.r; }
+extinction_t from_volume(float stored) { return extinction_of(u_volumes.extinction_color) * stored; }
 #endif
 
-#ifdef DEPTH_VOLUME
 // The marched media's optical depth between light i and a point, at `uvw` of the first layer.
 extinction_t stored_depth(int i, vec3 uvw)
 {
-    if (LIGHT_COUNT > 1)
+    if (kLightCount > 1)
         uvw = in_layer(u_volumes.depth, uvw, i);
-    return extinction_t(from_volume(textureLod(u_depth_volume_tx, uvw, 0.0).VOLUME));
+    return extinction_t(from_volume(volume_value(textureLod(u_depth_volume_tx, uvw, 0.0))));
 }
-#endif
 
 // The media's optical depth between p and light i.
 extinction_t depth_to_light(int i, vec3 p, LightSample light)
 {
-#ifdef DEPTH_VOLUME
+    if (!kDepthVolume)
+        return optical_depth(p, light.wi, light.range, int(u_frame.shadow_steps));
     extinction_t tau = closed_depth(p, light.wi, light.range);
     // From outside, light goes the same way from where it enters the volume.
     vec2 t = lattice_segment(u_volumes.depth, p, light.wi, light.range);
     if (t.x < t.y) {
         vec3 uvw = lattice_uvw(u_volumes.depth, p + light.wi * t.x, i);
-        tau += from_volume(textureLod(u_depth_volume_tx, uvw, 0.0).VOLUME);
+        tau += extinction_t(from_volume(volume_value(textureLod(u_depth_volume_tx, uvw, 0.0))));
     }
     return tau;
-#else
-    return optical_depth(p, light.wi, light.range, int(u_frame.shadow_steps));
-#endif
 }
 
 // The world's light towards the eye is kept by its fourth root: of light that falls off by e within a node a straight
@@ -64,12 +55,14 @@ vec3 light_of_root(vec3 root)
     return root * root;
 }
 
-#ifdef WORLD_VOLUME
 // The world's light scattered towards the eye at `uvw` of the first layer, per metre and unit of sigma_s. Alpha is 0 in
 // nodes that no light reaches, inside of surfaces: they are left out of the mean of eight.
 vec3 world_in_scattering(vec3 uvw, float g)
 {
-#ifdef MIXED_G
+    if (!kMixedG) {
+        vec4 root = textureLod(u_world_volume_tx, uvw, 0.0);
+        return light_of_root(root.rgb / max(root.a, 1e-3));
+    }
     vec4 light = textureLod(u_world_volume_tx, in_layer(u_volumes.world, uvw, 0), 0.0);
     vec3 radiance = light.rgb;
     float weight = 1.0;
@@ -79,9 +72,4 @@ vec3 world_in_scattering(vec3 uvw, float g)
     }
     // What bands 0 to 3 leave of a sharp edge may dip below 0.
     return max(radiance, vec3(0.0)) / max(light.a, 1e-3);
-#else
-    vec4 light = textureLod(u_world_volume_tx, uvw, 0.0);
-    return light_of_root(light.rgb / max(light.a, 1e-3));
-#endif
 }
-#endif

@@ -2,18 +2,19 @@
 // reads volumes. Neighbouring pixels walk side by side through it, as neighbouring rays do.
 //   in   a volume of one channel
 //   out  the sum of what was fetched, so that no fetch can be left out
-//
-// Variant:
-//   FETCHES       of each pixel
-//   TEXEL_PIXELS  along each edge of the picture
+
+// Variant
+const int kFetches = 1;      // of each pixel
+const int kTexelPixels = 1;  // along each edge of the picture
+
 layout(binding = 0) uniform sampler3D u_volume_tx;
 layout(location = 0) out vec4 out_sum;
 
 void main()
 {
-    vec2 uv = gl_FragCoord.xy / float(TEXEL_PIXELS);
+    vec2 uv = gl_FragCoord.xy / float(kTexelPixels);
     float sum = 0.0;
-    for (int i = 0; i < FETCHES; ++i)
-        sum += textureLod(u_volume_tx, vec3(uv, (float(i) + 0.5) / float(FETCHES)), 0.0).r;
+    for (int i = 0; i < kFetches; ++i)
+        sum += textureLod(u_volume_tx, vec3(uv, (float(i) + 0.5) / float(kFetches)), 0.0).r;
     out_sum = vec4(sum);
 }

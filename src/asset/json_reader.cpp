@@ -300,7 +300,7 @@ bool JsonObject::read(std::string_view key, std::string& target)
     return true;
 }
 
-std::size_t JsonObject::choice(std::string_view key, std::initializer_list<std::string_view> names,
+std::size_t JsonObject::choice(std::string_view key, const std::vector<std::string_view>& names,
                                std::size_t fallback)
 {
     const Json* value = find(key);
@@ -317,7 +317,7 @@ std::size_t JsonObject::choice(std::string_view key, std::initializer_list<std::
 }
 
 std::size_t JsonObject::need_choice(std::string_view key,
-                                    std::initializer_list<std::string_view> names)
+                                    const std::vector<std::string_view>& names)
 {
     if (!has(key))  // what else may stand here depends on it: no use in going on
         place_.fail(

@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <functional>
 #include <glm/glm.hpp>
-#include <initializer_list>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -60,9 +59,9 @@ public:
     bool read(std::string_view key, std::string& target);
 
     /// The position of a name among those allowed; `fallback` if the key is missing.
-    std::size_t choice(std::string_view key, std::initializer_list<std::string_view> names,
+    std::size_t choice(std::string_view key, const std::vector<std::string_view>& names,
                        std::size_t fallback);
-    std::size_t need_choice(std::string_view key, std::initializer_list<std::string_view> names);
+    std::size_t need_choice(std::string_view key, const std::vector<std::string_view>& names);
 
     /// A name of a file, not empty.
     void need_file(std::string_view key, std::string& target);

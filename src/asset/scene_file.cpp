@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "asset/json_reader.h"
+#include "light_fields.h"
 #include <fumarole/asset/animation.h>
 #include <fumarole/asset/environment_map.h>
 #include <fumarole/asset/mesh_file.h>
@@ -40,8 +41,6 @@ constexpr NumberRange kScale{0, kMaxValue, true, false};
 constexpr NumberRange kCoefficient{0, kMaxValue, false, false, "1/m"};
 constexpr NumberRange kRadiance{0, kMaxValue, false, false, "W/m^2/sr"};
 constexpr NumberRange kEmission{0, kMaxValue, false, false, "W/m^2/sr per metre"};
-constexpr NumberRange kIrradiance{0, kMaxValue, false, false, "W/m^2"};
-constexpr NumberRange kIntensity{0, kMaxValue, false, false, "W/sr"};
 constexpr NumberRange kAlbedo{0, 1};
 constexpr NumberRange kAnisotropy{-1, 1, true, true};
 constexpr NumberRange kAngle{0, 180, true, true, "degrees"};
@@ -158,38 +157,59 @@ World read_world(const Json& value, const JsonPlace& place, const fs::path& fold
     return world;
 }
 
+/// Reads a light's fields; a direction is made one only once all keys are known to be right.
+class LightReader {
+public:
+    explicit LightReader(JsonObject& object) : object_{object} {}
+
+    void to_light(const LightField& field, glm::dvec3& d) { direction(field, d); }
+    void axis(const LightField& field, glm::dvec3& d) { direction(field, d); }
+    void position(const LightField& field, glm::dvec3& p) { get(field, kCoordinate, p); }
+    void number(const LightField& field, double& value)
+    {
+        get(field, {field.min, field.max, field.open, field.open, field.unit}, value);
+    }
+    void power(const LightField& field, glm::vec3& value)
+    {
+        get(field, {0, kMaxValue, false, false, field.unit}, value);
+    }
+
+    void finish()
+    {
+        object_.finish();
+        for (const auto& [key, d] : directions_)
+            *d = unit_direction(*d, object_.place().key(key));
+    }
+
+private:
+    template <typename T> void get(const LightField& field, const NumberRange& range, T& value)
+    {
+        if (field.optional)
+            object_.read(field.key, range, value);
+        else
+            object_.need(field.key, range, value);
+    }
+    void direction(const LightField& field, glm::dvec3& d)
+    {
+        get(field, kDirection, d);
+        directions_.emplace_back(field.key, &d);
+    }
+
+    JsonObject& object_;
+    std::vector<std::pair<const char*, glm::dvec3*>> directions_;
+};
+
 Light read_light(JsonObject object)
 {
+    std::vector<std::string_view> names;
+    for (const Light& type : light_types())
+        names.emplace_back(light_name(type));
+    Light light = light_types()[object.need_choice("type", names)];
+    LightReader reader(object);
+    visit_light(reader, light);
     object.ignore("radius");
-    switch (object.need_choice("type", {"sun", "point", "spot"})) {
-    case 0: {
-        SunLight sun;
-        object.need("direction_to_light", kDirection, sun.direction_to_light);
-        object.need("irradiance_W_per_m2", kIrradiance, sun.irradiance);
-        object.finish();
-        sun.direction_to_light =
-            unit_direction(sun.direction_to_light, object.place().key("direction_to_light"));
-        return sun;
-    }
-    case 1: {
-        PointLight point;
-        object.need("position", kCoordinate, point.position);
-        object.need("radiant_intensity_W_per_sr", kIntensity, point.radiant_intensity);
-        object.finish();
-        return point;
-    }
-    default: {
-        SpotLight spot;
-        object.need("position", kCoordinate, spot.position);
-        object.need("direction", kDirection, spot.direction);
-        object.read("cone_deg", kAngle, spot.cone_deg);
-        object.read("blend", {0, 1}, spot.blend);
-        object.need("radiant_intensity_W_per_sr", kIntensity, spot.radiant_intensity);
-        object.finish();
-        spot.direction = unit_direction(spot.direction, object.place().key("direction"));
-        return spot;
-    }
-    }
+    reader.finish();
+    return light;
 }
 
 GridMedium read_grid_medium(JsonObject& object, const fs::path& folder)
@@ -448,26 +468,21 @@ std::string relative_name(const std::string& file, const fs::path& folder)
     return relative.empty() || climbs > 1 ? absolute.string() : relative.string();
 }
 
+struct LightWriter {
+    Members& out;
+
+    void to_light(const LightField& field, const glm::dvec3& d) { out.triple(field.key, d); }
+    void axis(const LightField& field, const glm::dvec3& d) { out.triple(field.key, d); }
+    void position(const LightField& field, const glm::dvec3& p) { out.triple(field.key, p); }
+    void number(const LightField& field, double value) { out.number(field.key, value); }
+    void power(const LightField& field, const glm::vec3& value) { out.triple(field.key, value); }
+};
+
 std::string light_text(const Light& light, const std::string& place)
 {
     Members out(place);
-    if (const auto* sun = std::get_if<SunLight>(&light)) {
-        out.text("type", "sun");
-        out.triple("direction_to_light", sun->direction_to_light);
-        out.triple("irradiance_W_per_m2", sun->irradiance);
-    } else if (const auto* point = std::get_if<PointLight>(&light)) {
-        out.text("type", "point");
-        out.triple("position", point->position);
-        out.triple("radiant_intensity_W_per_sr", point->radiant_intensity);
-    } else {
-        const auto& spot = std::get<SpotLight>(light);
-        out.text("type", "spot");
-        out.triple("position", spot.position);
-        out.triple("direction", spot.direction);
-        out.number("cone_deg", spot.cone_deg);
-        out.number("blend", spot.blend);
-        out.triple("radiant_intensity_W_per_sr", spot.radiant_intensity);
-    }
+    out.text("type", light_name(light));
+    visit_light(LightWriter{out}, light);
     return out.in_lines(kItemIndent);
 }
 
@@ -499,24 +514,27 @@ std::string box_medium_text(const BoxMedium& medium, const std::string& place)
     out.text("type", "box");
     out.triple("min", medium.min);
     out.triple("max", medium.max);
-    if (const auto* falloff = std::get_if<ExpHeightProfile>(&medium.profile)) {
-        out.text("profile", "exp_height");
-        out.number("scale_height", falloff->scale_height);
-        out.number("z0", falloff->z0);
-    } else if (const auto* noise = std::get_if<NoiseProfile>(&medium.profile)) {
-        Members inner(place + ".noise");
-        inner.number("feature_size", noise->feature_size);
-        inner.number("octaves", noise->octaves);
-        inner.number("gain", noise->gain);
-        inner.number("lacunarity", noise->lacunarity);
-        inner.number("threshold", noise->threshold);
-        inner.number("seed", noise->seed);
-        inner.triple("drift_m_per_s", noise->drift);
-        out.text("profile", "noise");
-        out.raw("noise", inner.in_lines(kItemIndent + std::string_view(R"({"noise": )").size()));
-    } else {
-        out.text("profile", "homogeneous");
-    }
+    const auto write =
+        Overloaded{[&](const HomogeneousProfile&) { out.text("profile", "homogeneous"); },
+                   [&](const ExpHeightProfile& falloff) {
+                       out.text("profile", "exp_height");
+                       out.number("scale_height", falloff.scale_height);
+                       out.number("z0", falloff.z0);
+                   },
+                   [&](const NoiseProfile& noise) {
+                       Members inner(place + ".noise");
+                       inner.number("feature_size", noise.feature_size);
+                       inner.number("octaves", noise.octaves);
+                       inner.number("gain", noise.gain);
+                       inner.number("lacunarity", noise.lacunarity);
+                       inner.number("threshold", noise.threshold);
+                       inner.number("seed", noise.seed);
+                       inner.triple("drift_m_per_s", noise.drift);
+                       out.text("profile", "noise");
+                       out.raw("noise", inner.in_lines(kItemIndent +
+                                                       std::string_view(R"({"noise": )").size()));
+                   }};
+    std::visit(write, medium.profile);
     out.triple("sigma_s", medium.sigma_s);
     out.triple("sigma_a", medium.sigma_a);
     out.number("g", medium.g);
@@ -789,10 +807,11 @@ std::string scene_to_json(const Scene& scene, const fs::path& folder)
     items.clear();
     for (std::size_t i = 0; i < scene.media.size(); ++i) {
         const std::string place = fmt::format("media[{}]", i);
-        const auto* grid = std::get_if<GridMedium>(&scene.media[i]);
-        items.push_back(grid != nullptr
-                            ? grid_medium_text(*grid, place, folder)
-                            : box_medium_text(std::get<BoxMedium>(scene.media[i]), place));
+        items.push_back(std::visit(
+            Overloaded{
+                [&](const GridMedium& grid) { return grid_medium_text(grid, place, folder); },
+                [&](const BoxMedium& box) { return box_medium_text(box, place); }},
+            scene.media[i]));
     }
     top.raw("media", list_text(items));
     items.clear();

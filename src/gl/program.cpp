@@ -1,6 +1,12 @@
 #include "gl/program.h"
 
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
 #include <fmt/format.h>
+#include <fstream>
+#include <functional>
+#include <optional>
 #include <regex>
 #include <set>
 
@@ -12,48 +18,132 @@ namespace fumarole::gl {
 namespace {
 
 constexpr std::string_view kInclude = "#include \"";
+constexpr std::string_view kWritten = "written/";
 
-using Seen = std::set<std::string, std::less<>>;
+/// `const bool kName = false;` at a line's begin, in pieces; nothing if it is none.
+struct Constant {
+    std::string_view head, name, value, rest;
+};
 
-void append_file(ExpandedSource& out, std::string_view file, Seen& seen);
-
-void append_text(ExpandedSource& out, std::string_view file, std::string_view rest, Seen& seen)
+std::optional<Constant> constant_in(std::string_view line)
 {
-    for (int line = 1; !rest.empty(); ++line) {
-        const std::size_t end = std::min(rest.find('\n'), rest.size() - 1);
-        const std::string_view text = rest.substr(0, end + 1);
-        rest.remove_prefix(end + 1);
-        if (text.starts_with(kInclude)) {
-            const std::string_view name = text.substr(kInclude.size());
-            append_file(out, name.substr(0, name.find('"')), seen);
-        } else if (!text.starts_with("#pragma once")) {
-            out.text += text;
-            out.origin.emplace_back(file, line);
+    if (!line.starts_with("const "))
+        return std::nullopt;
+    const std::size_t equals = line.find(" = "), end = line.find(';');
+    const std::size_t name = line.find(' ', 6) + 1;
+    if (equals == std::string_view::npos || end == std::string_view::npos || name > equals)
+        return std::nullopt;
+    return Constant{line.substr(0, equals + 3), line.substr(name, equals - name),
+                    line.substr(equals + 3, end - equals - 3), line.substr(end)};
+}
+
+/// All that a file of glsl/ declares.
+const std::set<std::string, std::less<>>& declared_constants()
+{
+    static const std::set<std::string, std::less<>> all = [] {
+        std::set<std::string, std::less<>> names;
+        for (const auto& [file, text] : shader_files())
+            for (std::string_view rest = text; !rest.empty();) {
+                const std::size_t end = std::min(rest.find('\n'), rest.size() - 1);
+                if (const auto constant = constant_in(rest.substr(0, end)))
+                    names.emplace(constant->name);
+                rest.remove_prefix(end + 1);
+            }
+        return names;
+    }();
+    return all;
+}
+
+class Expansion {
+public:
+    explicit Expansion(const Defines& variant) : variant_{variant}
+    {
+        out_.text = "#version 450 core\n";
+        out_.origin.emplace_back("(version)", 1);
+        for (const auto& [name, value] : variant.entries()) {
+            if (!Defines::is_constant(name))
+                add_line(fmt::format("#define {} {}\n", name, value), "(defines)",
+                         static_cast<int>(out_.origin.size()));
+            else if (!declared_constants().contains(name))
+                throw Error(fmt::format("no file of glsl/ declares a constant {}", name));
         }
     }
-}
 
-void append_file(ExpandedSource& out, std::string_view file, Seen& seen)
-{
-    if (!seen.emplace(file).second)
-        return;
-    const auto found = shader_files().find(file);
-    if (found == shader_files().end())
-        throw Error(fmt::format("glsl/{}: no such shader file", file));
-    append_text(out, file, found->second, seen);
-}
-
-/// The lines ahead of every source.
-ExpandedSource expand_head(const Defines& defines)
-{
-    ExpandedSource out;
-    out.text = "#version 450 core\n";
-    out.origin.emplace_back("(version)", 1);
-    for (const auto& [name, value] : defines) {
-        out.text += fmt::format("#define {} {}\n", name, value);
-        out.origin.emplace_back("(defines)", static_cast<int>(out.origin.size()));
+    void add_file(std::string_view file)
+    {
+        if (!seen_.emplace(file).second)
+            return;
+        const auto found = shader_files().find(file);
+        if (found != shader_files().end()) {
+            add_text(file, found->second);
+            return;
+        }
+        if (const std::string* written = variant_.file(std::string(file))) {
+            add_text(file, *written);
+            return;
+        }
+        if (!file.starts_with(kWritten))
+            throw Error(fmt::format("glsl/{}: no such shader file", file));
+        add_line(fmt::format("#error {} is written for a scene, and this variant has none\n", file),
+                 file, 1);
     }
-    return out;
+
+    void add_text(std::string_view file, std::string_view rest)
+    {
+        for (int line = 1; !rest.empty(); ++line) {
+            const std::size_t end = std::min(rest.find('\n'), rest.size() - 1);
+            const std::string_view text = rest.substr(0, end + 1);
+            rest.remove_prefix(end + 1);
+            if (text.starts_with(kInclude)) {
+                const std::string_view name = text.substr(kInclude.size());
+                add_file(name.substr(0, name.find('"')));
+            } else if (!text.starts_with("#pragma once")) {
+                add_line(with_value(text), file, line);
+            }
+        }
+    }
+
+    ExpandedSource take() { return std::move(out_); }
+
+private:
+    void add_line(std::string_view text, std::string_view file, int line)
+    {
+        out_.text += text;
+        out_.origin.emplace_back(file, line);
+    }
+
+    /// The line, its constant with the value that the variant gives it.
+    [[nodiscard]] std::string with_value(std::string_view line) const
+    {
+        if (const auto constant = constant_in(line))
+            if (const std::string* value = variant_.value_of(constant->name))
+                return fmt::format("{}{}{}", constant->head, value->empty() ? "true" : *value,
+                                   constant->rest);
+        return std::string(line);
+    }
+
+    const Defines& variant_;
+    ExpandedSource out_;
+    std::set<std::string, std::less<>> seen_;
+};
+
+std::string_view line_of(std::string_view text, std::size_t line)
+{
+    for (; line > 1; --line)
+        text.remove_prefix(std::min(text.find('\n'), text.size() - 1) + 1);
+    return text.substr(0, text.find('\n'));
+}
+
+/// Each shader that compiles goes into the folder that FUMAROLE_SHADERS names, as the GL got it.
+void keep_text(std::string_view file, const std::string& text)
+{
+    const char* folder = std::getenv("FUMAROLE_SHADERS");
+    if (folder == nullptr)
+        return;
+    const std::filesystem::path path(file);
+    const std::string name = fmt::format("{}_{:016x}{}", path.stem().string(),
+                                         std::hash<std::string>{}(text), path.extension().string());
+    std::ofstream(std::filesystem::path(folder) / name) << text;
 }
 
 class Shader {
@@ -66,12 +156,15 @@ public:
         gl->CompileShader(id());
         GLint good = GL_FALSE;
         gl->GetShaderiv(id(), GL_COMPILE_STATUS, &good);
-        if (good == GL_TRUE)
+        if (good == GL_TRUE) {
+            keep_text(file, source.text);
             return;
+        }
         GLint length = 0;
         gl->GetShaderiv(id(), GL_INFO_LOG_LENGTH, &length);
         std::string log(static_cast<std::size_t>(std::max(length, 1)), '\0');
-        gl->GetShaderInfoLog(id(), length, nullptr, log.data());
+        gl->GetShaderInfoLog(id(), length, &length, log.data());
+        log.resize(static_cast<std::size_t>(std::max(length, 0)));
         throw Error(fmt::format("glsl/{}: does not compile on {}:\n{}", file,
                                 gl.capabilities().renderer, source.map_log(log)));
     }
@@ -91,40 +184,77 @@ GLenum stage_of(std::string_view file)
 
 }  // namespace
 
+void Defines::emplace_back(std::string name, std::string value)
+{
+    const auto same = [&](const Entry& entry) { return entry.first == name; };
+    const auto found = std::find_if(entries_.begin(), entries_.end(), same);
+    if (found != entries_.end())
+        found->second = std::move(value);
+    else
+        entries_.emplace_back(std::move(name), std::move(value));
+}
+
+Defines& Defines::operator+=(const Defines& other)
+{
+    for (const Entry& entry : other.entries_)
+        emplace_back(entry.first, entry.second);
+    for (const auto& [name, text] : other.files_)
+        add_file(name, text);
+    return *this;
+}
+
+const std::string* Defines::value_of(std::string_view name) const
+{
+    for (const Entry& entry : entries_)
+        if (entry.first == name)
+            return &entry.second;
+    return nullptr;
+}
+
+const std::string* Defines::file(const std::string& name) const
+{
+    const auto found = files_.find(name);
+    return found != files_.end() ? &found->second : nullptr;
+}
+
 std::string ExpandedSource::map_log(std::string_view log) const
 {
     // Mesa writes 0:LINE(COLUMN), NVIDIA 0(LINE).
     static const std::regex place(R"(\b0[:(](\d+)\)?)");
     std::string mapped;
+    std::set<std::size_t> written;
     const std::string whole(log);
     auto at = whole.cbegin();
     for (std::sregex_iterator match(whole.begin(), whole.end(), place), end; match != end;
          ++match) {
         mapped.append(at, (*match)[0].first);
         const auto line = static_cast<std::size_t>(std::stoul((*match)[1].str()));
+        if (line >= 1 && line <= origin.size() && origin[line - 1].first.starts_with(kWritten))
+            written.insert(line);
         mapped += line >= 1 && line <= origin.size()
                       ? fmt::format("glsl/{}:{}", origin[line - 1].first, origin[line - 1].second)
                       : (*match)[0].str();
         at = (*match)[0].second;
     }
     mapped.append(at, whole.cend());
+    for (const std::size_t line : written)
+        mapped += fmt::format("\nglsl/{}:{}: {}", origin[line - 1].first, origin[line - 1].second,
+                              line_of(text, line));
     return mapped;
 }
 
 ExpandedSource expand_shader(std::string_view file, const Defines& defines)
 {
-    ExpandedSource out = expand_head(defines);
-    Seen seen;
-    append_file(out, file, seen);
-    return out;
+    Expansion expansion(defines);
+    expansion.add_file(file);
+    return expansion.take();
 }
 
 ExpandedSource expand_text(std::string_view name, std::string_view text, const Defines& defines)
 {
-    ExpandedSource out = expand_head(defines);
-    Seen seen;
-    append_text(out, name, text, seen);
-    return out;
+    Expansion expansion(defines);
+    expansion.add_text(name, text);
+    return expansion.take();
 }
 
 Program::Program(const Device& gl, const std::vector<std::string>& files, const Defines& defines)

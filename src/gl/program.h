@@ -9,21 +9,56 @@
 
 namespace fumarole::gl {
 
-/// `#define name value` lines ahead of the source: what makes a variant.
-using Defines = std::vector<std::pair<std::string, std::string>>;
+/// What makes a variant of a shader: values of constants that its files declare, as
+/// `const bool kName = false;` (names that begin with k and a capital), macros for what a constant
+/// can't be, a type or a binding, ahead of the source, and files that are written for a scene.
+class Defines {
+public:
+    using Entry = std::pair<std::string, std::string>;
+
+    Defines() = default;
+    Defines(std::initializer_list<Entry> entries)
+    {
+        for (const Entry& entry : entries)
+            emplace_back(entry.first, entry.second);
+    }
+
+    /// A constant or a macro; a later value of the same name takes the place of an earlier one. A
+    /// constant's value "" is true.
+    void emplace_back(std::string name, std::string value);
+    /// A file that an `#include` of its name finds: written/media.glsl.
+    void add_file(const std::string& name, std::string text) { files_[name] = std::move(text); }
+    Defines& operator+=(const Defines& other);
+
+    [[nodiscard]] const std::vector<Entry>& entries() const { return entries_; }
+    [[nodiscard]] const std::string* value_of(std::string_view name) const;
+    [[nodiscard]] const std::string* file(const std::string& name) const;
+    [[nodiscard]] static bool is_constant(std::string_view name)
+    {
+        return name.size() > 1 && name[0] == 'k' && name[1] >= 'A' && name[1] <= 'Z';
+    }
+    auto operator<=>(const Defines&) const = default;
+
+private:
+    std::vector<Entry> entries_;
+    std::map<std::string, std::string> files_;
+};
 
 /// A source with its includes put in, and where each of its lines came from.
 struct ExpandedSource {
     std::string text;
     std::vector<std::pair<std::string, int>> origin;  ///< file and line of each line of text
 
-    /// A driver's log with its line numbers turned into `file:line`.
+    /// A driver's log with its line numbers turned into `file:line`, and the lines of files that
+    /// are written for a scene, which nobody can look up, beside them.
     [[nodiscard]] std::string map_log(std::string_view log) const;
 };
 
-/// Expands a file of glsl/ (`pass/ray_march.frag`): the version line, the defines, then the file
-/// with each `#include "..."` put in once, however often it is named.
-/// @throws Error if a file is not there.
+/// Expands a file of glsl/ (`pass/ray_march.frag`): the version line, the macros, then the file
+/// with each `#include "..."` put in once, however often it is named, and the constants' values in
+/// place of those that it declares them with. A written/ file that the variant has not is an
+/// #error line.
+/// @throws Error if another file is not there, or no file declares a constant.
 ExpandedSource expand_shader(std::string_view file, const Defines& defines);
 
 /// The same for a text that is in no file; `name` stands for it in messages.

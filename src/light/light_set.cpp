@@ -4,7 +4,9 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "light/light_source.h"
 #include "light/world_light.h"
+#include "light_fields.h"
 #include <fumarole/errors.h>
 #include <fumarole/settings.h>
 
@@ -13,15 +15,6 @@ namespace fumarole::light {
 namespace {
 
 static_assert(MAX_SHADOW_VIEWS >= 6 * MAX_LIGHTS, "a point light takes six views");
-
-glm::vec3 intensity_of(const Light& light)
-{
-    if (const auto* sun = std::get_if<SunLight>(&light))
-        return sun->irradiance;
-    if (const auto* point = std::get_if<PointLight>(&light))
-        return point->radiant_intensity;
-    return std::get<SpotLight>(light).radiant_intensity;
-}
 
 /// Distance from a point to the farthest corner of a box.
 double farthest(glm::dvec3 p, const Bounds& bounds)
@@ -92,7 +85,7 @@ void LightSet::clear()
     lights_.clear();
     first_view_.clear();
     views_.clear();
-    suns_ = points_ = spots_ = 0;
+    suns_ = 0;
     shaded_media_ = false;
     sun_readbacks_.clear();
     shadow_map_ = {};
@@ -104,17 +97,12 @@ void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, cons
     clear();
     set_world(scene.world);
     for (const Light& light : scene.lights)
-        if (intensity_of(light) != glm::vec3(0.0f))
+        if (power_of(light) != glm::vec3(0.0f))
             lights_.push_back(light);
     std::stable_sort(lights_.begin(), lights_.end(),
                      [](const Light& a, const Light& b) { return a.index() < b.index(); });
-    const auto count = [&](std::size_t kind) {
-        return static_cast<int>(std::count_if(lights_.begin(), lights_.end(),
-                                              [=](const Light& l) { return l.index() == kind; }));
-    };
-    suns_ = count(0);
-    points_ = count(1);
-    spots_ = count(2);
+    suns_ = static_cast<int>(std::count_if(
+        lights_.begin(), lights_.end(), [](const Light& light) { return position_of(light).far; }));
     if (lights_.size() > MAX_LIGHTS)
         throw Error(
             fmt::format("the scene has {} lights, and {} is the most at once; leave some out",
@@ -134,16 +122,18 @@ void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, cons
         for (const auto& instance : surfaces.instances())
             shaded_media_ |= !media.empty() && can_shade(light, instance.bounds, media);
         first_view_.push_back(static_cast<int>(views_.size()));
-        if (const auto* sun = std::get_if<SunLight>(&light))
-            add_sun_views(*sun, surfaces, media, map_size);
-        else if (const auto* point = std::get_if<PointLight>(&light))
-            for (const View& view :
-                 point_views(point->position, 1.01 * farthest(point->position, surfaces.bounds()),
-                             map_size))
-                views_.push_back(view);
-        else if (const auto* spot = std::get_if<SpotLight>(&light))
-            views_.push_back(
-                spot_view(*spot, 1.01 * farthest(spot->position, surfaces.bounds()), map_size));
+        const auto range_from = [&](glm::dvec3 p) { return 1.01 * farthest(p, surfaces.bounds()); };
+        std::visit(
+            Overloaded{[&](const SunLight& sun) { add_sun_views(sun, surfaces, media, map_size); },
+                       [&](const PointLight& point) {
+                           const glm::dvec3 p = point.position;
+                           for (const View& view : point_views(p, range_from(p), map_size))
+                               views_.push_back(view);
+                       },
+                       [&](const SpotLight& spot) {
+                           views_.push_back(spot_view(spot, range_from(spot.position), map_size));
+                       }},
+            light);
     }
     shadow_map_ = painter_.draw(views_, surfaces, map_size);
 }
@@ -177,12 +167,20 @@ void LightSet::wait_for_sun_shadows() const
 
 gl::Defines LightSet::defines() const
 {
-    gl::Defines defines{{"SUN_COUNT", fmt::format("{}", suns_)},
-                        {"POINT_COUNT", fmt::format("{}", points_)},
-                        {"SPOT_COUNT", fmt::format("{}", spots_)}};
+    gl::Defines defines = write_lights(lights_);
     if (!views_.empty())
-        defines.emplace_back("SURFACE_SHADOWS", "");
+        defines.emplace_back("kSurfaceShadows", "");
     return defines;
+}
+
+bool LightSet::has_edges() const
+{
+    return std::any_of(lights_.begin(), lights_.end(), [](const Light& light) {
+        return std::visit(Overloaded{[](const SunLight&) { return false; },
+                                     [](const PointLight&) { return false; },
+                                     [](const SpotLight&) { return true; }},
+                          light);
+    });
 }
 
 void LightSet::bind(glm::dvec3 eye)
@@ -191,24 +189,25 @@ void LightSet::bind(glm::dvec3 eye)
     params.world_radiance = glm::vec4(world_radiance_, 0.0f);
     for (std::size_t i = 0; i < lights_.size(); ++i) {
         shared::LightParams& out = params.lights[i];
-        out.intensity = intensity_of(lights_[i]);
-        glm::dvec3 position(0);
-        if (const auto* sun = std::get_if<SunLight>(&lights_[i])) {
-            position = glm::normalize(sun->direction_to_light);
-        } else if (const auto* point = std::get_if<PointLight>(&lights_[i])) {
-            position = point->position - eye;
-            out.cube_view_scale =
-                0.5f / static_cast<float>(point_view_tangent(shadow_map_.size().x));
-        } else if (const auto* spot = std::get_if<SpotLight>(&lights_[i])) {
-            position = spot->position - eye;
-            const double edge = std::cos(glm::radians(spot->cone_deg) / 2);
-            out.axis = glm::vec3(glm::normalize(spot->direction));
-            out.cos_half_cone = static_cast<float>(edge);
-            // Cycles' cone: full from edge + (1 - edge) * blend inwards. 0 would divide by 0.
-            out.inverse_edge_width =
-                static_cast<float>(1 / std::max((1 - edge) * spot->blend, 1e-6));
-        }
-        out.position = glm::vec3(position);
+        out.intensity = power_of(lights_[i]);
+        const LightPosition place = position_of(lights_[i]);
+        out.position = glm::vec3(place.far ? place.at : place.at - eye);
+        std::visit(
+            Overloaded{[](const SunLight&) {},
+                       [&](const PointLight&) {
+                           out.cube_view_scale =
+                               0.5f / static_cast<float>(point_view_tangent(shadow_map_.size().x));
+                       },
+                       [&](const SpotLight& spot) {
+                           const double edge = std::cos(glm::radians(spot.cone_deg) / 2);
+                           out.axis = glm::vec3(glm::normalize(spot.direction));
+                           out.cos_half_cone = static_cast<float>(edge);
+                           // Cycles' cone: full from edge + (1 - edge) * blend inwards. 0
+                           // would divide by 0.
+                           out.inverse_edge_width =
+                               static_cast<float>(1 / std::max((1 - edge) * spot.blend, 1e-6));
+                       }},
+            lights_[i]);
         out.first_view = first_view_.empty() ? 0.0f : static_cast<float>(first_view_[i]);
     }
     for (std::size_t v = 0; v < views_.size(); ++v)

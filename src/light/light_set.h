@@ -53,12 +53,12 @@ public:
     void bind_environment() const { environment_.bind(IRRADIANCE_UNIT); }
 
     [[nodiscard]] bool has_environment() const { return environment_source_ != nullptr; }
-    /// Those that shine: suns, points, spots.
+    /// Those that shine, in the order of Light's types.
     [[nodiscard]] std::span<const Light> lights() const { return lights_; }
     [[nodiscard]] int suns() const { return suns_; }
-    [[nodiscard]] int points() const { return points_; }
-    [[nodiscard]] int spots() const { return spots_; }
-    [[nodiscard]] int count() const { return suns_ + points_ + spots_; }
+    [[nodiscard]] int count() const { return static_cast<int>(lights_.size()); }
+    /// Whether a light's beam has an edge where the medium has none.
+    [[nodiscard]] bool has_edges() const;
     [[nodiscard]] int shadow_views() const { return static_cast<int>(views_.size()); }
     /// Whether a surface can stand between a light and the media.
     [[nodiscard]] bool shaded_media() const { return shaded_media_; }
@@ -82,8 +82,8 @@ private:
     SunReadback& sun_readback(int i) const;
 
     const gl::Device& device_;
-    int suns_ = 0, points_ = 0, spots_ = 0;
-    std::vector<Light> lights_;    ///< suns, points, spots
+    int suns_ = 0;
+    std::vector<Light> lights_;    ///< in the order of Light's types
     std::vector<int> first_view_;  ///< of each light
     std::vector<View> views_;
     bool shaded_media_ = false;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "light/light_source.h"
 #include "light/world_light.h"
 
 namespace fumarole::light {
@@ -85,28 +86,11 @@ gl::Texture make_volume(const gl::Device& gl, const char* label, const Lattice& 
                                 gl::Filter::linear);
 }
 
-/// Where a light is, without how bright it is: a light that flickers throws the same shadow.
-Light without_intensity(Light light)
-{
-    if (auto* sun = std::get_if<SunLight>(&light))
-        sun->irradiance = glm::vec3(1);
-    else if (auto* point = std::get_if<PointLight>(&light))
-        point->radiant_intensity = glm::vec3(1);
-    else
-        light = PointLight{std::get<SpotLight>(light).position, glm::vec3(1)};
-    return light;
-}
-
 std::string size_of(const gl::Texture& texture, int layers, std::size_t texel_bytes)
 {
     const glm::ivec3 size = texture.size();
     return fmt::format("{} x {} x {} nodes, {:.2f} MB", size.x, size.y, size.z / layers,
                        1e-6 * static_cast<double>(texel_bytes) * size.x * size.y * size.z);
-}
-
-gl::Defines no_lights()
-{
-    return {{"SUN_COUNT", "0"}, {"POINT_COUNT", "0"}, {"SPOT_COUNT", "0"}};
 }
 
 /// Times what it spans, the GPU's part too, where times are measured by waiting for it.
@@ -197,7 +181,7 @@ void LightVolumes::set_depth(const MediaKey& key, const SceneSettings& settings,
 {
     wanted_lights_.clear();
     for (const Light& light : lights.lights())
-        wanted_lights_.push_back(without_intensity(light));
+        wanted_lights_.push_back(position_of(light));
     refill_frames_ = settings.shadow_fill;
     const int count = static_cast<int>(wanted_lights_.size());
     const medium::VoxelFrame frame = media.voxel_frame();
@@ -218,7 +202,7 @@ void LightVolumes::set_depth(const MediaKey& key, const SceneSettings& settings,
     const Stopwatch watch(device_, timers_);
     depth_key_ = key;
     depth_lattice_ = lattice;
-    depth_defines_ = fill_defines(media, no_lights());
+    depth_defines_ = fill_defines(media, write_lights({}));
     fill_extinction(media, lights);
     if (same && refill_frames_ > 1) {
         begin_refill();
@@ -369,7 +353,7 @@ void LightVolumes::write_block(glm::dvec3 eye)
 gl::Defines LightVolumes::fill_defines(const medium::MediaSet& media, const gl::Defines& own) const
 {
     gl::Defines defines = media.defines();
-    defines.insert(defines.end(), own.begin(), own.end());
+    defines += own;
     if (rgb_)
         defines.emplace_back("VOLUME_RGB", "");
     return defines;
@@ -397,19 +381,17 @@ void LightVolumes::fill_extinction(medium::MediaSet& media, LightSet& lights)
     const double coarsest = std::max({voxels.x, voxels.y, voxels.z});
     params_.samples = std::clamp(static_cast<int>(coarsest), 1, kMostSamples);
     begin_fill(centre_of(extinction_lattice_), media, lights);
-    dispatch("light/extinction.comp", fill_defines(media, no_lights()), extinction_, format,
+    dispatch("light/extinction.comp", fill_defines(media, write_lights({})), extinction_, format,
              extinction_lattice_.count);
 }
 
-void LightVolumes::fill_depth(const gl::Texture& depth, int layer, const Light& light,
+void LightVolumes::fill_depth(const gl::Texture& depth, int layer, const LightPosition& light,
                               int first_slice, int slices, glm::dvec3 eye)
 {
     params_.layer = layer;
     params_.first_slice = first_slice;
-    const auto* sun = std::get_if<SunLight>(&light);
-    params_.light_has_place = sun != nullptr ? 0.0f : 1.0f;
-    params_.light = glm::vec3(sun != nullptr ? glm::normalize(sun->direction_to_light)
-                                             : std::get<PointLight>(light).position - eye);
+    params_.light_has_place = light.far ? 0.0f : 1.0f;
+    params_.light = glm::vec3(light.far ? light.at : light.at - eye);
     write_block(eye);
     extinction_.bind(EXTINCTION_VOLUME_UNIT);
     dispatch("light/depth.comp", depth_defines_, depth, rgb_ ? GL_RGBA16F : GL_R16F,
@@ -455,16 +437,16 @@ void LightVolumes::fill_world(const Lattice& lattice, const gl::Texture& coeffic
     params_.world = to_shared(lattice, bands * bands, eye);
     block_.write(params_);
     device_->BindBufferBase(GL_UNIFORM_BUFFER, WORLD_BLOCK, world_block_.id());
-    gl::Defines defines = fill_defines(media, no_lights());
-    defines.emplace_back("BANDS", fmt::format("{}", bands));
+    gl::Defines defines = fill_defines(media, write_lights({}));
+    defines.emplace_back("kBands", fmt::format("{}", bands));
     if (shadows) {
-        defines.emplace_back("WORLD_SHADOWS", "");
+        defines.emplace_back("kWorldShadows", "");
         shadows.bind(SHADOW_MAP_UNIT);
     }
     if (!dims) {
-        defines.emplace_back("CLEAR", "");
+        defines.emplace_back("kClear", "");
     } else if (extinction_) {
-        defines.emplace_back("MARCHED", "");
+        defines.emplace_back("kMarched", "");
         extinction_.bind(EXTINCTION_VOLUME_UNIT);
     }
     dispatch("light/world.comp", defines, coefficients, GL_RGBA16F, lattice.count);
@@ -472,8 +454,8 @@ void LightVolumes::fill_world(const Lattice& lattice, const gl::Texture& coeffic
 
 void LightVolumes::turn_world(const medium::MediaSet& media)
 {
-    gl::Defines defines = fill_defines(media, no_lights());
-    defines.emplace_back("BANDS", fmt::format("{}", bands_));
+    gl::Defines defines = fill_defines(media, write_lights({}));
+    defines.emplace_back("kBands", fmt::format("{}", bands_));
     coefficients_.bind(WORLD_VOLUME_UNIT);
     dispatch("light/world_view.comp", defines, world_, GL_RGBA16F, world_lattice_.count);
 }
@@ -508,7 +490,7 @@ void LightVolumes::bind_for_surfaces(glm::dvec3 eye, bool through_media)
 gl::Defines LightVolumes::surface_defines() const
 {
     if (on_surfaces_)
-        return {{"WORLD_IRRADIANCE", ""}};
+        return {{"kWorldIrradiance", ""}};
     return {};
 }
 
@@ -516,11 +498,11 @@ gl::Defines LightVolumes::defines() const
 {
     gl::Defines defines;
     if (depth_)
-        defines.emplace_back("DEPTH_VOLUME", "");
+        defines.emplace_back("kDepthVolume", "");
     if (depth_ && rgb_)
         defines.emplace_back("VOLUME_RGB", "");
     if (world_)
-        defines.emplace_back("WORLD_VOLUME", "");
+        defines.emplace_back("kWorldVolume", "");
     return defines;
 }
 
@@ -543,8 +525,8 @@ std::vector<std::string> LightVolumes::describe() const
                                     size_of(on_surfaces_, kSurfaceBands * kSurfaceBands, 8),
                                     on_surfaces_dimmed_ ? ", and again through the media" : ""));
     if (world_ || on_surfaces_)
-        lines.push_back(fmt::format("world's light: filled from {} directions{}", params_.directions,
-                                    filled_in(world_ms_)));
+        lines.push_back(fmt::format("world's light: filled from {} directions{}",
+                                    params_.directions, filled_in(world_ms_)));
     return lines;
 }
 

@@ -10,6 +10,7 @@
 #include "gl/timer.h"
 #include "light/light_set.h"
 #include "light/shadow_views.h"
+#include "light_fields.h"
 #include "medium/media_set.h"
 #include "shared/light_volume_params.h"
 #include <fumarole/settings.h>
@@ -98,7 +99,7 @@ private:
     /// filled.
     struct Refill {
         gl::Texture depth;
-        std::vector<Light> lights;
+        std::vector<LightPosition> lights;
         std::vector<int> layers;  ///< of them, those to be filled
         int slices = 0;           ///< of nodes along z that a frame fills
         int done = 0;             ///< of them, in all those layers
@@ -110,8 +111,8 @@ private:
     void set_world(const WorldKey& key, medium::MediaSet& media,
                    const surface::SurfaceSet& surfaces, LightSet& lights);
     void fill_extinction(medium::MediaSet& media, LightSet& lights);
-    void fill_depth(const gl::Texture& depth, int layer, const Light& light, int first_slice,
-                    int slices, glm::dvec3 eye);
+    void fill_depth(const gl::Texture& depth, int layer, const LightPosition& light,
+                    int first_slice, int slices, glm::dvec3 eye);
     void clear_world();
     void plan_world(const WorldKey& key, const medium::MediaSet& media,
                     const surface::SurfaceSet& surfaces);
@@ -145,8 +146,9 @@ private:
     bool turned_ = false;
 
     MediaKey depth_key_;
-    std::vector<Light> depth_lights_;   ///< of each layer, their intensity left out
-    std::vector<Light> wanted_lights_;  ///< as the scene has them now
+    std::vector<LightPosition>
+        depth_lights_;  ///< of each layer: one that flickers throws the same shadow
+    std::vector<LightPosition> wanted_lights_;  ///< as the scene has them now
     int refill_frames_ = 1;
     gl::Defines depth_defines_;  ///< of the shader that fills it
     std::optional<Refill> refill_;

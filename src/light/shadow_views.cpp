@@ -7,6 +7,8 @@
 #include <limits>
 #include <tuple>
 
+#include "light_fields.h"
+
 namespace fumarole::light {
 
 namespace {
@@ -82,21 +84,20 @@ bool can_shade(const Light& light, const Bounds& surface, const Bounds& media)
 {
     // What lies between the media and the light, as a box along the world's axes.
     Bounds between = media;
-    const auto* sun = std::get_if<SunLight>(&light);
-    if (sun == nullptr) {
-        const auto* point = std::get_if<PointLight>(&light);
-        between.add(point != nullptr ? point->position : std::get<SpotLight>(light).position);
+    const LightPosition place = position_of(light);
+    if (!place.far) {
+        between.add(place.at);
         return overlap(between, surface);
     }
     for (int axis = 0; axis < 3; ++axis) {
         constexpr double kFar = std::numeric_limits<double>::infinity();
-        if (sun->direction_to_light[axis] > 0)
+        if (place.at[axis] > 0)
             between.max[axis] = kFar;
-        else if (sun->direction_to_light[axis] < 0)
+        else if (place.at[axis] < 0)
             between.min[axis] = -kFar;
     }
     // And along the light's, whose z it fills from the media's far side on.
-    const LightAxes axes(sun->direction_to_light);
+    const LightAxes axes(place.at);
     Bounds column = media.transformed(axes.light_from_world);
     column.min.z = -std::numeric_limits<double>::infinity();
     return overlap(between, surface) && overlap(column, surface.transformed(axes.light_from_world));

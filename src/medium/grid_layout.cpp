@@ -17,11 +17,15 @@
 #include <optional>
 #include <string>
 
+#include "shared/brick_page.h"
 #include <fumarole/errors.h>
 
 namespace fumarole::medium {
 
 namespace {
+
+using shared::is_brick;
+using shared::kPageBrick;
 
 constexpr int kBrickDim = VoxelGrid::kBrickDim;
 constexpr int kCellVoxels = kAtlasBrickDim * kAtlasBrickDim * kAtlasBrickDim;

@@ -9,8 +9,6 @@
 #include <fumarole/settings.h>
 #include <fumarole/voxel_grid.h>
 
-#include "shared/brick_page.h"
-
 // A VoxelGrid laid out for the GPU, still on the CPU: either one dense 3-D texture, or an atlas of
 // bricks and a page table. No GL here.
 
@@ -32,8 +30,6 @@ inline constexpr int kAtlasBrickDim = 9;
 /// A page is 32 bits: shared/brick_page.h. A constant is what a fetch would give, before
 /// value_scale, within 2^-23 relative. Constants are of scalar grids alone; a vec3 page is 0 or a
 /// brick.
-using shared::is_brick;
-using shared::kPageBrick;
 
 /// Slots along an axis of the atlas that a page can name: 2304 texels.
 inline constexpr int kMostSlotsPerAxis = 256;

@@ -8,11 +8,15 @@
 
 #include "medium/noise_grid.h"
 #include "noise_gradient.h"
+#include "overloaded.h"
 #include <fumarole/errors.h>
 
 namespace fumarole::medium {
 
 namespace {
+
+using Profile = MediumSource::Profile;
+using Depth = MediumSource::Depth;
 
 bool is_zero(glm::vec3 v)
 {
@@ -146,7 +150,7 @@ void MediaSet::add(const GridMedium& medium, const SceneSettings& settings)
         entry.emission = place(medium.emission, world_from_grid, settings);
     if (dims && !is_zero(medium.sigma_s_per_density))
         entry.tint = place(medium.color, world_from_grid, settings);
-    entry.depth = dims ? "marched_depth" : "no_depth";
+    entry.depth = dims ? Depth::marched : Depth::none;
 
     const auto field_bounds = [&](int placed) {
         const GridLayout& plan = layout_of(placed);
@@ -180,30 +184,34 @@ void MediaSet::add(const BoxMedium& medium)
     entry.bounds.add(medium.min);
     entry.bounds.add(medium.max);
     entry.is_box = true;
-    entry.value = "homogeneous";
-    entry.depth = "homogeneous_depth";
-    if (const auto* height = std::get_if<ExpHeightProfile>(&medium.profile)) {
-        entry.value = "exp_height";
-        entry.depth = "exp_height_depth";
-        entry.height = height->z0;
-        entry.params.inverse_scale_height = static_cast<float>(1.0 / height->scale_height);
-        ++traits_.heterogeneous;
-    } else if (const auto* noise = std::get_if<NoiseProfile>(&medium.profile)) {
-        entry.value = "noise";
-        entry.depth = "marched_depth";
-        entry.is_noise = true;
-        entry.noise = *noise;
-        double amplitudes = 0;
-        for (int i = 0; i < noise->octaves; ++i)
-            amplitudes += std::pow(noise->gain, i);
-        entry.params.noise_threshold = static_cast<float>(noise->threshold);
-        entry.params.noise_gain = static_cast<float>(noise->gain);
-        entry.params.noise_scale = static_cast<float>(1.0 / amplitudes);
-        entry.params.noise_octaves = noise->octaves;
-        ++traits_.heterogeneous;
-    }
+    std::visit(Overloaded{[&](const HomogeneousProfile&) {
+                              entry.profile = Profile::homogeneous;
+                              entry.depth = Depth::closed;
+                          },
+                          [&](const ExpHeightProfile& height) {
+                              entry.profile = Profile::exp_height;
+                              entry.depth = Depth::closed;
+                              entry.height = height.z0;
+                              entry.params.inverse_scale_height =
+                                  static_cast<float>(1.0 / height.scale_height);
+                              ++traits_.heterogeneous;
+                          },
+                          [&](const NoiseProfile& noise) {
+                              entry.profile = Profile::noise;
+                              entry.depth = Depth::marched;
+                              entry.noise = noise;
+                              double amplitudes = 0;
+                              for (int i = 0; i < noise.octaves; ++i)
+                                  amplitudes += std::pow(noise.gain, i);
+                              entry.params.noise_threshold = static_cast<float>(noise.threshold);
+                              entry.params.noise_gain = static_cast<float>(noise.gain);
+                              entry.params.noise_scale = static_cast<float>(1.0 / amplitudes);
+                              entry.params.noise_octaves = noise.octaves;
+                              ++traits_.heterogeneous;
+                          }},
+               medium.profile);
     if (is_zero(medium.sigma_s + medium.sigma_a))
-        entry.depth = "no_depth";
+        entry.depth = Depth::none;
     traits_.marched += entry.is_marched() ? 1 : 0;
     media_.push_back(entry);
 }
@@ -228,7 +236,7 @@ void MediaSet::read_noise_from_grids(const SceneSettings& settings)
 {
     for (Entry& entry : media_) {
         // One that drifts would need another grid in each frame.
-        if (!settings.noise_grid || !entry.is_noise || entry.noise.drift != glm::dvec3(0))
+        if (!settings.noise_grid || !entry.is_noise() || entry.noise.drift != glm::dvec3(0))
             continue;
         const bool unit_left = static_cast<int>(placed_.size()) < most_grids();
         const std::shared_ptr<const VoxelGrid> grid = unit_left ? noise_grid(entry) : nullptr;
@@ -261,12 +269,10 @@ void MediaSet::set(const Scene& scene, const SceneSettings& settings)
     old_noise_grids_ = std::move(noise_grids_);
     clear();
     time_ = scene.time;
-    for (const Medium& medium : scene.media) {
-        if (const auto* grid = std::get_if<GridMedium>(&medium))
-            add(*grid, settings);
-        else
-            add(std::get<BoxMedium>(medium));
-    }
+    for (const Medium& medium : scene.media)
+        std::visit(Overloaded{[&](const GridMedium& grid) { add(grid, settings); },
+                              [&](const BoxMedium& box) { add(box); }},
+                   medium);
     read_noise_from_grids(settings);
     old_grids_.clear();
     old_noise_grids_.clear();
@@ -278,11 +284,9 @@ void MediaSet::set(const Scene& scene, const SceneSettings& settings)
     traits_.media = static_cast<int>(media_.size());
     float g = 0;
     for (Entry& entry : media_) {
-        traits_.noise_grids += entry.is_noise && entry.density >= 0 ? 1 : 0;
-        if (entry.is_noise && entry.density < 0)
+        traits_.noise_grids += entry.is_noise() && entry.density >= 0 ? 1 : 0;
+        if (entry.is_noise() && entry.density < 0)
             traits_.noise_turns += entry.noise.octaves + 1;
-        if (entry.density >= 0 && !entry.is_box)
-            entry.value = value_name(entry.density);
         entry.world_bounds = entry.bounds.transformed(glm::inverse(entry.bounds_from_world));
         traits_.colored_extinction |= !is_grey(glm::vec3(entry.params.sigma_t));
         traits_.emission |= !is_zero(entry.params.emission);
@@ -304,7 +308,7 @@ void MediaSet::set(const Scene& scene, const SceneSettings& settings)
 
 double MediaSet::Entry::detail() const
 {
-    if (is_noise)
+    if (is_noise())
         return noise.feature_size / std::pow(noise.lacunarity, noise.octaves - 1);
     return params.inverse_scale_height > 0 ? 1.0 / params.inverse_scale_height
                                            : std::numeric_limits<double>::infinity();
@@ -312,7 +316,7 @@ double MediaSet::Entry::detail() const
 
 float MediaSet::Entry::thickest() const
 {
-    const double heights = is_noise ? 0 : (height - bounds.min.z) * params.inverse_scale_height;
+    const double heights = is_noise() ? 0 : (height - bounds.min.z) * params.inverse_scale_height;
     return static_cast<float>(std::exp(std::min(heights, 40.0)));
 }
 
@@ -372,14 +376,6 @@ void MediaSet::find_occupied()
     }
 }
 
-const char* MediaSet::value_name(int placed) const
-{
-    const GridLayout& plan = layout_of(placed);
-    if (plan.layout == Layout::bricks)
-        return plan.channels == 4 ? "bricks_rgb" : "bricks_scalar";
-    return plan.channels == 4 ? "dense_rgb" : "dense_scalar";
-}
-
 double MediaSet::detail() const
 {
     double least = std::numeric_limits<double>::infinity();
@@ -404,7 +400,7 @@ VoxelFrame MediaSet::voxel_frame() const
         if (!entry.is_marched())
             continue;
         double cells = 1;  // per unit of the medium's own space
-        if (entry.is_noise)
+        if (entry.is_noise())
             cells = std::pow(entry.noise.lacunarity, entry.noise.octaves - 1) /
                     entry.noise.feature_size;
         const glm::dvec3 extent = (entry.bounds.max - entry.bounds.min) * cells;
@@ -448,7 +444,7 @@ std::optional<glm::vec3> MediaSet::marched_color() const
 bool MediaSet::moves() const
 {
     return std::any_of(media_.begin(), media_.end(), [](const Entry& entry) {
-        return entry.is_noise && entry.noise.drift != glm::dvec3(0);
+        return entry.is_noise() && entry.noise.drift != glm::dvec3(0);
     });
 }
 
@@ -467,49 +463,32 @@ std::vector<Occupied> MediaSet::kept_boxes() const
 
 gl::Defines MediaSet::defines() const
 {
-    gl::Defines defines;
-    std::string media, emission;
-    unsigned grid_media = 0;
-    bool all_marched = true;
-    for (std::size_t m = 0; m < media_.size(); ++m) {
-        const Entry& entry = media_[m];
-        grid_media |= entry.is_box ? 0u : 1u << m;
-        all_marched &= entry.is_marched() || !entry.scatters();
-        const int k = entry.density >= 0 ? entry.density : static_cast<int>(m);
-        std::string value = entry.value;
-        if (entry.is_box && entry.density >= 0) {  // its grid goes on for a voxel past the faces
-            value = fmt::format("boxed_grid_{}", m);
-            defines.emplace_back(value + "(k, at)",
-                                 fmt::format("(inside_bounds(u_media.media[{}], at.p) ? {}(k, at) "
-                                             ": 0.0)",
-                                             m, value_name(entry.density)));
-        }
-        media += fmt::format("X({}, {}, {}, {}, {}, {}) ", m, value, entry.depth, k,
-                             entry.tint >= 0 ? value_name(entry.tint) : "white",
-                             std::max(entry.tint, 0));
-        if (is_zero(entry.params.emission))
-            continue;
-        const bool from_grid = entry.emission >= 0;
-        emission += fmt::format("X({}, {}, {}) ", m, from_grid ? value_name(entry.emission) : value,
-                                from_grid ? entry.emission : k);
+    std::vector<GridSource> grids;
+    for (std::size_t k = 0; k < placed_.size(); ++k) {
+        const GridLayout& plan = layout_of(static_cast<int>(k));
+        grids.push_back({plan.layout == Layout::bricks, plan.channels == 4});
     }
-    defines.insert(defines.end(), {{"FOR_EACH_MEDIUM(X)", media},
-                                   {"GRID_COUNT", fmt::format("{}", placed_.size())},
-                                   {"BRICK_COUNT", fmt::format("{}", traits_.bricked_grids)}});
-    if (traits_.emission)
-        defines.emplace_back("FOR_EACH_EMISSION(X)", emission);
-    if (traits_.colored_extinction)
-        defines.emplace_back("COLORED_EXTINCTION", "");
-    if (traits_.colored_density)
-        defines.emplace_back("COLORED_DENSITY", "");
-    defines.emplace_back("GRID_MEDIA", fmt::format("{:#x}u", grid_media));
-    if (all_marched)
-        defines.emplace_back("ALL_MARCHED", "");
-    if (traits_.mixed_g)
-        defines.emplace_back("MIXED_G", "");
-    if (traits_.isotropic)
-        defines.emplace_back("ISOTROPIC", "");
+    std::vector<MediumSource> media;
+    for (const Entry& entry : media_)
+        media.push_back({entry.profile, entry.depth, entry.is_box, entry.density,
+                         !is_zero(entry.params.emission), entry.emission, entry.tint});
+    gl::Defines defines{{"extinction_t", traits_.colored_extinction ? "vec3" : "float"},
+                        {"kGridCount", fmt::format("{}", placed_.size())}};
+    const auto add = [&](bool condition, const char* name) {
+        if (condition)
+            defines.emplace_back(name, "");
+    };
+    add(traits_.emission, "kEmission");
+    add(traits_.mixed_g, "kMixedG");
+    add(traits_.isotropic, "kIsotropic");
+    defines.add_file("written/media.glsl", write_media(grids, media, traits_.colored_extinction));
     return defines;
+}
+
+bool MediaSet::marched_alone() const
+{
+    return std::all_of(media_.begin(), media_.end(),
+                       [](const Entry& entry) { return entry.is_marched() || !entry.scatters(); });
 }
 
 void MediaSet::bind(glm::dvec3 eye)
@@ -541,7 +520,7 @@ void MediaSet::bind(glm::dvec3 eye)
         }
         out.bounds_min = glm::vec3(low);
         out.bounds_max = glm::vec3(high);
-        if (entry.is_noise && entry.density < 0) {
+        if (entry.is_noise() && entry.density < 0) {
             double frequency = 1.0 / entry.noise.feature_size;
             for (int i = 0; i < entry.noise.octaves; ++i) {
                 const glm::dvec3 q = (eye - time_ * entry.noise.drift) * frequency;
@@ -555,7 +534,7 @@ void MediaSet::bind(glm::dvec3 eye)
                 octave.frequency = static_cast<float>(frequency);
                 frequency *= entry.noise.lacunarity;
             }
-        } else if (entry.value == "exp_height") {
+        } else if (entry.profile == Profile::exp_height) {
             out.base_height = static_cast<float>(entry.height - eye.z);
         }
     }

@@ -10,6 +10,7 @@
 #include "gl/program.h"
 #include "gl/texture.h"
 #include "medium/grid_layout.h"
+#include "medium/media_source.h"
 #include "medium/occupancy.h"
 #include "shared/medium_params.h"
 #include <fumarole/bounds.h>
@@ -79,6 +80,9 @@ public:
     [[nodiscard]] VoxelFrame voxel_frame() const;
     /// The colour that all marched media's extinction has, its mean 1; nothing if they differ.
     [[nodiscard]] std::optional<glm::vec3> marched_color() const;
+    /// Whether those that scatter are all marched: a point that does is in the volume of their
+    /// optical depth.
+    [[nodiscard]] bool marched_alone() const;
     /// Whether a medium changes with the scene's time.
     [[nodiscard]] bool moves() const;
 
@@ -120,22 +124,22 @@ private:
         }
     };
     struct Entry {
-        std::string value;  ///< names of glsl/scene/media.glsl, or one that defines() makes
-        const char* depth = "";
+        MediumSource::Profile profile = MediumSource::Profile::grid;
+        MediumSource::Depth depth = MediumSource::Depth::none;
         int density = -1, emission = -1, tint = -1;  ///< into placed_
         glm::dmat4 bounds_from_world{1.0};
         Bounds bounds;        ///< in the space of bounds_from_world
         Bounds world_bounds;  ///< metres
         shared::MediumParams params{};
         bool is_box = false;  ///< with bounds in world space, whether it is read from a grid or not
-        bool is_noise = false;
         NoiseProfile noise;
         double height = 0;  ///< z0 of an exponential height profile [m]
 
         /// Of a box: metres within which its profile changes, and its largest coefficient.
         [[nodiscard]] double detail() const;
         [[nodiscard]] float thickest() const;
-        [[nodiscard]] bool is_marched() const { return std::string_view(depth) == "marched_depth"; }
+        [[nodiscard]] bool is_marched() const { return depth == MediumSource::Depth::marched; }
+        [[nodiscard]] bool is_noise() const { return profile == MediumSource::Profile::noise; }
         [[nodiscard]] bool scatters() const { return params.sigma_s != glm::vec3(0.0f); }
     };
 
@@ -147,7 +151,6 @@ private:
     void add(const BoxMedium& medium);
     [[nodiscard]] std::shared_ptr<const VoxelGrid> noise_grid(const Entry& box);
     void read_noise_from_grids(const SceneSettings& settings);
-    [[nodiscard]] const char* value_name(int placed) const;
     [[nodiscard]] const GridLayout& layout_of(int placed) const;
     [[nodiscard]] double box_detail(const Entry& box) const;
     [[nodiscard]] Occupied occupied_by(const Entry& box, float per_unit) const;

@@ -105,10 +105,9 @@ gl::Defines storage_defines(const FroxelPlan& plan)
 gl::Defines sampling_defines(const Toolbox& tools, const FrameSettings& s, const FroxelPlan& plan)
 {
     gl::Defines defines = tools.scattering_defines(s);
-    const gl::Defines storage = storage_defines(plan);
-    defines.insert(defines.end(), storage.begin(), storage.end());
+    defines += storage_defines(plan);
     if (s.range == Settings::Range::camera)
-        defines.emplace_back("CAMERA_RANGE", "");
+        defines.emplace_back("kCameraRange", "");
     return defines;
 }
 
@@ -116,7 +115,7 @@ gl::Defines scatter_defines(const Toolbox& tools, const FrameSettings& s, const 
 {
     gl::Defines defines = sampling_defines(tools, s, plan);
     if (s.froxel_shadows == Settings::FroxelShadows::grid)
-        defines.emplace_back("GRID_SHADOWS", "");
+        defines += {{"kGridShadows", "true"}, {"kDepthAtPoint", "false"}};
     return defines;
 }
 
@@ -229,9 +228,9 @@ void Froxels::scatter(const PreparedFrame& frame, View& view, HistoryUse use) co
         view.current = 1 - view.current;
     }
     if (has_history(use))
-        defines.emplace_back("HISTORY", "");
+        defines.emplace_back("kHistory", "");
     if (use == HistoryUse::still)
-        defines.emplace_back("HISTORY_STILL", "");
+        defines.emplace_back("kHistoryStill", "");
     bind_v_buffer(view);
     bind_image(gl, FROXEL_SOURCE_IMAGE, view.source.at(view.current), plan.source_format);
     bind_image(gl, FROXEL_EXTINCTION_IMAGE, view.extinction.at(view.current), plan.source_format);
@@ -244,7 +243,7 @@ void Froxels::integrate(const PreparedFrame& frame, const View& view) const
     const FroxelPlan& plan = view.plan;
     gl::Defines defines = storage_defines(plan);
     if (frame.settings.integration == Settings::Integration::wronski)
-        defines.emplace_back("WRONSKI", "");
+        defines.emplace_back("kWronski", "");
     view.source.at(view.current).bind(FROXEL_SOURCE_UNIT);
     view.extinction.at(view.current).bind(FROXEL_EXTINCTION_UNIT);
     bind_image(gl, INTEGRATED_SCATTERING_IMAGE, view.scattering, plan.format);
@@ -290,7 +289,7 @@ gl::Texture Froxels::sample_counts(const PreparedFrame& frame)
     bind_v_buffer(view);
     bind_image(gl, FROXEL_SOURCE_IMAGE, counts, GL_R32F);
     gl::Defines defines = scatter_defines(tools_, frame.settings, view.plan);
-    defines.emplace_back("COUNT_SAMPLES", "");
+    defines.emplace_back("kCountSamples", "");
     dispatch("pass/scatter.comp", defines, view.plan.count, kFroxelGroup);
     gl->MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);  // for who reads it back
     return counts;
@@ -300,7 +299,7 @@ void Froxels::show_samples(const PreparedFrame& frame, const gl::Texture& counts
 {
     write_block(frame, view_of(frame), 0);
     counts.bind(INSPECTED_UNIT);
-    tools_.draw_fullscreen("pass/inspect_froxels.frag", {{"SAMPLES", ""}});
+    tools_.draw_fullscreen("pass/inspect_froxels.frag", {{"kSamples", ""}});
 }
 
 void Froxels::show_slice(const PreparedFrame& frame)

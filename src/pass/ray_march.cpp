@@ -28,11 +28,11 @@ gl::Defines RayMarch::march_defines(const FrameSettings& s) const
         if (condition)
             defines.emplace_back(name, "");
     };
-    add(s.jitter == Settings::Jitter::blue, "BLUE_NOISE");
-    add(s.range == Settings::Range::camera, "CAMERA_RANGE");
-    add(tools_.monochrome(s), "MONOCHROME");
-    add(s.falloff == Settings::Falloff::exact, "EXACT_FALLOFF");
-    defines.emplace_back("LAYER_SCALE", fmt::format("{}", s.resolution));
+    add(s.jitter == Settings::Jitter::blue, "kBlueNoise");
+    add(s.range == Settings::Range::camera, "kCameraRange");
+    add(tools_.monochrome(s), "kMonochrome");
+    add(s.falloff == Settings::Falloff::exact, "kExactFalloff");
+    defines.emplace_back("kLayerScale", fmt::format("{}", s.resolution));
     return defines;
 }
 
@@ -78,9 +78,9 @@ void RayMarch::draw_layer_depth(const PreparedFrame& frame)
         tiles_.set(frame);
     }
     const auto time = tools_.timers.scope("layer depth");
-    gl::Defines defines{{"LAYER_SCALE", fmt::format("{}", frame.settings.resolution)}};
+    gl::Defines defines{{"kLayerScale", fmt::format("{}", frame.settings.resolution)}};
     if (frame.settings.layer_depth == Settings::LayerDepth::checkerboard)
-        defines.emplace_back("CHECKERBOARD", "");
+        defines.emplace_back("kCheckerboard", "");
     depth_framebuffer_.bind(size_);
     tiles_.draw_depth("pass/layer_depth.frag", defines);
     depth_.bind(LAYER_DEPTH_UNIT);
@@ -100,7 +100,7 @@ void RayMarch::draw(const PreparedFrame& frame)
         gl->ClearNamedFramebufferfv(framebuffer_.id(), GL_COLOR, 1, kAll.data());
     gl::Defines defines = march_defines(frame.settings);
     if (has_media_depth_)
-        defines.emplace_back("MEDIA_DEPTH", "");
+        defines.emplace_back("kMediaDepth", "");
     tiles_.draw_march(kMarch, defines);
 }
 
@@ -121,7 +121,7 @@ gl::Texture RayMarch::sample_counts(const PreparedFrame& frame)
     constexpr std::array<GLfloat, 4> kNone{};
     gl->ClearNamedFramebufferfv(framebuffer.id(), GL_COLOR, 0, kNone.data());
     gl::Defines defines = march_defines(frame.settings);
-    defines.emplace_back("COUNT_SAMPLES", "");
+    defines.emplace_back("kCountSamples", "");
     tiles_.draw_march(kMarch, defines);
     return counts;
 }
@@ -130,7 +130,7 @@ void RayMarch::show_samples(const PreparedFrame& frame, const gl::Texture& count
 {
     counts.bind(INSPECTED_UNIT);
     tools_.draw_fullscreen("pass/inspect_rays.frag",
-                           {{"LAYER_SCALE", fmt::format("{}", frame.settings.resolution)}});
+                           {{"kLayerScale", fmt::format("{}", frame.settings.resolution)}});
 }
 
 }  // namespace fumarole::pass

@@ -8,6 +8,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include "light_fields.h"
 #include "prepared_frame.h"
 
 namespace fumarole::pass {
@@ -200,10 +201,9 @@ void StepTiles::choose_steps(const View& view)
     const FrameSettings& s = view.frame.settings;
     std::vector<NearLight> lights;
     for (const Light& light : tools_.lights.lights())
-        if (const auto* point = std::get_if<PointLight>(&light))
-            lights.emplace_back(point->position, view.frame.host, view.frame.eye.near);
-    // A spot's beam has an edge where the medium has none.
-    const bool spaced = s.spacing == Settings::Spacing::medium && tools_.lights.spots() == 0;
+        if (const LightPosition place = position_of(light); !place.far)
+            lights.emplace_back(place.at, view.frame.host, view.frame.eye.near);
+    const bool spaced = s.spacing == Settings::Spacing::medium && !tools_.lights.has_edges();
     const bool suns_alone = tools_.lights.count() == tools_.lights.suns();
     const bool asked = spaced || suns_alone;  // or nothing comes of it
     if (asked)
@@ -270,7 +270,7 @@ void StepTiles::draw(const Tiles& tiles, int pixels, const char* fragment_file,
                      gl::Defines defines) const
 {
     const gl::Device& gl = tools_.device;
-    defines.emplace_back("TILE_PIXELS", fmt::format("{}", pixels));
+    defines.emplace_back("kTilePixels", fmt::format("{}", pixels));
     tiles.texture.bind(STEP_TILES_UNIT);
     gl->UseProgram(tools_.programs.get({"pass/tiles.vert", fragment_file}, defines).id());
     gl->BindVertexArray(tools_.fullscreen.id());
@@ -296,7 +296,9 @@ void StepTiles::draw_march(const char* fragment_file, gl::Defines defines) const
     for (const bool lit : {true, false})
         if (lit ? lit_ : shaded_) {
             gl::Defines variant = defines;
-            variant.emplace_back("LIT_TILES", lit ? "1" : "0");
+            variant += {{"kAllTiles", "false"}, {"kLitTiles", lit ? "true" : "false"}};
+            if (lit)  // surfaces are not asked
+                variant.emplace_back("kSurfaceShadows", "false");
             draw_tiles(fragment_file, std::move(variant));
         }
 }

@@ -29,7 +29,7 @@ public:
     /// over the pixels that see a medium. The framebuffer is bound; its viewport is changed.
     void draw_tiles(const char* fragment_file, gl::Defines defines) const;
     /// Likewise one that lights the media: where no surface hides a sun it is a variant that does
-    /// not ask, LIT_TILES 1, and 0 elsewhere.
+    /// not ask.
     void draw_march(const char* fragment_file, gl::Defines defines) const;
     void draw_depth(const char* fragment_file, gl::Defines defines) const;
     void draw_picture(const char* fragment_file, gl::Defines defines) const;

@@ -9,9 +9,9 @@ void look_up(const Toolbox& tools, const PreparedFrame& frame,
 {
     gl::Defines defines = froxels.storage;
     if (frame.settings.lookup == Settings::Lookup::tricubic)
-        defines.emplace_back("TRICUBIC", "");
+        defines.emplace_back("kTricubic", "");
     if (layer == Layer::transmittance)
-        defines.emplace_back("TRANSMITTANCE", "");
+        defines.emplace_back("kTransmittance", "");
     if (layer == Layer::both)
         defines.emplace_back("BOTH", "");
     froxels.scattering->bind(INTEGRATED_SCATTERING_UNIT);

@@ -76,14 +76,14 @@ void MarchHistory::add(const PreparedFrame& frame, const pass::MarchedLayer& mar
     gl::Defines defines;
     if (use_ == HistoryUse::moved)
         defines = tools_.scattering_defines(frame.settings);
-    defines.emplace_back("LAYER_SCALE", fmt::format("{}", frame.settings.resolution));
+    defines.emplace_back("kLayerScale", fmt::format("{}", frame.settings.resolution));
     const auto add_define = [&](bool condition, const char* name) {
         if (condition)
             defines.emplace_back(name, "");
     };
     add_define(view.shape.monochrome, "MONOCHROME");
-    add_define(pass::has_history(use_), "HISTORY");
-    add_define(use_ == HistoryUse::still, "HISTORY_STILL");
+    add_define(pass::has_history(use_), "kHistory");
+    add_define(use_ == HistoryUse::moved, "HISTORY_MOVED");
     const float weight = view.weight.next(use_, frame.settings.history);
     if (view.last)
         write_block(frame, view, weight);

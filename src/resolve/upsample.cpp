@@ -10,10 +10,10 @@ void upsample(const PreparedFrame& frame, const pass::MarchedLayer& marched, Lay
 {
     const FrameSettings& s = frame.settings;
     const bool small = s.upsample == Settings::Upsample::bilinear2x2;
-    gl::Defines defines{{"LAYER_SCALE", fmt::format("{}", s.resolution)},
-                        {"UPSAMPLE_TAPS", s.resolution == 1 ? "1" : (small ? "2" : "4")}};
+    gl::Defines defines{{"kLayerScale", fmt::format("{}", s.resolution)},
+                        {"kUpsampleTaps", s.resolution == 1 ? "1" : (small ? "2" : "4")}};
     if (s.upsample == Settings::Upsample::box4x4)
-        defines.emplace_back("BOX_2017", "");
+        defines.emplace_back("kBox2017", "");
     marched.depth->bind(LAYER_DEPTH_UNIT);
     (layer == Layer::transmittance ? marched.transmittance : marched.scattering)
         ->bind(SCATTERING_UNIT);

@@ -6,6 +6,7 @@
 #include <limits>
 #include <oneapi/tbb/parallel_for.h>
 
+#include "light_fields.h"
 #include "medium/media_set.h"
 
 namespace fumarole::study {
@@ -17,22 +18,16 @@ constexpr int kWaysAcross = 24;
 
 bool shines(const Light& light)
 {
-    const auto* sun = std::get_if<SunLight>(&light);
-    const auto* point = std::get_if<PointLight>(&light);
-    const glm::vec3 power = sun != nullptr     ? sun->irradiance
-                            : point != nullptr ? point->radiant_intensity
-                                               : std::get<SpotLight>(light).radiant_intensity;
-    return power != glm::vec3(0);
+    return power_of(light) != glm::vec3(0);
 }
 
 /// Where light comes from at p: a unit vector, and metres.
 std::pair<glm::dvec3, double> way_to(const Light& light, glm::dvec3 p)
 {
-    if (const auto* sun = std::get_if<SunLight>(&light))
-        return {sun->direction_to_light, std::numeric_limits<double>::infinity()};
-    const auto* point = std::get_if<PointLight>(&light);
-    const glm::dvec3 to =
-        (point != nullptr ? point->position : std::get<SpotLight>(light).position) - p;
+    const LightPosition place = position_of(light);
+    if (place.far)
+        return {place.at, std::numeric_limits<double>::infinity()};
+    const glm::dvec3 to = place.at - p;
     const double range = glm::length(to);
     return {range > 0 ? to / range : glm::dvec3(0, 0, 1), range};
 }

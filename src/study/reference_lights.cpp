@@ -3,24 +3,28 @@
 #include <algorithm>
 #include <cmath>
 
+#include "overloaded.h"
+
 namespace fumarole::study {
 
 ReferenceLight::ReferenceLight(const Light& light)
 {
-    if (const auto* sun = std::get_if<SunLight>(&light)) {
-        place_ = {true, glm::normalize(sun->direction_to_light)};
-        intensity_ = sun->irradiance;
-    } else if (const auto* point = std::get_if<PointLight>(&light)) {
-        place_ = {false, point->position};
-        intensity_ = point->radiant_intensity;
-    } else {
-        const auto& spot = std::get<SpotLight>(light);
-        place_ = {false, spot.position};
-        intensity_ = spot.radiant_intensity;
-        axis_ = glm::normalize(spot.direction);
-        edge_ = std::cos(glm::radians(spot.cone_deg) / 2);
-        inner_ = edge_ + (1 - edge_) * spot.blend;
-    }
+    std::visit(Overloaded{[&](const SunLight& sun) {
+                              place_ = {true, glm::normalize(sun.direction_to_light)};
+                              intensity_ = sun.irradiance;
+                          },
+                          [&](const PointLight& point) {
+                              place_ = {false, point.position};
+                              intensity_ = point.radiant_intensity;
+                          },
+                          [&](const SpotLight& spot) {
+                              place_ = {false, spot.position};
+                              intensity_ = spot.radiant_intensity;
+                              axis_ = glm::normalize(spot.direction);
+                              edge_ = std::cos(glm::radians(spot.cone_deg) / 2);
+                              inner_ = edge_ + (1 - edge_) * spot.blend;
+                          }},
+               light);
 }
 
 glm::dvec3 ReferenceLight::irradiance(glm::dvec3 p) const

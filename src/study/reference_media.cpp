@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "noise_gradient.h"
+#include "overloaded.h"
 #include "study/reference_quadrature.h"
 
 namespace fumarole::study {
@@ -110,12 +111,10 @@ double phase_henyey_greenstein(double cos_theta, double g)
 
 ReferenceMedia::ReferenceMedia(const Scene& scene, double tolerance) : time_{scene.time}
 {
-    for (const Medium& medium : scene.media) {
-        if (const auto* grid = std::get_if<GridMedium>(&medium))
-            add(*grid);
-        else
-            add(std::get<BoxMedium>(medium), tolerance);
-    }
+    for (const Medium& medium : scene.media)
+        std::visit(Overloaded{[&](const GridMedium& grid) { add(grid); },
+                              [&](const BoxMedium& box) { add(box, tolerance); }},
+                   medium);
 }
 
 ReferenceMedia::Field ReferenceMedia::place(const VoxelGrid& grid, const GridMedium& medium)

@@ -23,8 +23,8 @@ TexelRate::TexelRate(const gl::Device& device)
       framebuffer_{device, "texel rate"},
       fullscreen_{device, "texel rate"}, program_{device,
                                                   {"pass/fullscreen.vert", "study/texel_rate.frag"},
-                                                  {{"FETCHES", fmt::format("{}", kFetches)},
-                                                   {"TEXEL_PIXELS", fmt::format("{}", kPixels)}}}
+                                                  {{"kFetches", fmt::format("{}", kFetches)},
+                                                   {"kTexelPixels", fmt::format("{}", kPixels)}}}
 {
     const std::vector<float> ones(std::size_t{kEdge} * kEdge * kEdge, 1.0f);
     volume_.upload(GL_RED, GL_FLOAT, ones.data());

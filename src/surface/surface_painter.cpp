@@ -40,23 +40,20 @@ void SurfacePainter::draw(const Toolbox& tools, const SurfaceSet& surfaces,
 
     gl::Defines defines = tools.lights.defines();
     if (tools.lights.has_environment()) {
-        defines.emplace_back("ENVIRONMENT", "");
+        defines.emplace_back("kEnvironment", "");
         tools.lights.bind_environment();
     }
     tools.draw_fullscreen("pass/sky.frag", defines);
 
     if (tools.lights.has_environment())
         tools.lights.bind_irradiance();
-    const auto add = [&](const gl::Defines& more) {
-        defines.insert(defines.end(), more.begin(), more.end());
-    };
-    add(tools.volumes.surface_defines());
+    defines += tools.volumes.surface_defines();
     if (dimmed) {
-        add(tools.media.defines());
-        add(tools.volumes.defines());
+        defines += tools.media.defines();
+        defines += tools.volumes.defines();
         defines.emplace_back("THROUGH_MEDIA", "");
         if (tools.scene_settings.shadow_range == SceneSettings::ShadowRange::light)
-            defines.emplace_back("SHADOW_TO_LIGHT", "");
+            defines.emplace_back("kShadowToLight", "");
     }
     gl->Enable(GL_DEPTH_TEST);
     gl->DepthFunc(reversed ? GL_GREATER : GL_LESS);
@@ -65,7 +62,7 @@ void SurfacePainter::draw(const Toolbox& tools, const SurfaceSet& surfaces,
     for (const auto& instance : surfaces.instances()) {
         gl::Defines own = defines;
         if (!instance.closed)
-            own.emplace_back("TWO_SIDED", "");
+            own.emplace_back("kTwoSided", "");
         gl->UseProgram(tools.programs.get({"pass/surface.vert", "pass/surface.frag"}, own).id());
         shared::DrawParams params{};
         const glm::dmat4 eye_from_object =

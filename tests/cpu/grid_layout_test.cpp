@@ -13,12 +13,15 @@
 #include <random>
 #include <string>
 
+#include "shared/brick_page.h"
 #include <fumarole/errors.h>
 #include <fumarole/voxel_grid.h>
 
 namespace fumarole::medium {
 
 namespace {
+
+using shared::kPageBrick;
 
 constexpr std::size_t kBrickVoxels = VoxelGrid::kBrickVoxels;
 

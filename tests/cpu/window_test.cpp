@@ -11,6 +11,7 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
+#include "light_fields.h"
 #include "settings_input.h"
 #include "shell_words.h"
 #include "support/temp_folder.h"

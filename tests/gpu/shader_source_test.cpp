@@ -7,8 +7,10 @@
 #include <cstdio>
 #include <fmt/format.h>
 #include <set>
+#include <sstream>
 
 #include "gl/program.h"
+#include "light/light_source.h"
 #include "medium/media_set.h"
 #include "support/gl_test.h"
 #include "support/kernel.h"
@@ -108,7 +110,7 @@ std::vector<NamedMedia> all_media()
 
 Defines operator+(Defines a, const Defines& b)
 {
-    a.insert(a.end(), b.begin(), b.end());
+    a += b;
     return a;
 }
 
@@ -124,13 +126,17 @@ Defines flags(unsigned set, std::initializer_list<const char*> names)
     return defines;
 }
 
-/// Counts of lights, with and without surfaces that throw shadows.
-const std::array kLights{
-    Defines{{"SUN_COUNT", "0"}, {"POINT_COUNT", "0"}, {"SPOT_COUNT", "0"}},
-    Defines{{"SUN_COUNT", "1"}, {"POINT_COUNT", "0"}, {"SPOT_COUNT", "0"}},
-    Defines{{"SUN_COUNT", "0"}, {"POINT_COUNT", "1"}, {"SPOT_COUNT", "0"}, {"SURFACE_SHADOWS", ""}},
-    Defines{
-        {"SUN_COUNT", "2"}, {"POINT_COUNT", "3"}, {"SPOT_COUNT", "4"}, {"SURFACE_SHADOWS", ""}}};
+/// Of some lights, with and without surfaces that throw shadows.
+Defines lights(int suns, int points, int spots, bool shadows)
+{
+    std::vector<Light> all(static_cast<std::size_t>(suns), SunLight{});
+    all.insert(all.end(), static_cast<std::size_t>(points), PointLight{});
+    all.insert(all.end(), static_cast<std::size_t>(spots), SpotLight{});
+    return light::write_lights(all) + flags(shadows ? 1 : 0, {"kSurfaceShadows"});
+}
+
+const std::array kLights{lights(0, 0, 0, false), lights(1, 0, 0, false), lights(0, 1, 0, true),
+                         lights(2, 3, 4, true)};
 
 /// Writes variants into a folder and has all of them validated in one call.
 class Variants {
@@ -147,29 +153,12 @@ public:
     [[nodiscard]] std::size_t count() const { return texts_.size(); }
     [[nodiscard]] const std::set<std::string>& files() const { return files_; }
 
-    /// @returns what the validator says and its exit code.
     [[nodiscard]] std::pair<std::string, int> validate() const
     {
-        const std::string command = fmt::format(
-            "cd '{}' && glslangValidator *.frag *.vert *.comp 2>&1 | grep -v '^[0-9]*[.]'; "
-            "exit ${{PIPESTATUS[0]}}",
-            folder_.path().string());
-        FILE* pipe = popen(fmt::format("bash -c \"{}\"", escaped(command)).c_str(), "r");
-        std::string output;
-        std::array<char, 4096> part{};
-        while (std::fgets(part.data(), part.size(), pipe) != nullptr)
-            output += part.data();
-        return {output, pclose(pipe)};
+        return validate_shaders(folder_.path());
     }
 
 private:
-    static std::string escaped(const std::string& text)
-    {
-        std::string out;
-        for (const char c : text)
-            out += c == '$' ? std::string("\\$") : std::string(1, c);
-        return out;
-    }
     TempFolder folder_;
     std::set<std::string> texts_, files_;
 };
@@ -183,68 +172,69 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     Variants variants;
     variants.add("pass/fullscreen.vert", {});
     variants.add("pass/accumulate.frag", {});
-    for (const Defines& compared : {Defines{}, Defines{{"SPLIT", ""}}, Defines{{"DIFFERENCE", ""}}})
+    for (const Defines& compared :
+         {Defines{}, Defines{{"kSplit", ""}}, Defines{{"kDifference", ""}}})
         variants.add("pass/display.frag", compared);
-    variants.add("pass/tiles.vert", {{"TILE_PIXELS", "8"}});
+    variants.add("pass/tiles.vert", {{"kTilePixels", "8"}});
+    for (const char* lit : {"true", "false"})
+        variants.add("pass/tiles.vert", {{"kAllTiles", "false"}, {"kLitTiles", lit}});
     variants.add("pass/surface.vert", {});
-    variants.add("study/texel_rate.frag", {{"FETCHES", "64"}, {"TEXEL_PIXELS", "512"}});
+    variants.add("study/texel_rate.frag", {{"kFetches", "64"}, {"kTexelPixels", "512"}});
     variants.add("light/shadow_map.frag", {});
     variants.add("pass/sky.frag", {});
-    variants.add("pass/sky.frag", {{"ENVIRONMENT", ""}});
+    variants.add("pass/sky.frag", {{"kEnvironment", ""}});
     for (const char* scale : {"1", "2", "4"}) {
-        const Defines at_scale{{"LAYER_SCALE", scale}};
+        const Defines at_scale{{"kLayerScale", scale}};
         for (unsigned set = 0; set < 2; ++set)
-            variants.add("pass/layer_depth.frag", at_scale + flags(set, {"CHECKERBOARD"}));
+            variants.add("pass/layer_depth.frag", at_scale + flags(set, {"kCheckerboard"}));
         variants.add("pass/inspect_rays.frag", at_scale);
-        for (const unsigned history : {0u, 3u})
-            for (unsigned set = 0; set < 2; ++set)
-                variants.add("pass/march_history.frag",
-                             at_scale + flags(set, {"MONOCHROME"}) +
-                                 flags(history, {"HISTORY", "HISTORY_STILL"}));
+        for (unsigned set = 0; set < 4; ++set)
+            variants.add("pass/march_history.frag",
+                         at_scale + flags(set, {"MONOCHROME", "kHistory"}));
         for (const char* taps : {"1", "2", "4"})
             for (unsigned set = 0; set < 2; ++set)
                 for (const Defines& targets : {Defines{}, Defines{{"BOTH", ""}}})
                     variants.add("resolve/upsample.frag", at_scale + targets +
-                                                              Defines{{"UPSAMPLE_TAPS", taps}} +
-                                                              flags(set, {"BOX_2017"}));
+                                                              Defines{{"kUpsampleTaps", taps}} +
+                                                              flags(set, {"kBox2017"}));
     }
     for (const char* file : {"box.vert", "box.frag", "color.frag", "depth.frag", "dim.frag",
                              "extent.frag", "froxels.frag"})
         variants.add(fmt::format("pass/inspect_{}", file), {});
-    variants.add("pass/inspect_froxels.frag", {{"SAMPLES", ""}});
+    variants.add("pass/inspect_froxels.frag", {{"kSamples", ""}});
     for (const Defines& lights : kLights)
         for (unsigned set = 0; set < 4; ++set)
-            variants.add("pass/surface.frag", lights + flags(set, {"ENVIRONMENT", "TWO_SIDED"}) +
-                                                  flags(set, {"WORLD_IRRADIANCE"}));
+            variants.add("pass/surface.frag", lights + flags(set, {"kEnvironment", "kTwoSided"}) +
+                                                  flags(set, {"kWorldIrradiance"}));
 
     const auto volumes = [&](const Defines& media, unsigned set) {
         const Defines stored = flags(set, {"VOLUME_RGB"});
         variants.add("light/extinction.comp", media + kLights[0] + stored);
         variants.add("light/depth.comp", media + kLights[0] + stored);
         for (const char* bands : {"1", "3", "4"}) {
-            const Defines of_bands = media + kLights[0] + stored + Defines{{"BANDS", bands}};
+            const Defines of_bands = media + kLights[0] + stored + Defines{{"kBands", bands}};
             variants.add("light/world.comp",
-                         of_bands + flags(set >> 1, {"WORLD_SHADOWS", "MARCHED", "CLEAR"}));
+                         of_bands + flags(set >> 1, {"kWorldShadows", "kMarched", "kClear"}));
             variants.add("light/world_view.comp", of_bands);
         }
     };
 
     for (unsigned set = 0; set < 4; ++set)
-        variants.add("pass/integrate.comp", flags(set, {"EXTINCTION_IN_ALPHA", "WRONSKI"}));
+        variants.add("pass/integrate.comp", flags(set, {"EXTINCTION_IN_ALPHA", "kWronski"}));
     for (unsigned set = 0; set < 8; ++set)
-        variants.add("resolve/froxels.frag", flags(set, {"EXTINCTION_IN_ALPHA", "TRICUBIC",
-                                                         set >= 4 ? "TRANSMITTANCE" : "BOTH"}));
+        variants.add("resolve/froxels.frag", flags(set, {"EXTINCTION_IN_ALPHA", "kTricubic",
+                                                         set >= 4 ? "kTransmittance" : "BOTH"}));
 
     // The froxels that sample: as the march below, with what is theirs alone.
     const auto froxels = [&](const Defines& media, const Defines& lights, unsigned set) {
         const Defines sampling =
-            flags(set, {"VOLUME_SHADOWS", "WORLD_LIGHT", "EXTINCTION_IN_ALPHA", "CAMERA_RANGE",
-                        "SHADOW_TO_LIGHT", "LEAST_EXTINCTION"}) +
-            flags(set >> 3, {"WORLD_VOLUME", "DEPTH_VOLUME"});
+            flags(set, {"kVolumeShadows", "kWorldLight", "EXTINCTION_IN_ALPHA", "kCameraRange",
+                        "kShadowToLight", "kLeastExtinction"}) +
+            flags(set >> 3, {"kWorldVolume", "kDepthVolume"});
         variants.add("pass/v_buffer.comp", media + lights + sampling);
         variants.add("pass/scatter.comp", media + lights + sampling +
-                                              flags(set >> 6, {"GRID_SHADOWS", "HISTORY",
-                                                               "HISTORY_STILL", "COUNT_SAMPLES"}));
+                                              flags(set >> 6, {"kGridShadows", "kHistory",
+                                                               "kHistoryStill", "kCountSamples"}));
     };
     constexpr unsigned kFroxelSets = 1u << 10;
 
@@ -252,14 +242,14 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     const auto march = [&](const Defines& media, const Defines& lights, unsigned set) {
         variants.add("pass/ray_march.frag",
                      media + lights +
-                         flags(set, {"BLUE_NOISE", "VOLUME_SHADOWS", "WORLD_LIGHT", "CAMERA_RANGE",
-                                     "SHADOW_TO_LIGHT", "LEAST_EXTINCTION", "MONOCHROME",
-                                     "COUNT_SAMPLES", "DEPTH_VOLUME", "WORLD_VOLUME"}) +
-                         flags(set ^ set >> 3, {"EXACT_FALLOFF", "MEDIA_DEPTH"}) +
-                         Defines{{"LAYER_SCALE", "2"}});
+                         flags(set, {"kBlueNoise", "kVolumeShadows", "kWorldLight", "kCameraRange",
+                                     "kShadowToLight", "kLeastExtinction", "kMonochrome",
+                                     "kCountSamples", "kDepthVolume", "kWorldVolume"}) +
+                         flags(set ^ set >> 3, {"kExactFalloff", "kMediaDepth", "kDepthAtPoint"}) +
+                         Defines{{"kLayerScale", "2"}});
         variants.add("pass/march_history.frag",
-                     media + lights + flags(set, {"WORLD_LIGHT", "MONOCHROME", "VOLUME_SHADOWS"}) +
-                         Defines{{"LAYER_SCALE", "2"}, {"HISTORY", ""}});
+                     media + lights + flags(set, {"kWorldLight", "MONOCHROME", "kVolumeShadows"}) +
+                         Defines{{"kLayerScale", "2"}, {"kHistory", ""}, {"HISTORY_MOVED", ""}});
     };
     constexpr unsigned kDefault = 0b1100000111, kSets = 1u << 10;
     medium::MediaSet media(gl());
@@ -285,8 +275,8 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         for (unsigned set = 0; set < 4; ++set)
             variants.add("pass/surface.frag",
                          kLights[1 + (i + set) % 3] + of_media + Defines{{"THROUGH_MEDIA", ""}} +
-                             flags(set, {"SHADOW_TO_LIGHT", "ENVIRONMENT"}) +
-                             flags(set >> 1, {"DEPTH_VOLUME"}) + flags(set, {"WORLD_IRRADIANCE"}));
+                             flags(set, {"kShadowToLight", "kEnvironment"}) +
+                             flags(set >> 1, {"kDepthVolume"}) + flags(set, {"kWorldIrradiance"}));
         // Three numbers are stored where extinction has a colour.
         const bool colored = media.traits().colored_extinction;
         for (unsigned set = 0; set < 16; ++set)
@@ -364,10 +354,65 @@ TEST_F(ShaderErrors, CompileErrorsNameOurFileAndLine)
 
     // A march without its media stops at the #error that says so.
     const std::string march = error_of([] {
-        gl::Program(gl(), {"pass/fullscreen.vert", "pass/ray_march.frag"}, {{"LAYER_SCALE", "2"}});
+        gl::Program(gl(), {"pass/fullscreen.vert", "pass/ray_march.frag"}, {{"kLayerScale", "2"}});
     });
     EXPECT_NE(march.find("glsl/scene/media.glsl:"), std::string::npos) << march;
     EXPECT_NE(march.find("this file needs the scene's media"), std::string::npos) << march;
+    EXPECT_NE(march.find("written/lights.glsl is written for a scene"), std::string::npos) << march;
+}
+
+// What C++ writes is in no file that a reader could open: a message quotes its line.
+TEST_F(ShaderErrors, ALineThatIsWrittenForASceneIsQuoted)
+{
+    const std::string error = error_of([] {
+        gl::Defines scene;
+        scene.add_file("written/media.glsl", "int sound;\nfloat medium_7 = nonsense;\n");
+        Kernel(gl(), "#include \"written/media.glsl\"\nvoid kernel(int i) {}\n", 1, 1, scene);
+    });
+    EXPECT_NE(error.find("glsl/written/media.glsl:2("), std::string::npos) << error;
+    EXPECT_NE(error.find("glsl/written/media.glsl:2: float medium_7 = nonsense;"),
+              std::string::npos)
+        << error;
+}
+
+TEST(ShaderText, GivesConstantsTheVariantsValues)
+{
+    const std::string_view text = "const bool kExactFalloff = false;  // why\n"
+                                  "const int kLayerScale = 1;\nconst float kPi = 3.0;\n";
+    const auto expanded = [&](const gl::Defines& variant) {
+        return gl::expand_text("mine", text, variant).text;
+    };
+    EXPECT_EQ(expanded({}), "#version 450 core\n" + std::string(text));
+    gl::Defines variant{{"kExactFalloff", ""}, {"kLayerScale", "4"}};
+    EXPECT_EQ(expanded(variant), "#version 450 core\nconst bool kExactFalloff = true;  // why\n"
+                                 "const int kLayerScale = 4;\nconst float kPi = 3.0;\n");
+    variant += {{"kExactFalloff", "false"}};  // the last one counts
+    EXPECT_NE(expanded(variant).find("kExactFalloff = false"), std::string::npos);
+    try {
+        gl::expand_text("mine", text, {{"kNoSuchThing", ""}});
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_STREQ(error.what(), "no file of glsl/ declares a constant kNoSuchThing");
+    }
+}
+
+// With all that it includes. Macros of glsl/shared are numbers of C++ too.
+TEST(ShaderText, AnEntryHasFewMacrosAndConditionals)
+{
+    for (const auto& [file, text] : gl::shader_files()) {
+        if (!file.starts_with("pass/") && !file.starts_with("resolve/"))
+            continue;
+        const gl::ExpandedSource source = gl::expand_shader(file, {});
+        int conditionals = 0, macros = 0;
+        std::istringstream lines(source.text);
+        std::string line;
+        for (std::size_t i = 0; std::getline(lines, line); ++i) {
+            conditionals += line.starts_with("#if") || line.starts_with("#elif");
+            macros += line.starts_with("#define") && !source.origin[i].first.starts_with("shared/");
+        }
+        EXPECT_LE(conditionals, 12) << file;
+        EXPECT_LE(macros, 10) << file;
+    }
 }
 
 TEST_F(ShaderErrors, LinkErrorsNameTheFile)

@@ -1,9 +1,40 @@
 #include "support/gl_test.h"
 
+#include <array>
+#include <cstdio>
 #include <cstdlib>
+#include <filesystem>
+#include <fmt/format.h>
+#include <fstream>
 #include <string_view>
 
+#include "support/temp_folder.h"
+
 namespace fumarole::test {
+
+std::pair<std::string, int> validate_shaders(const std::filesystem::path& folder)
+{
+    std::string names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        if (const auto type = entry.path().extension();
+            type == ".frag" || type == ".vert" || type == ".comp")
+            names += entry.path().filename().string() + "\n";
+    std::ofstream(folder / "names") << names;
+    const bool there = std::system("glslangValidator --version > /dev/null 2>&1") == 0;
+    if (names.empty() || !there)
+        return {"", 0};
+    // Said of each file: its name, and then what is wrong with it.
+    const std::string command =
+        fmt::format("cd '{}' && xargs -a names glslangValidator 2>&1", folder.string());
+    FILE* pipe = popen(command.c_str(), "r");
+    std::string said;
+    std::array<char, 4096> part{};
+    while (std::fgets(part.data(), part.size(), pipe) != nullptr)
+        if (const std::string_view line(part.data());
+            !line.ends_with(".frag\n") && !line.ends_with(".vert\n") && !line.ends_with(".comp\n"))
+            said += line;
+    return {said, pclose(pipe)};
+}
 
 namespace {
 
@@ -27,14 +58,25 @@ void GLAD_API_PTR on_message(GLenum, GLenum type, GLuint, GLenum, GLsizei length
         shared().errors.emplace_back(text, static_cast<std::size_t>(length));
 }
 
-/// Frees GL objects while their context still lives.
+/// Frees GL objects while their context still lives, and has every shader that was compiled
+/// validated: glslangValidator minds the specification where drivers are lenient.
 class Environment : public testing::Environment {
+    void SetUp() override
+    {
+        if (std::getenv("FUMAROLE_SHADERS") == nullptr)
+            setenv("FUMAROLE_SHADERS", shaders_.path().c_str(), 1);
+    }
+
     void TearDown() override
     {
         shared().renderer.reset();
         shared().device.reset();
         shared().context.reset();
+        const auto [said, code] = validate_shaders(std::getenv("FUMAROLE_SHADERS"));
+        EXPECT_EQ(code, 0) << said.substr(0, 4000);
     }
+
+    TempFolder shaders_;
 };
 
 const auto* const g_environment = testing::AddGlobalTestEnvironment(new Environment);

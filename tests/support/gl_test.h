@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -27,6 +28,10 @@ protected:
                         StillReport* report = nullptr);
     static SceneRenderer& scene_renderer();
 };
+
+/// Has glslangValidator check all shaders in a folder. @returns what it says and its exit code; a
+/// machine without it says nothing.
+std::pair<std::string, int> validate_shaders(const std::filesystem::path& folder);
 
 /// RGB of one pixel, rows from the top.
 glm::vec3 pixel(const std::vector<float>& rgb, int width, int x, int y);

@@ -25,9 +25,9 @@ void DisplayPass::draw(const DisplayRequest& request)
 {
     gl::Defines defines;
     if (request.comparison == Comparison::split)
-        defines.emplace_back("SPLIT", "");
+        defines.emplace_back("kSplit", "");
     if (request.comparison == Comparison::difference)
-        defines.emplace_back("DIFFERENCE", "");
+        defines.emplace_back("kDifference", "");
     shared::DisplayParams params{};
     params.lower_left = glm::vec2(request.lower_left);
     params.size = glm::vec2(request.size);

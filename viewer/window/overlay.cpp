@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
+#include "light_fields.h"
 #include "study/false_color.h"
 #include "window/scene_handles.h"
 

@@ -7,6 +7,7 @@
 #include <imgui.h>
 #include <imgui_stdlib.h>
 
+#include "light_fields.h"
 #include "window/controls.h"
 #include "window/keys.h"
 #include "window/scene_handles.h"
@@ -146,36 +147,49 @@ bool direction_controls(glm::dvec3& direction, const glm::dvec3& first, const ch
     return changed;
 }
 
+/// A control for each field of a light, and of the light that its resets go back to.
+struct LightControls {
+    bool changed = false;
+
+    static ControlText text_of(const LightField& field)
+    {
+        return {field.label, field.sign, "", field.help};
+    }
+    void to_light(const LightField& field, glm::dvec3& d, const glm::dvec3& first)
+    {
+        changed |= direction_controls(d, first, field.help);
+    }
+    void axis(const LightField& field, glm::dvec3& d, const glm::dvec3& first)
+    {
+        changed |= direction_controls(d, first, field.help);
+    }
+    void position(const LightField& field, glm::dvec3& p, const glm::dvec3& first)
+    {
+        changed |= triple_control(text_of(field), p, -1e9, first);
+    }
+    void number(const LightField& field, double& value, double first)
+    {
+        const double inset = field.open ? 1 : 0;
+        changed |=
+            number_control(text_of(field), value, field.min + inset, field.max - inset, first);
+    }
+    void power(const LightField& field, glm::vec3& value, const glm::vec3& first)
+    {
+        changed |= triple_control(text_of(field), value, 0, first);
+    }
+};
+
 bool light_controls(Light& light, const Light& was)
 {
-    if (auto* sun = std::get_if<SunLight>(&light)) {
-        const auto& first = std::get<SunLight>(was);
-        bool changed = direction_controls(sun->direction_to_light, first.direction_to_light,
-                                          "where the sun stands");
-        changed |= triple_control({"irradiance", "W/m2", "", "on a plane that faces it"},
-                                  sun->irradiance, 0, first.irradiance);
-        return changed;
-    }
-    if (auto* spot = std::get_if<SpotLight>(&light)) {
-        const auto& first = std::get<SpotLight>(was);
-        bool changed = triple_control({"position", "m", "", "in the world"}, spot->position, -1e9,
-                                      first.position);
-        changed |= direction_controls(spot->direction, first.direction, "where it shines");
-        changed |= number_control({"cone", "deg", "", "full opening angle"}, spot->cone_deg, 1, 179,
-                                  first.cone_deg);
-        changed |= number_control({"blend", "", "", "share of the cone that fades"}, spot->blend, 0,
-                                  1, first.blend);
-        changed |= triple_control({"intensity", "W/sr", "", "on the axis"}, spot->radiant_intensity,
-                                  0, first.radiant_intensity);
-        return changed;
-    }
-    auto& point = std::get<PointLight>(light);
-    const auto& first = std::get<PointLight>(was);
-    bool changed =
-        triple_control({"position", "m", "", "in the world"}, point.position, -1e9, first.position);
-    changed |= triple_control({"intensity", "W/sr", "", "to all sides"}, point.radiant_intensity, 0,
-                              first.radiant_intensity);
-    return changed;
+    LightControls controls;
+    std::visit(
+        [&](auto& one) {
+            using Type = std::remove_reference_t<decltype(one)>;
+            const Type first = std::get<Type>(was);
+            visit_fields(controls, one, first);
+        },
+        light);
+    return controls.changed;
 }
 
 bool draw_lights(ViewState& state, Scene& scene, const Scene& first)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "light_fields.h"
 #include "window/camera_control.h"
 
 namespace fumarole::window {
@@ -57,11 +58,8 @@ struct Dome {
 
 glm::dvec3 position_of(const Light& light, const Dome& dome)
 {
-    if (const auto* sun = std::get_if<SunLight>(&light))
-        return dome.center + sun->direction_to_light * dome.radius;
-    if (const auto* spot = std::get_if<SpotLight>(&light))
-        return spot->position;
-    return std::get<PointLight>(light).position;
+    const LightPosition place = fumarole::position_of(light);
+    return place.far ? dome.center + place.at * dome.radius : place.at;
 }
 
 /// The point of the sphere under a place of the picture, of two the one that is nearer to `like`;
@@ -90,14 +88,13 @@ glm::dvec3 on_dome(const Dome& dome, const Camera& camera, glm::dvec2 place, dou
 Bounds subject_of(const Scene& scene)
 {
     Bounds grids, boxes, surfaces;
-    for (const Medium& medium : scene.media) {
-        if (const auto* grid = std::get_if<GridMedium>(&medium)) {
-            grids.add(of_grid(*grid));
-        } else {
-            boxes.add(std::get<BoxMedium>(medium).min);
-            boxes.add(std::get<BoxMedium>(medium).max);
-        }
-    }
+    for (const Medium& medium : scene.media)
+        std::visit(Overloaded{[&](const GridMedium& grid) { grids.add(of_grid(grid)); },
+                              [&](const BoxMedium& box) {
+                                  boxes.add(box.min);
+                                  boxes.add(box.max);
+                              }},
+                   medium);
     for (const Surface& surface : scene.surfaces)
         surfaces.add(of_surface(surface));
     return !grids.empty() ? grids : !boxes.empty() ? boxes : surfaces;
@@ -130,32 +127,18 @@ Light dragged(const Scene& scene, const Light& light, glm::dvec2 to, double aspe
 {
     const Dome dome(scene, aspect);
     const Camera& camera = scene.camera;
-    if (const auto* sun = std::get_if<SunLight>(&light)) {
-        SunLight turned = *sun;
-        turned.direction_to_light = on_dome(dome, camera, to, aspect, sun->direction_to_light);
-        return turned;
+    Light moved = light;
+    if (const LightPosition place = fumarole::position_of(light); place.far) {
+        move_to(moved, on_dome(dome, camera, to, aspect, place.at));
+        return moved;
     }
     const glm::dvec3 from = position_of(light, dome);
     const Projected there = project(camera, from, aspect);
     const double height = metres_per_pixel(camera, there.view_z, 1);
     const glm::dvec2 by = (to - there.at) * glm::dvec2(aspect, -1) * height;
     const glm::dmat3 axes = axes_of(camera);
-    const glm::dvec3 position = from + axes[0] * by.x + axes[1] * by.y;
-    if (const auto* spot = std::get_if<SpotLight>(&light)) {
-        SpotLight moved = *spot;
-        moved.position = position;
-        return moved;
-    }
-    PointLight moved = std::get<PointLight>(light);
-    moved.position = position;
+    move_to(moved, from + axes[0] * by.x + axes[1] * by.y);
     return moved;
-}
-
-const char* light_name(const Light& light)
-{
-    if (std::holds_alternative<SunLight>(light))
-        return "sun";
-    return std::holds_alternative<PointLight>(light) ? "point" : "spot";
 }
 
 }  // namespace fumarole::window

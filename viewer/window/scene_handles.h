@@ -27,7 +27,4 @@ std::optional<std::size_t> handle_at(const std::vector<LightHandle>& handles, gl
 /// picture at their depth.
 Light dragged(const Scene& scene, const Light& light, glm::dvec2 to, double aspect);
 
-/// A light's kind in a word.
-const char* light_name(const Light& light);
-
 }  // namespace fumarole::window
