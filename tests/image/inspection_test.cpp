@@ -405,7 +405,7 @@ TEST_F(Inspect, RefusesWhatCannotBeShown)
         return "nothing was refused";
     };
     EXPECT_EQ(message({.kind = Kind::froxel_slice}),
-              "froxel-slice: a ray march has no froxels; use --mode froxel");
+              "froxel-slice: a ray march has no froxels; use FrameSettings::mode froxel");
     EXPECT_EQ(message({.kind = Kind::density_slice, .axis = 3}),
               "a slice's axis is 0, 1 or 2, and not 3");
     EXPECT_EQ(message({.kind = Kind::density_slice, .position = 1.5}),
