@@ -66,11 +66,13 @@ SettingInfo number(std::string_view name, std::string_view group, std::string_vi
 }
 
 /// A setting of named values, or an integer that has names.
+/// @param member_called the member's name where it is not the command line's
 template <class T, typename V>
 SettingInfo choice(std::string_view name, std::string_view group, std::string_view values,
-                   V T::*member, std::vector<Choice> choices, std::string_view help)
+                   V T::*member, std::vector<Choice> choices, std::string_view help,
+                   std::string_view member_called = {})
 {
-    const std::string full_name = member_name(name, member);
+    const std::string full_name = member_name(member_called.empty() ? name : member_called, member);
     return {name,
             group,
             values,
@@ -121,13 +123,6 @@ SettingInfo automatic(std::string_view name, std::string_view values, std::strin
             }};
 }
 
-/// A row whose member has another name than the command line's.
-SettingInfo called(SettingInfo row, std::string member)
-{
-    row.member = std::move(member);
-    return row;
-}
-
 template <typename T> constexpr int as_int(T value)
 {
     return static_cast<int>(value);
@@ -159,11 +154,10 @@ std::vector<SettingInfo> make_table()
                "no steps where bricks hold nothing, no pass where no medium is in view"),
         number("early-end", "march", "0..0.5", "", &S::early_end, 0.0f, 0.5f,
                "a ray ends once less than this is transmitted"),
-        called(
-            choice("step-spacing", "march", "fixed|medium", &S::spacing,
-                   {{"fixed", as_int(S::Spacing::fixed)}, {"medium", as_int(S::Spacing::medium)}},
-                   "steps as they are, or two and four in one where little medium is in the way"),
-            "FrameSettings::spacing"),
+        choice("step-spacing", "march", "fixed|medium", &S::spacing,
+               {{"fixed", as_int(S::Spacing::fixed)}, {"medium", as_int(S::Spacing::medium)}},
+               "steps as they are, or two and four in one where little medium is in the way",
+               "spacing"),
         choice("falloff", "march", "exact|sampled", &S::falloff,
                {{"exact", as_int(S::Falloff::exact)}, {"sampled", as_int(S::Falloff::sampled)}},
                "light along a step: the mean of 1/d^2, and where it counts, or that at the step's "
@@ -212,12 +206,11 @@ std::vector<SettingInfo> make_table()
                 {"two", as_int(S::Targets::two)},
                 {"mono", as_int(S::Targets::mono)}},
                "coloured transmittance in a target of its own, or its mean beside the scattering"),
-        called(choice("target-format", "resolve", "r11g11b10f|rgba16f|rgba32f", &S::format,
-                      {{"r11g11b10f", as_int(S::Format::r11g11b10f)},
-                       {"rgba16f", as_int(S::Format::rgba16f)},
-                       {"rgba32f", as_int(S::Format::rgba32f)}},
-                      "of the layer's targets, and of the froxels' volumes"),
-               "FrameSettings::format"),
+        choice("target-format", "resolve", "r11g11b10f|rgba16f|rgba32f", &S::format,
+               {{"r11g11b10f", as_int(S::Format::r11g11b10f)},
+                {"rgba16f", as_int(S::Format::rgba16f)},
+                {"rgba32f", as_int(S::Format::rgba32f)}},
+               "of the layer's targets, and of the froxels' volumes", "format"),
         number("tile", "froxel", "1..64", "pixels", &S::tile, 1, 64, "edge of a froxel"),
         number("slices", "froxel", "1..1024", "", &S::slices, 1, 1024,
                "froxels along the whole range of view depth"),
