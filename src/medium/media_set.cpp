@@ -139,11 +139,13 @@ void MediaSet::add(const GridMedium& medium, const SceneSettings& settings)
         glm::scale(glm::translate(glm::dmat4(1.0), medium.translate), glm::dvec3(medium.scale));
 
     Entry entry;
-    entry.params = coefficients(medium.sigma_s_per_density, medium.sigma_a_per_density,
-                                medium.emission_per_unit, medium.g);
+    // A flame that is empty, or not there, must not set the smoke on fire.
+    const glm::vec3 emission = glows ? medium.emission_per_unit : glm::vec3(0);
+    entry.params =
+        coefficients(medium.sigma_s_per_density, medium.sigma_a_per_density, emission, medium.g);
     // A medium that only glows is given its flame for a density, with coefficients of 0.
     if (!dims)
-        entry.params = coefficients(glm::vec3(0), glm::vec3(0), medium.emission_per_unit, 0);
+        entry.params = coefficients(glm::vec3(0), glm::vec3(0), emission, 0);
     const auto& main = dims ? medium.density : medium.emission;
     entry.density = place(main, world_from_grid, settings);
     if (glows)

@@ -149,7 +149,7 @@ void ReferenceMedia::add(const GridMedium& medium)
     if (entry.dims() && medium.density != nullptr && !medium.density->empty()) {
         entry.density = place(*medium.density, medium);
         entry.bounds.add(entry.density->world_bounds);
-        if (medium.color != nullptr)
+        if (medium.color != nullptr && !medium.color->empty())
             entry.tint = place(*medium.color, medium);
     } else {
         entry.sigma_s = entry.sigma_t = glm::dvec3(0);
