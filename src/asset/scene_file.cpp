@@ -94,17 +94,20 @@ Camera read_camera(JsonObject& object, const Camera* before)
     object.need("position", kCoordinate, camera.position);
     object.need("look_at", kCoordinate, camera.look_at);
     object.read("up", kDirection, camera.up);
-    if (before == nullptr)
-        object.need("vfov_deg", kAngle, camera.vfov_deg);
-    else
-        object.read("vfov_deg", kAngle, camera.vfov_deg);
-    object.read("near", kLength, camera.near);
-    object.read("far", kLength, camera.far);
     camera.projection = object.choice("projection", {"perspective", "orthographic"},
                                       static_cast<std::size_t>(camera.projection)) == 0
                             ? Camera::Projection::perspective
                             : Camera::Projection::orthographic;
     object.read("ortho_height", {0, kMaxMetres, false, false, "metres"}, camera.ortho_height);
+    // One or the other says how much is seen.
+    const bool by_height =
+        camera.projection == Camera::Projection::orthographic && camera.ortho_height > 0;
+    if (before == nullptr && !by_height)
+        object.need("vfov_deg", kAngle, camera.vfov_deg);
+    else
+        object.read("vfov_deg", kAngle, camera.vfov_deg);
+    object.read("near", kLength, camera.near);
+    object.read("far", kLength, camera.far);
     object.finish();
 
     if (!(camera.near < camera.far))

@@ -308,6 +308,29 @@ TEST(SceneFile, AcceptsTheEdgesOfEveryRange)
         EXPECT_EQ(problem(folder, minimal(more)), "") << more;
 }
 
+TEST(SceneFile, AnOrthographicCameraNeedsAHeightOrAnAngle)
+{
+    const TempFolder folder;
+    const auto camera = [&](const char* members) {
+        return std::string(R"({"camera": {"position": [0,-5,1], "look_at": [0,0,1])") + members +
+               "}}";
+    };
+    const Scene high =
+        parse(folder, camera(R"(, "projection": "orthographic", "ortho_height": 24)"));
+    EXPECT_EQ(high.camera.ortho_height, 24);
+    const Scene wide = parse(folder, camera(R"(, "projection": "orthographic", "vfov_deg": 50)"));
+    EXPECT_EQ(wide.camera.vfov_deg, 50);
+    EXPECT_EQ(wide.camera.ortho_height, 0);
+    for (const char* neither : {R"(, "projection": "orthographic")", R"(, "ortho_height": 24)",
+                                R"(, "projection": "orthographic", "ortho_height": 0)"})
+        EXPECT_NE(problem(folder, camera(neither)).find("missing key 'vfov_deg'"),
+                  std::string::npos)
+            << neither;
+    // Written and read back it is the same.
+    asset::save_scene(high, folder.path() / "t.json");
+    EXPECT_EQ(asset::parse_scene(folder.path() / "t.json").camera, high.camera);
+}
+
 // What stands in a message: the place, the key, what was expected.
 struct BadScene {
     const char* name;
