@@ -279,7 +279,7 @@ void run(const Options& options)
 
 bool is_scene(const std::string& input)
 {
-    return is_scene_file(input) || fs::path(input).extension() == ".vdb";
+    return is_scene_file(input) || has_extension(input, ".vdb");
 }
 
 void run_either(Options& options, const CLI::App& command)

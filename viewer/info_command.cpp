@@ -1,9 +1,12 @@
 #include <fmt/format.h>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "command.h"
 #include "medium/grid_layout.h"
+#include <fumarole/asset/animation.h>
+#include <fumarole/asset/sequence.h>
 #include <fumarole/asset/vdb_file.h>
 #include <fumarole/errors.h>
 
@@ -111,10 +114,74 @@ void print(const asset::GridInfo& grid, const GpuPlan& gpu)
         fmt::print("  on the GPU     nothing: {}\n", gpu.refusal);
 }
 
-void run(const std::string& file, bool json)
+/// Frames as a person writes them: 1..48, 50..60.
+std::string spans(const std::vector<int>& frames)
 {
+    std::string text;
+    for (std::size_t i = 0, end = 0; i < frames.size(); i = end) {
+        for (end = i + 1; end < frames.size() && frames[end] == frames[end - 1] + 1; ++end) {
+        }
+        text += fmt::format("{}{}", text.empty() ? "" : ", ", frames[i]);
+        if (end > i + 1)
+            text += fmt::format("..{}", frames[end - 1]);
+    }
+    return text;
+}
+
+/// What the frames of a sequence have, by their headers; and the frame that tells most of it.
+struct Frames {
+    std::vector<int> there, empty, broken;
+    asset::VdbInfo all;  ///< index bounds and the like are the first frame's, voxels of all
+    int shown = 0;
+
+    explicit Frames(const std::string& pattern)
+    {
+        const std::vector<asset::SequenceFrame> frames = asset::read_sequence(pattern);
+        all = asset::all_grids(frames);
+        std::uint64_t most = 0;
+        for (const asset::SequenceFrame& frame : frames) {
+            const std::uint64_t voxels = asset::voxels_in(frame.file, "");
+            there.push_back(frame.frame);
+            if (!frame.error.empty())
+                broken.push_back(frame.frame);
+            else if (voxels == 0)
+                empty.push_back(frame.frame);
+            if (voxels > most || frame.frame == there.front()) {
+                most = voxels;
+                shown = frame.frame;
+            }
+        }
+    }
+
+    void print(const std::string& pattern) const
+    {
+        fmt::print("{}: frames {}\n", pattern, spans(there));
+        if (!empty.empty())
+            fmt::print("  empty          {}\n", spans(empty));
+        if (!broken.empty())
+            fmt::print("  broken         {}\n", spans(broken));
+        for (const asset::GridInfo& grid : all.grids)
+            fmt::print("  grid           '{}', {} active voxels in all\n", grid.name,
+                       grid.active_voxels);
+        fmt::print("the fullest of them:\n");
+    }
+
+    [[nodiscard]] Json json() const
+    {
+        return {{"there", there}, {"empty", empty}, {"broken", broken}, {"shown", shown}};
+    }
+};
+
+void run(const std::string& name, bool json)
+{
+    std::optional<Frames> frames;
+    if (is_sequence(name))
+        frames.emplace(name);
+    const std::string file = frames ? frame_file(name, frames->shown).string() : name;
     const asset::VdbInfo info = asset::inspect_vdb(file);
     Json grids = Json::array();
+    if (!json && frames)
+        frames->print(name);
     if (!json)
         fmt::print("{}: {} grids, {} bytes{}\n", file, info.grids.size(), info.file_bytes,
                    info.creator.empty() ? "" : ", made by " + info.creator);
@@ -125,12 +192,15 @@ void run(const std::string& file, bool json)
         else
             print(grid, gpu);
     }
-    if (json)
-        fmt::print("{}\n", Json{{"file", file},
-                                {"file_bytes", info.file_bytes},
-                                {"creator", info.creator},
-                                {"grids", grids}}
-                               .dump(1, ' ', false, Json::error_handler_t::replace));
+    if (!json)
+        return;
+    Json all{{"file", file},
+             {"file_bytes", info.file_bytes},
+             {"creator", info.creator},
+             {"grids", grids}};
+    if (frames)
+        all["frames"] = frames->json();
+    fmt::print("{}\n", all.dump(1, ' ', false, Json::error_handler_t::replace));
 }
 
 }  // namespace
@@ -140,7 +210,7 @@ void add_info(CLI::App& app)
     CLI::App* command = app.add_subcommand("info", "What a .vdb file holds, and what it will take");
     auto file = std::make_shared<std::string>();
     auto json = std::make_shared<bool>(false);
-    command->add_option("FILE", *file, "a .vdb file")->required();
+    command->add_option("FILE", *file, "a .vdb file, or a sequence: smoke_####.vdb")->required();
     command->add_flag("--json", *json, "print JSON");
     command->callback([=] { run(*file, *json); });
 }

@@ -1,7 +1,12 @@
+#include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <iostream>
+#include <string>
+#include <vector>
 
 #include "asset/printable.h"
 #include "command.h"
@@ -20,6 +25,81 @@ std::string usage_message(const CLI::App* app, const CLI::Error& error)
 {
     return CLI::FailureMessage::simple(
         app, CLI::Error(error.get_name(), one_line(error.what()), error.get_exit_code()));
+}
+
+/// Letters to be added, dropped, replaced or swapped with the next until one word is the other
+/// (Damerau's distance, in the form called optimal string alignment).
+std::size_t distance(const std::string& a, const std::string& b)
+{
+    std::vector<std::vector<std::size_t>> to(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+    for (std::size_t i = 0; i <= a.size(); ++i)
+        for (std::size_t j = 0; j <= b.size(); ++j) {
+            if (i == 0 || j == 0) {
+                to[i][j] = i + j;
+                continue;
+            }
+            const std::size_t replaced = to[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+            to[i][j] = std::min({to[i - 1][j] + 1, to[i][j - 1] + 1, replaced});
+            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+                to[i][j] = std::min(to[i][j], to[i - 2][j - 2] + 1);
+        }
+    return to[a.size()][b.size()];
+}
+
+/// The likeliest of some words, or "" if none is likely.
+std::string nearest(const std::string& word, const std::vector<std::string>& words)
+{
+    std::string found;
+    std::size_t least = 1 + word.size() / 3;
+    for (const std::string& other : words)
+        if (const std::size_t d = distance(word, other);
+            d <= least && (found.empty() || d < least)) {
+            found = other;
+            least = d;
+        }
+    return found;
+}
+
+/// A mistyped command or option is answered with the one that was meant.
+void check_words(const CLI::App& app, const std::vector<std::string>& words)
+{
+    using fumarole::command::UsageError;
+    if (words.empty() || words.front().empty() || words.front().front() == '-')
+        return;
+    const std::string& asked = words.front();
+    std::vector<std::string> commands;
+    const CLI::App* command = nullptr;
+    for (const CLI::App* one : app.get_subcommands({})) {
+        commands.push_back(one->get_name());
+        if (one->get_name() == asked)
+            command = one;
+    }
+    if (command == nullptr) {
+        const std::string meant = nearest(asked, commands);
+        std::error_code unknown;
+        throw UsageError(
+            fmt::format("no command '{}'; {}", asked,
+                        !meant.empty() ? fmt::format("did you mean '{}'?", meant)
+                        : std::filesystem::exists(asked, unknown)
+                            ? fmt::format("to see a file: fumarole view {}", asked)
+                            : fmt::format("commands are {}", fmt::join(commands, ", "))));
+    }
+    for (const std::string& word : words) {
+        if (word == "--")
+            break;
+        if (!word.starts_with("--") || word.size() < 4)
+            continue;
+        const std::string option = word.substr(0, word.find('='));
+        if (command->get_option_no_throw(option) != nullptr)
+            continue;
+        std::vector<std::string> options;
+        for (const CLI::Option* one : command->get_options())
+            for (const std::string& name : one->get_lnames())
+                options.push_back("--" + name);
+        if (const std::string meant = nearest(option, options); !meant.empty())
+            throw UsageError(
+                fmt::format("{} has no option {}; did you mean {}?", asked, option, meant));
+    }
 }
 
 }  // namespace
@@ -41,6 +121,7 @@ int main(int argc, char** argv)
     command::add_bench(app);
     command::add_view(app);
     try {
+        check_words(app, {argv + 1, argv + argc});
         try {
             app.parse(argc, argv);
         } catch (const CLI::ParseError& error) {  // --help and --version too

@@ -4,12 +4,12 @@
 #include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include "command.h"
+#include "scene_input.h"
 #include <fumarole/errors.h>
 
 namespace fumarole::command {
@@ -62,6 +62,23 @@ Image image_of(const Picture& picture, const std::string& name)
     return image;
 }
 
+/// What a .png with alpha is made of, with the light of what alpha counts beside all light.
+Image image_with_cover(const Picture& picture)
+{
+    Image image = empty_image(picture);
+    image.channels = {"R", "G", "B", "A", "cover.R", "cover.G", "cover.B"};
+    const std::vector<float>& all = *picture.targets.front().pixels;
+    image.pixels.reserve(all.size() / 4 * image.channels.size());
+    for (std::size_t i = 0; i < all.size(); i += 4) {
+        image.pixels.insert(image.pixels.end(), all.begin() + static_cast<std::ptrdiff_t>(i),
+                            all.begin() + static_cast<std::ptrdiff_t>(i + 4));
+        image.pixels.insert(image.pixels.end(),
+                            picture.cover->begin() + static_cast<std::ptrdiff_t>(i),
+                            picture.cover->begin() + static_cast<std::ptrdiff_t>(i + 3));
+    }
+    return image;
+}
+
 Image image_of_all(const Picture& picture)
 {
     Image image = empty_image(picture);
@@ -77,6 +94,31 @@ Image image_of_all(const Picture& picture)
     return image;
 }
 
+/// Before the work, so that it is not done for nothing.
+void check_folder(const std::string& output)
+{
+    fs::path folder = fs::path(output).parent_path();
+    if (folder.empty())
+        folder = ".";
+    std::error_code error;
+    const fs::file_status status = fs::status(folder, error);
+    std::string why;
+    if (!fs::exists(status))
+        why = status.type() == fs::file_type::not_found && error != std::errc::not_a_directory
+                  ? fmt::format("no such folder '{}'; create it first", folder.string())
+                  : fmt::format("'{}': {}", folder.string(), error.message());
+    else if (!fs::is_directory(status))
+        why = fmt::format("'{}' is not a folder; choose another", folder.string());
+    else if (::access(folder.c_str(), W_OK | X_OK) != 0)
+        why = errno == EROFS
+                  ? fmt::format("folder '{}' is read-only; choose another", folder.string())
+                  : fmt::format("no right to write in folder '{}'; choose another or change its "
+                                "rights",
+                                folder.string());
+    if (!why.empty())
+        throw Error(fmt::format("{}: {}", output, why));
+}
+
 /// Depth with the sky, which would rule any exposure, made 0.
 Image without_sky(Image depth)
 {
@@ -89,7 +131,7 @@ Image without_sky(Image depth)
 
 bool is_png(const std::string& output)
 {
-    return fs::path(output).extension() == ".png";
+    return has_extension(output, ".png");
 }
 
 Picture picture_of(const Still& still)
@@ -117,15 +159,12 @@ void check_png(std::string_view option, const std::string& file)
 void check_outputs(const std::vector<std::string>& outputs)
 {
     for (const std::string& output : outputs)
-        if (fs::path(output).extension() != ".exr" && !is_png(output))
+        if (!has_extension(output, ".exr") && !is_png(output))
             throw UsageError(fmt::format("-o: '{}' ends in neither .exr (linear, all targets) nor "
                                          ".png (for a screen)",
                                          output));
-    for (const std::string& output : outputs) {
-        const fs::path folder = fs::path(output).parent_path();
-        if (::access(folder.empty() ? "." : folder.c_str(), W_OK | X_OK) != 0)
-            throw Error(fmt::format("{}: {}: {}", output, folder.string(), std::strerror(errno)));
-    }
+    for (const std::string& output : outputs)
+        check_folder(output);
 }
 
 float write_picture(const Picture& picture, const PictureFiles& files)
@@ -136,7 +175,8 @@ float write_picture(const Picture& picture, const PictureFiles& files)
                           .transform = files.transform};
     for (const std::string& output : files.outputs) {
         if (is_png(output))
-            write::write_png(image, display, output);
+            write::write_png(picture.cover != nullptr ? image_with_cover(picture) : image, display,
+                             output);
         else
             write::write_exr(files.target.empty() ? image_of_all(picture) : image, output);
     }

@@ -22,6 +22,8 @@ struct Target {
 struct Picture {
     int width = 0, height = 0;
     std::vector<Target> targets;  ///< the composite first, as R, G, B
+    /// RGBA of the composite without what glows, or null where nothing does.
+    const std::vector<float>* cover = nullptr;
 };
 
 Picture picture_of(const Still& still);

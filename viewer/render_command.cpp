@@ -39,7 +39,7 @@ struct Options {
     std::vector<std::string> outputs;
     std::string size, grid, up = "auto", backend = "osmesa", exposure = "auto", display = "filmic",
                             target, save_scene, mode, region;
-    std::string frames = "1";
+    std::string frames = "1", missing_frames = "fail";
     int aa = 1;
     std::uint32_t seed = 0;
     double tolerance = 1e-3;
@@ -48,9 +48,9 @@ struct Options {
     SettingsInput words;
     PlanWish wish;
 
-    std::optional<study::PlanGoal> goal;       ///< of a plan that is to find the settings
-    int timed_frames = 1;                      ///< of a still
-    std::optional<std::pair<int, int>> range;  ///< of a moving picture, both ends included
+    std::optional<study::PlanGoal> goal;  ///< of a plan that is to find the settings
+    int timed_frames = 1;                 ///< of a still
+    std::optional<FrameRange> range;      ///< of a moving picture
 
     [[nodiscard]] bool reference() const { return mode == "reference"; }
 };
@@ -99,27 +99,53 @@ std::optional<study::ReferenceRegion> parse_region(const std::string& text)
     return study::ReferenceRegion{numbers[0], numbers[1], numbers[2], numbers[3]};
 }
 
+/// A..B, or A..BxS for every S-th frame.
+std::optional<FrameRange> parse_range(std::string_view text)
+{
+    FrameRange range;
+    const char *at = text.data(), *end = at + text.size();
+    const auto number = [&](int& value) {
+        const auto parsed = std::from_chars(at, end, value);
+        at = parsed.ptr;
+        return parsed.ec == std::errc{};
+    };
+    const auto word = [&](std::string_view expected) {
+        if (!std::string_view(at, end).starts_with(expected))
+            return false;
+        at += expected.size();
+        return true;
+    };
+    if (!number(range.first) || !word("..") || !number(range.last))
+        return std::nullopt;
+    if (at != end && (!word("x") || !number(range.step)))
+        return std::nullopt;
+    constexpr int kMost = 1'000'000'000;  // so that a frame more is a number still
+    const bool fits = range.first >= -kMost && range.last <= kMost && range.first <= range.last &&
+                      range.step >= 1 && range.step <= kMost;
+    return at == end && fits ? std::optional(range) : std::nullopt;
+}
+
 /// N frames of a still, or frames A to B of a moving picture.
 void parse_frames(Options& options)
 {
     const char *at = options.frames.data(), *end = at + options.frames.size();
-    int first = 0, last = 0;
-    auto parsed = std::from_chars(at, end, first);
-    if (parsed.ec == std::errc{} && parsed.ptr == end && first >= 1 && first <= 100000) {
-        options.timed_frames = first;
+    int number = 0;
+    const auto parsed = std::from_chars(at, end, number);
+    if (parsed.ec == std::errc{} && parsed.ptr == end && number >= 1 && number <= 100000) {
+        options.timed_frames = number;
         return;
     }
-    const std::string_view rest(parsed.ptr, end);
-    if (parsed.ec == std::errc{} && rest.starts_with("..")) {
-        parsed = std::from_chars(rest.data() + 2, end, last);
-        if (parsed.ec == std::errc{} && parsed.ptr == end && first >= 0 && last >= first) {
-            options.range = {first, last};
-            return;
-        }
-    }
-    throw UsageError(fmt::format("--frames: '{}' is neither a number of frames to time (1..100000) "
-                                 "nor frames A..B of a moving picture, e.g. 1..48",
-                                 options.frames));
+    options.range = parse_range(options.frames);
+    if (!options.range)
+        throw UsageError(
+            fmt::format("--frames: '{}' is neither a number of frames to time (1..100000) nor "
+                        "frames A..B of a moving picture, e.g. 1..48, or 1..48x2 for every second",
+                        options.frames));
+    if (!is_scene_file(options.input) && !is_sequence(options.input))
+        throw UsageError(
+            fmt::format("--frames: '{}' is one file, and {} asks for a moving picture; "
+                        "name a sequence, e.g. smoke_####.vdb, or a scene",
+                        options.input, options.frames));
 }
 
 std::string preset_line(const Options& options)
@@ -230,6 +256,63 @@ std::string plan(Options& options, Settings& settings, const Scene& scene, Scene
     return choice_text(plan);
 }
 
+constexpr const char* kRaisedAlpha = "alpha is raised where media glow: light that covers nothing "
+                                     "has none, and a .png shows nothing "
+                                     "without (an .exr does)";
+
+bool glows(const Scene& scene)
+{
+    return std::any_of(scene.media.begin(), scene.media.end(), [](const Medium& medium) {
+        if (const auto* box = std::get_if<BoxMedium>(&medium))
+            return box->emission != glm::vec3(0);
+        const auto& grid = std::get<GridMedium>(medium);
+        return grid.emission_per_unit != glm::vec3(0) && grid.emission && !grid.emission->empty();
+    });
+}
+
+Scene without_glow(Scene scene)
+{
+    for (Medium& medium : scene.media) {
+        if (auto* box = std::get_if<BoxMedium>(&medium))
+            box->emission = glm::vec3(0);
+        else
+            std::get<GridMedium>(medium).emission_per_unit = glm::vec3(0);
+    }
+    return scene;
+}
+
+/// Draws the same frames without what glows, for the alpha of a .png.
+class CoverRenderer {
+public:
+    CoverRenderer(const Options& options, const PictureFiles& files, gl::GetProc get_proc)
+        : wanted_{options.alpha && std::any_of(files.outputs.begin(), files.outputs.end(), is_png)},
+          get_proc_{std::move(get_proc)}
+    {
+    }
+
+    /// @returns whether there is something that glows, and gives it to the picture
+    bool add_to(Picture& picture, const Scene& scene, const Settings& settings,
+                StillOptions options)
+    {
+        if (!wanted_ || !glows(scene))
+            return false;
+        // One of its own, or the two would take each other's history for theirs.
+        if (!renderer_)
+            renderer_.emplace(get_proc_);
+        options.timed_frames = 1;
+        options.progress = {};
+        cover_ = renderer_->render(without_glow(scene), settings, options, nullptr).foreground;
+        picture.cover = &cover_;
+        return true;
+    }
+
+private:
+    bool wanted_;
+    gl::GetProc get_proc_;
+    std::optional<SceneRenderer> renderer_;
+    std::vector<float> cover_;
+};
+
 void run_still(Options options, const PictureFiles& files, Settings settings,
                const asset::LoadedScene& loaded)
 {
@@ -253,14 +336,19 @@ void run_still(Options options, const PictureFiles& files, Settings settings,
         };
     StillReport report;
     const Still still = renderer.render(scene, settings, still_options, &report);
+    Picture picture = picture_of(still);
+    CoverRenderer cover(options, files, context->get_proc());
+    const bool raised = cover.add_to(picture, scene, settings, still_options);
     progress.clear();
-    const Picture picture = picture_of(still);
     const float exposure_ev = write_picture(picture, files);
 
     const std::vector<std::string> explained =
         renderer.renderer().explain(renderer.settled(scene, settings));
     if (options.json) {
-        Json json = picture_json(options, picture, exposure_ev, loaded.notes);
+        std::vector<std::string> notes = loaded.notes;
+        if (raised)
+            notes.emplace_back(kRaisedAlpha);
+        Json json = picture_json(options, picture, exposure_ev, notes);
         json.update({{"frames", options.timed_frames},
                      {"seed", options.seed},
                      {"preset", options.words.preset},
@@ -279,6 +367,8 @@ void run_still(Options options, const PictureFiles& files, Settings settings,
             fmt::print("  {}\n", line);
     }
     print_report(report, renderer.renderer().device(), scene, options);
+    if (raised)
+        fmt::print("{}\n", kRaisedAlpha);
     print_written(files.outputs, exposure_ev);
 }
 
@@ -417,23 +507,30 @@ void run_reference(const Options& options, const PictureFiles& files,
 
 // ------------------------------------------------------------------------------- moving pictures
 
-/// A file of a frame. Its name has #s: check_outputs saw to that.
+/// A file of a frame. Its name has a place for a number: check_moving_outputs saw to that.
 PictureFiles files_at(const PictureFiles& files, int frame)
 {
     PictureFiles of_frame = files;
     for (std::string& output : of_frame.outputs)
-        output = frame_file(output, frame).string();
+        output = numbered_file(output, frame).string();
     return of_frame;
 }
 
 void check_moving_outputs(const Options& options)
 {
     for (const std::string& output : options.outputs)
-        if (!is_sequence(output))
+        if (!has_frame_number(output))
             throw UsageError(fmt::format("-o: '{}' has no # for the frames' numbers; give e.g. "
                                          "{}.####{}",
                                          output, fs::path(output).stem().string(),
                                          fs::path(output).extension().string()));
+}
+
+asset::MissingFrames missing_frames(const Options& options)
+{
+    return options.missing_frames == "hold"   ? asset::MissingFrames::hold
+           : options.missing_frames == "skip" ? asset::MissingFrames::skip
+                                              : asset::MissingFrames::fail;
 }
 
 /// Frames are loaded ahead, drawn in order with their history, and written one by one. All have
@@ -441,42 +538,50 @@ void check_moving_outputs(const Options& options)
 void run_moving(Options options, PictureFiles files, Settings settings,
                 const std::optional<study::ReferenceRegion>& region)
 {
-    const auto [first, last] = *options.range;
+    const FrameRange range = *options.range;
     const asset::LoadedScene opened =
-        open_moving({options.input, options.size, options.grid, options.up}, first);
+        open_moving({options.input, options.size, options.grid, options.up});
     if (!options.save_scene.empty())
         asset::save_scene(opened.scene, options.save_scene);
-    asset::FrameLoader frames(opened, first, last);
+    asset::FrameLoader frames(opened, range, missing_frames(options));
     std::unique_ptr<gl::HeadlessContext> context;
     std::optional<SceneRenderer> renderer;
+    std::optional<CoverRenderer> cover;
     if (!options.reference()) {
         context = make_context(options);
         renderer.emplace(context->get_proc());
+        cover.emplace(options, files, context->get_proc());
     }
     Progress progress;
     std::vector<std::string> notes = opened.notes;
     std::vector<double> volume;
     Json rows = Json::array();
-    for (int frame = first; frame <= last; ++frame) {
+    for (int i = 0; i < range.count(); ++i) {
+        const int frame = range.first + i * range.step;
         if (*Interruption::flag())
             throw Error(fmt::format("interrupted; the frames before {} were written", frame));
-        const asset::LoadedScene now = frames.next();
+        const std::optional<asset::LoadedScene> loaded = frames.next();
+        if (!loaded) {
+            notes.push_back(fmt::format("frame {} is missing or broken, and left out", frame));
+            continue;
+        }
+        const asset::LoadedScene& now = *loaded;
         for (const std::string& note : now.notes)
             if (std::find(notes.begin(), notes.end(), note) == notes.end())
                 notes.push_back(note);
         const PictureFiles of_frame = files_at(files, frame);
         Json row{{"frame", frame}, {"outputs", of_frame.outputs}};
         Still still;
+        StillOptions wanted;
         study::ReferenceStill reference;
-        if (options.goal && frame == first)
+        if (options.goal && rows.empty())
             plan(options, settings, now.scene, *renderer);
         if (renderer) {
-            progress.show("frames", static_cast<double>(frame - first) / (last - first + 1));
-            StillOptions wanted;
+            progress.show("frames", static_cast<double>(i) / range.count());
             wanted.aa = options.aa;
             wanted.seed = options.seed;
             wanted.foreground = options.alpha;
-            wanted.moving_frame = static_cast<std::uint64_t>(frame - first);
+            wanted.moving_frame = static_cast<std::uint64_t>(i);
             StillReport report;
             still = renderer->render(now.scene, settings, wanted, &report);
             volume.push_back(report.volume.median_ms);
@@ -486,7 +591,10 @@ void run_moving(Options options, PictureFiles files, Settings settings,
         } else {
             reference = render_reference(options, region, now.scene, progress);
         }
-        const Picture picture = renderer ? picture_of(still) : picture_of(reference);
+        Picture picture = renderer ? picture_of(still) : picture_of(reference);
+        if (cover && cover->add_to(picture, now.scene, settings, wanted) &&
+            std::find(notes.begin(), notes.end(), kRaisedAlpha) == notes.end())
+            notes.emplace_back(kRaisedAlpha);
         const float exposure_ev = write_picture(picture, of_frame);
         if (!files.exposure)
             files.exposure = exposure_ev;
@@ -511,7 +619,7 @@ void run_moving(Options options, PictureFiles files, Settings settings,
                    "max of {})\n",
                    volume.front(), volume[volume.size() / 2], volume.back(), volume.size());
     }
-    fmt::print("wrote frames {}..{} to {}\n", first, last, fmt::join(options.outputs, ", "));
+    fmt::print("wrote frames {} to {}\n", options.frames, fmt::join(options.outputs, ", "));
 }
 
 void check_words(const Options& options, const CLI::App& command)
@@ -622,7 +730,13 @@ void add_render(CLI::App& app)
         ->check(CLI::Range(1, 65536));
     command->add_option("--frames", o.frames,
                         "N: frames timed; the table gives their median; froxels gather over them; "
-                        "A..B: a moving picture, into files named by #s as x.####.png [1]");
+                        "A..B: a moving picture, into files named by #s as x.####.png; A..BxS: "
+                        "every S-th frame of it [1]");
+    command
+        ->add_option("--missing-frames", o.missing_frames,
+                     "where a frame's file is missing or broken: fail, hold the one before it, or "
+                     "skip it [fail]")
+        ->check(CLI::IsMember({"fail", "hold", "skip"}));
     command->add_option("--seed", o.seed, "another seed, other jitter [0]");
     command->add_option("--target", o.target, "write one target alone as RGB")
         ->check(CLI::IsMember({"composite", "scattering", "transmittance", "surface", "surface_lit",

@@ -4,10 +4,12 @@
 #include <filesystem>
 #include <fmt/format.h>
 
+#include "asset/grid_names.h"
 #include "command.h"
 #include <fumarole/asset/animation.h>
 #include <fumarole/asset/auto_scene.h>
 #include <fumarole/asset/frame_loader.h>
+#include <fumarole/asset/sequence.h>
 #include <fumarole/errors.h>
 
 namespace fumarole::command {
@@ -28,9 +30,14 @@ glm::uvec2 parse_size(const std::string& text)
                                  text));
 }
 
+bool has_extension(const std::string& file, std::string_view extension)
+{
+    return asset::lower_case(std::filesystem::path(file).extension().string()) == extension;
+}
+
 bool is_scene_file(const std::string& file)
 {
-    return std::filesystem::path(file).extension() == ".json";
+    return has_extension(file, ".json");
 }
 
 namespace {
@@ -46,16 +53,6 @@ asset::LoadedScene parse_input(const SceneInput& input)
     return parsed;
 }
 
-asset::LoadedScene auto_scene(const SceneInput& input, const std::string& vdb)
-{
-    asset::AutoSceneOptions automatic;
-    automatic.grid = input.grid;
-    automatic.up = input.up == "auto" ? '\0' : input.up.front();
-    if (!input.size.empty())
-        automatic.resolution = parse_size(input.size);
-    return asset::make_auto_scene(vdb, automatic);
-}
-
 std::string frame_note(const std::string& what, int frame)
 {
     return fmt::format("frame {} of {}; --frames A..B renders more", frame, what);
@@ -63,38 +60,29 @@ std::string frame_note(const std::string& what, int frame)
 
 }  // namespace
 
-asset::LoadedScene load_input(const SceneInput& input)
+asset::LoadedScene open_moving(const SceneInput& input)
 {
-    if (!is_scene_file(input.file)) {
-        if (!is_sequence(input.file))
-            return auto_scene(input, input.file);
-        const std::vector<int> frames = frames_of(input.file);
-        if (frames.empty())
-            throw Error(
-                fmt::format("{}: no file is called so, with a number for the #s", input.file));
-        asset::LoadedScene loaded = auto_scene(input, frame_file(input.file, frames.front()));
-        loaded.notes.push_back(frame_note(input.file, frames.front()));
-        return loaded;
+    if (is_scene_file(input.file)) {
+        asset::LoadedScene parsed = parse_input(input);
+        asset::settle_sequences(parsed.scene);
+        return parsed;
     }
-    const asset::LoadedScene parsed = parse_input(input);
-    const std::optional<int> first = first_frame(parsed.scene);
-    asset::LoadedScene loaded = asset::load_frame(parsed.scene, first.value_or(0), parsed.scene);
-    if (first)
-        loaded.notes.push_back(frame_note(input.file, *first));
-    return loaded;
+    asset::AutoSceneOptions automatic;
+    automatic.grid = input.grid;
+    automatic.up = input.up == "auto" ? '\0' : input.up.front();
+    if (!input.size.empty())
+        automatic.resolution = parse_size(input.size);
+    return asset::make_auto_scene(input.file, automatic);
 }
 
-asset::LoadedScene open_moving(const SceneInput& input, int first)
+asset::LoadedScene load_input(const SceneInput& input)
 {
-    if (is_scene_file(input.file))
-        return parse_input(input);
-    asset::check_frame(input.file, first);
-    asset::LoadedScene loaded = auto_scene(input, frame_file(input.file, first));
-    if (is_sequence(input.file)) {
-        auto& grid = std::get<GridMedium>(loaded.scene.media.front());
-        grid.file = input.file;
-        grid.density = grid.emission = grid.color = nullptr;
-    }
+    const asset::LoadedScene opened = open_moving(input);
+    const std::optional<int> first = asset::first_frame_with_content(opened.scene);
+    asset::LoadedScene loaded = asset::load_frame(opened.scene, first.value_or(0), opened.scene);
+    loaded.notes.insert(loaded.notes.begin(), opened.notes.begin(), opened.notes.end());
+    if (first)
+        loaded.notes.push_back(frame_note(input.file, *first));
     return loaded;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include <fumarole/asset/scene_file.h>
 
@@ -12,20 +13,25 @@ struct SceneInput {
     std::string size;  ///< WIDTHxHEIGHT, or "" for the file's own
     std::string grid;  ///< of a .vdb; "" for the first fog volume
     std::string up;    ///< of a .vdb: `auto`, `y`, `z`
+    /// Of a sequence that plays: where a frame is missing or broken what is shown stays.
+    bool hold_missing = false;
 };
 
 /// @throws UsageError if it is no WIDTHxHEIGHT, each 1..16384
 glm::uvec2 parse_size(const std::string& text);
 
+/// Whether a name ends so, whatever its case. @param extension in lower case, with its dot
+bool has_extension(const std::string& file, std::string_view extension);
+
 bool is_scene_file(const std::string& file);
 
 /// Reads a scene file, or makes a scene for a bare .vdb. Of a sequence it is the first frame that
-/// is there.
+/// holds something.
 /// @throws UsageError if the words don't fit; Error as the readers do.
 asset::LoadedScene load_input(const SceneInput& input);
 
 /// The scene of all frames, for asset::FrameLoader; what was chosen for a bare sequence of .vdb is
-/// chosen by frame `first`. @throws as load_input
-asset::LoadedScene open_moving(const SceneInput& input, int first);
+/// chosen by all of its frames. @throws as load_input
+asset::LoadedScene open_moving(const SceneInput& input);
 
 }  // namespace fumarole::command

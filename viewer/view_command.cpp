@@ -22,6 +22,7 @@ struct Options {
     std::string size, compare, show, display, script, screenshot;
     double frame_time = 0, exposure = 0;
     int frames = 0, aa = 0;
+    std::string missing_frames = "fail";
     bool difference = false, gl_debug = false, json = false;
 };
 
@@ -71,6 +72,7 @@ void run(const Options& options, const CLI::App& command)
     if (!options.script.empty())
         app.script = window::Script::read(options.script);
     app.input = options.scene;
+    app.input.hold_missing = options.missing_frames == "hold";
     if (options.plan.asked())
         app.goal = parse_goal(options.plan);
     app.frames = options.frames;
@@ -141,6 +143,11 @@ void add_view(CLI::App& app)
         ->add_option("--frames", o.frames,
                      "close after so many frames, those of a script not counted")
         ->check(CLI::Range(1, 1000000));
+    command
+        ->add_option("--missing-frames", o.missing_frames,
+                     "where a frame's file is missing or broken: fail, or hold the one before it "
+                     "and play on [fail]")
+        ->check(CLI::IsMember({"fail", "hold"}));
     command->add_option("--screenshot", o.screenshot,
                         "x.png of the window at its end; without --frames that is when the "
                         "picture is sharp");

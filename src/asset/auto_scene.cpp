@@ -3,18 +3,23 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <cctype>
 #include <cmath>
 #include <fmt/format.h>
+#include <functional>
 #include <glm/gtc/constants.hpp>
 #include <limits>
 #include <memory>
 #include <unordered_map>
 
+#include "asset/grid_names.h"
 #include "asset/printable.h"
+#include <fumarole/asset/animation.h>
+#include <fumarole/asset/sequence.h>
 #include <fumarole/errors.h>
 
 namespace fumarole::asset {
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -222,9 +227,7 @@ public:
     /// Takes in the voxels of `grid` that are at least `least`.
     void include(const VoxelGrid& grid, double least)
     {
-        std::vector<Function> functions;
-        for (const glm::dvec3& direction : directions_)
-            functions.emplace_back(grid, direction, origin_);
+        const std::vector<Function> functions = functions_of(grid.world_from_index);
         constexpr int kDim = VoxelGrid::kBrickDim;
         const float* brick_values = grid.values.data();
         for (const glm::ivec3& brick : grid.bricks) {
@@ -255,12 +258,19 @@ public:
     }
 
     /// Takes in a box of voxels.
-    void include(const VoxelGrid& grid, const Box& voxels)
+    void include(const glm::dmat4& world_from_index, const Box& voxels)
     {
-        std::vector<Function> functions;
-        for (const glm::dvec3& direction : directions_)
-            functions.emplace_back(grid, direction, origin_);
-        include(functions, voxels);
+        include(functions_of(world_from_index), voxels);
+    }
+
+    /// How much farther a box of voxels reaches than all that was taken in; <= 0: nowhere.
+    [[nodiscard]] double excess(const glm::dmat4& world_from_index, const Box& voxels) const
+    {
+        double most = -std::numeric_limits<double>::infinity();
+        const std::vector<Function> functions = functions_of(world_from_index);
+        for (std::size_t i = 0; i < functions.size(); ++i)
+            most = std::max(most, functions[i].largest_in(voxels) - farthest_[i]);
+        return most;
     }
 
 private:
@@ -269,9 +279,10 @@ private:
         glm::dvec3 gradient;
         double constant;
 
-        Function(const VoxelGrid& grid, const glm::dvec3& direction, const glm::dvec3& origin)
-            : gradient(glm::transpose(glm::dmat3(grid.world_from_index)) * direction),
-              constant(glm::dot(direction, glm::dvec3(grid.world_from_index[3]) - origin))
+        Function(const glm::dmat4& world_from_index, const glm::dvec3& direction,
+                 const glm::dvec3& origin)
+            : gradient(glm::transpose(glm::dmat3(world_from_index)) * direction),
+              constant(glm::dot(direction, glm::dvec3(world_from_index[3]) - origin))
         {
             // A voxel spans half a spacing to every side: there the field has fallen to half.
             const glm::dvec3 half_voxel = 0.5 * glm::abs(gradient);
@@ -286,6 +297,14 @@ private:
             return sum;
         }
     };
+
+    [[nodiscard]] std::vector<Function> functions_of(const glm::dmat4& world_from_index) const
+    {
+        std::vector<Function> functions;
+        for (const glm::dvec3& direction : directions_)
+            functions.emplace_back(world_from_index, direction, origin_);
+        return functions;
+    }
 
     [[nodiscard]] bool reaches_farther(const std::vector<Function>& functions,
                                        const Box& voxels) const
@@ -307,22 +326,36 @@ private:
     std::vector<double> farthest_;
 };
 
+Box index_bounds(const VoxelGrid& grid)
+{
+    return {glm::dvec3(grid.index_min), glm::dvec3(grid.index_max)};
+}
+
 /// The box in the world that holds all of a grid.
 Box world_bounds(const VoxelGrid& grid)
 {
     const glm::dvec3 origin(grid.world_from_index * glm::dvec4(glm::dvec3(grid.index_min), 1));
     Reach reach(origin, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}});
-    reach.include(grid, Box{glm::dvec3(grid.index_min), glm::dvec3(grid.index_max)});
+    reach.include(grid.world_from_index, index_bounds(grid));
     return {origin - glm::dvec3(reach[3], reach[4], reach[5]),
             origin + glm::dvec3(reach[0], reach[1], reach[2])};
 }
+
+/// What is shown of a file. Either may be null or empty.
+struct Shown {
+    std::shared_ptr<const VoxelGrid> density, emission;
+};
+
+/// What a metre of a value of 1 adds to the picture, where 1 in all is a lot.
+struct PerValue {
+    double density, emission;
+};
 
 /// A grid and the least of its values that is seen.
 struct Content {
     const VoxelGrid* grid;
     double least;
 
-    /// @param per_value what a metre of a value of 1 adds to the picture, where 1 in all is a lot
     Content(const VoxelGrid& of, double per_value)
         : grid(&of),
           // A line of sight all through the grid at this value adds kUnseen. But something is seen.
@@ -330,6 +363,71 @@ struct Content {
                          static_cast<double>(of.max_value) / of.channels))
     {
     }
+};
+
+void include(Reach& reach, const Shown& shown, const PerValue& per_value)
+{
+    const auto add = [&](const std::shared_ptr<const VoxelGrid>& grid, double per) {
+        if (grid && !grid->empty())
+            reach.include(*grid, Content(*grid, per).least);
+    };
+    add(shown.density, per_value.density);
+    add(shown.emission, per_value.emission);
+}
+
+/// Frames of a sequence that were not read: how far their grids reach at most, by the headers of
+/// their files. What matters of them is read after all.
+class Unread {
+public:
+    struct Extent {
+        glm::dmat4 world_from_index{1};
+        Box voxels;
+    };
+    struct Frame {
+        int frame;
+        std::vector<Extent> extents;
+        std::uint64_t bytes;
+    };
+    using Read = std::function<Shown(int frame)>;
+
+    Unread() = default;
+    /// @param most_bytes of files that may be read
+    Unread(std::vector<Frame> frames, Read read, std::uint64_t most_bytes)
+        : frames_(std::move(frames)), read_(std::move(read)), bytes_left_(most_bytes)
+    {
+    }
+
+    /// Takes in all frames: of those that reach out of the others' content the content, as long as
+    /// there are bytes left, else what the headers say, which may be more.
+    void include_in(Reach& reach, const PerValue& per_value)
+    {
+        while (!frames_.empty()) {
+            const auto excess = [&](const Frame& frame) {
+                double most = -std::numeric_limits<double>::infinity();
+                for (const Extent& extent : frame.extents)
+                    most = std::max(most, reach.excess(extent.world_from_index, extent.voxels));
+                return most;
+            };
+            const auto farthest = std::max_element(
+                frames_.begin(), frames_.end(),
+                [&](const Frame& a, const Frame& b) { return excess(a) < excess(b); });
+            if (excess(*farthest) <= 0)
+                return;
+            if (farthest->bytes <= bytes_left_) {
+                bytes_left_ -= farthest->bytes;
+                include(reach, read_(farthest->frame), per_value);
+            } else {
+                for (const Extent& extent : farthest->extents)
+                    reach.include(extent.world_from_index, extent.voxels);
+            }
+            frames_.erase(farthest);
+        }
+    }
+
+private:
+    std::vector<Frame> frames_;
+    Read read_;
+    std::uint64_t bytes_left_ = 0;
 };
 
 /// Axes that a scene is built along; right-handed, front is towards the viewer.
@@ -356,7 +454,8 @@ struct Framing {
 /// The nearest camera in a fixed direction that keeps all content inside kFill of the picture,
 /// centred. Exact: each side of that inner picture is a plane through the camera, and where it lies
 /// follows from how far the content reaches along the plane's normal.
-Framing frame(const std::vector<Content>& contents, const Axes& axes, double aspect)
+Framing frame(const std::vector<Shown>& shown, Unread unread, const PerValue& per_value,
+              const Axes& axes, double aspect)
 {
     const double azimuth = glm::radians(kAzimuthDeg), elevation = glm::radians(kElevationDeg);
     const glm::dvec3 to_camera =
@@ -367,7 +466,10 @@ Framing frame(const std::vector<Content>& contents, const Axes& axes, double asp
     const double slope_y = kFill * std::tan(glm::radians(kVfovDeg / 2));
     const double slope_x = slope_y * aspect;
 
-    const glm::dvec3 center = world_bounds(*contents.front().grid).center();
+    const auto seen = std::find_if(shown.begin(), shown.end(), [](const Shown& frame) {
+        return frame.density && !frame.density->empty();
+    });
+    const glm::dvec3 center = world_bounds(*seen->density).center();
     Reach reach(center, {right + slope_x * to_camera,
                          -right + slope_x * to_camera,
                          up + slope_y * to_camera,
@@ -378,8 +480,9 @@ Framing frame(const std::vector<Content>& contents, const Axes& axes, double asp
                          {-1, 0, 0},
                          {0, -1, 0},
                          {0, 0, -1}});
-    for (const Content& content : contents)
-        reach.include(*content.grid, content.least);
+    for (const Shown& one : shown)
+        include(reach, one, per_value);
+    unread.include_in(reach, per_value);
 
     const double distance =
         std::max((reach[0] + reach[1]) / (2 * slope_x), (reach[2] + reach[3]) / (2 * slope_y));
@@ -424,19 +527,9 @@ BoxSurface ground_below(const Box& content, const Axes& axes, double camera_dist
     return ground;
 }
 
-std::string lower_case(std::string text)
+/// Solves mean(1 - exp(-sigma_t * column)) = opacity.
+double sigma_t_for_opacity(const std::vector<WeightedColumn>& columns, double opacity)
 {
-    std::transform(text.begin(), text.end(), text.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return text;
-}
-
-}  // namespace
-
-double sigma_t_for_opacity(const VoxelGrid& grid, double opacity)
-{
-    assert(!grid.empty() && opacity > 0 && opacity < 1);
-    const std::vector<WeightedColumn> columns = content_columns(grid);
     double sum = 0, count = 0, least = columns.front().column;
     for (const WeightedColumn& c : columns) {
         sum += c.column * c.count;
@@ -461,12 +554,337 @@ double sigma_t_for_opacity(const VoxelGrid& grid, double opacity)
     return std::exp((low + high) / 2);
 }
 
+/// Columns of one grid of all that is shown.
+std::vector<WeightedColumn> columns_of(const std::vector<Shown>& shown,
+                                       std::shared_ptr<const VoxelGrid> Shown::*which)
+{
+    std::vector<WeightedColumn> all;
+    for (const Shown& one : shown)
+        if (const VoxelGrid* grid = (one.*which).get(); grid != nullptr && !grid->empty()) {
+            const std::vector<WeightedColumn> own = content_columns(*grid);
+            all.insert(all.end(), own.begin(), own.end());
+        }
+    return all;
+}
+
+/// What a scene's medium is called, and the largest value of its colour grid.
+struct Names {
+    std::string density, emission;
+    double brightest_color = 1;
+};
+
+/// A scene for grids at hand and for what is not read of a sequence. A density at hand holds
+/// something.
+LoadedScene compose(const std::vector<Shown>& shown, Unread unread, const Names& names, char up,
+                    glm::uvec2 resolution)
+{
+    assert(up == 'y' || up == 'z');
+    LoadedScene loaded;
+    std::vector<std::string>& notes = loaded.notes;
+
+    GridMedium medium;
+    medium.grid = names.density;
+    medium.g = kG;
+    const double sigma_t = sigma_t_for_opacity(columns_of(shown, &Shown::density), kOpacity);
+    // A colour above 1 must not scatter more than is lost.
+    const double albedo = kAlbedo / std::max(1.0, names.brightest_color);
+    medium.sigma_s_per_density = three_digits(glm::dvec3(albedo * sigma_t));
+    medium.sigma_a_per_density = three_digits(glm::dvec3((1 - albedo) * sigma_t));
+    PerValue per_value{sigma_t, 0};
+    notes.push_back(
+        fmt::format("coefficient {:.3g} /m per density: average line of sight {:.0f} % opaque",
+                    sigma_t, 100 * kOpacity));
+
+    if (const std::vector<WeightedColumn> columns = columns_of(shown, &Shown::emission);
+        !columns.empty()) {
+        const auto lit = std::find_if(shown.begin(), shown.end(), [](const Shown& one) {
+            return one.emission && !one.emission->empty();
+        });
+        // The colour is the grid's own where it has three channels.
+        const glm::dvec3 color =
+            lit->emission->channels == 3 ? glm::dvec3(1) : glm::dvec3(kFireColor);
+        // What is opaque and lit from the side gives about irradiance / 4 pi.
+        const double sunlit_smoke =
+            glm::dot(glm::dvec3(kSunIrradiance), kLuminance) / (4 * glm::pi<double>());
+        const double bright = column_quantile(columns, kBrightShare);
+        const double luminance_per_unit = kFireOverSmoke * sunlit_smoke / bright;
+        medium.emission_grid = names.emission;
+        medium.emission_per_unit =
+            three_digits(color * (luminance_per_unit / glm::dot(color, kLuminance)));
+        per_value.emission = luminance_per_unit / sunlit_smoke;
+        notes.push_back(
+            fmt::format("grid '{}' glows: {:.3g} W/m^2/sr per metre per unit in red: a bright line "
+                        "of sight through it is {:.2g} times as bright as sunlit smoke",
+                        names.emission, medium.emission_per_unit.r, kFireOverSmoke));
+    }
+
+    const Axes axes(up);
+    const Framing framing =
+        frame(shown, std::move(unread), per_value, axes,
+              static_cast<double>(resolution.x) / static_cast<double>(resolution.y));
+    const double distance = glm::distance(framing.camera.position, framing.camera.look_at);
+    const glm::dvec3 size = framing.content.size();
+    notes.push_back(fmt::format("framed {:.3g} x {:.3g} x {:.3g} m of content from {:.3g} m",
+                                size.x, size.y, size.z, distance));
+
+    Scene& scene = loaded.scene;
+    scene.resolution = resolution;
+    scene.camera = framing.camera;
+    scene.world.radiance = kWorldRadiance;
+    scene.lights.emplace_back(SunLight{axes.world(kSunRightFrontUp), kSunIrradiance});
+    scene.surfaces.emplace_back(ground_below(framing.content, axes, distance));
+    scene.media.emplace_back(std::move(medium));
+    return loaded;
+}
+
+// --- Which grids --------------------------------------------------------------------------------
+
+std::string base_name(const GridInfo& grid)
+{
+    return lower_case(without_number(grid.name));
+}
+
+bool is_vector(const GridInfo& grid)
+{
+    return grid.value_type.starts_with("vec3");
+}
+
+std::string quoted(const std::vector<std::string>& names)
+{
+    constexpr std::size_t kMost = 12;
+    std::string text;
+    for (std::size_t i = 0; i < std::min(kMost, names.size()); ++i)
+        text += fmt::format("{}'{}'", i ? ", " : "", names[i]);
+    if (names.size() > kMost)
+        text += fmt::format(" and {} more", names.size() - kMost);
+    return text;
+}
+
+/// Which grid of which was taken, and which are not shown.
+void tell_grids(const VdbInfo& file, const GridMedium& medium, std::vector<std::string>& notes)
+{
+    std::vector<std::string> all, rest;
+    const std::string color = lower_case(medium.color_grid);
+    for (const GridInfo& grid : file.grids) {
+        all.push_back(grid.name);
+        const bool channel_of_color = !color.empty() && !is_vector(grid) &&
+                                      base_name(grid).starts_with(color) &&
+                                      base_name(grid).size() <= color.size() + 2;
+        if (grid.name != medium.grid && grid.name != medium.emission_grid &&
+            grid.name != medium.color_grid && !channel_of_color)
+            rest.push_back(grid.name);
+    }
+    if (all.size() > 1)
+        notes.push_back(fmt::format("grid '{}' is the smoke, of {}", medium.grid, quoted(all)));
+    if (!medium.color_grid.empty())
+        notes.push_back(fmt::format("grid '{}' colours it", medium.color_grid));
+    if (!rest.empty())
+        notes.push_back(fmt::format("not shown: {}", quoted(rest)));
+}
+
+char choose_up(const AutoSceneOptions& options, const VdbInfo& file, const glm::dvec3& size,
+               std::vector<std::string>& notes)
+{
+    if (options.up != 0)
+        return options.up;
+    const UpGuess guess = guess_up(file, size);
+    notes.push_back(fmt::format("{} is up ({})", guess.axis, guess.why));
+    return guess.axis;
+}
+
+// --- A sequence ---------------------------------------------------------------------------------
+
+/// Of files that are read for their values before the first picture.
+constexpr std::uint64_t kMostBytes = 128U << 20U;
+constexpr std::size_t kSamples = 5;  // frames whose values make the coefficients
+
+/// Its grids, and where its frames have something of them.
+class Sequence {
+public:
+    Sequence(const fs::path& pattern, const AutoSceneOptions& options)
+        : pattern_(pattern), frames_(read_sequence(pattern)), all_(all_grids(frames_))
+    {
+        choose_density(options.grid);
+        emission_ = guess_emission_grid(all_, density_);
+        color_ = guess_color_grid(all_, density_);
+    }
+
+    [[nodiscard]] LoadedScene scene(const AutoSceneOptions& options) const;
+
+private:
+    void choose_density(const std::string& wanted)
+    {
+        if (!wanted.empty()) {
+            if (!has_grid(all_, wanted))
+                fail(fmt::format("no frame has a grid '{}'", wanted));
+            density_ = wanted;
+        } else {
+            for (const GridInfo* grid : fog_candidates(all_))
+                if (density_.empty() && grid->active_voxels > 0)
+                    density_ = grid->name;
+        }
+        if (density_.empty() || voxels_in(all_, density_) == 0)
+            fail(density_.empty() ? "nothing to take as fog in any frame"
+                                  : fmt::format("grid '{}' is empty in all frames", density_));
+    }
+    [[noreturn]] void fail(const std::string& why) const
+    {
+        std::vector<std::string> names;
+        for (const GridInfo& grid : all_.grids)
+            names.push_back(grid.name);
+        throw Error(fmt::format("{}: {} (has: {})", pattern_.string(), why, quoted(names)));
+    }
+
+    [[nodiscard]] Shown read(const SequenceFrame& frame, std::vector<std::string>* notes) const;
+    [[nodiscard]] std::vector<const SequenceFrame*> samples() const;
+    [[nodiscard]] Unread unread(const std::vector<const SequenceFrame*>& known) const;
+
+    fs::path pattern_;
+    std::vector<SequenceFrame> frames_;
+    VdbInfo all_;
+    std::string density_, emission_, color_;
+};
+
+Shown Sequence::read(const SequenceFrame& frame, std::vector<std::string>* notes) const
+{
+    const auto load = [&](const std::string& name) -> std::shared_ptr<const VoxelGrid> {
+        if (name.empty() || voxels_in(frame.file, name) == 0)
+            return nullptr;
+        LoadedGrid loaded = load_grid(frame_file(pattern_, frame.frame), name);
+        if (notes != nullptr)
+            notes->insert(notes->end(), loaded.notes.begin(), loaded.notes.end());
+        return std::make_shared<const VoxelGrid>(std::move(loaded.grid));
+    };
+    try {
+        return {load(density_), load(emission_)};
+    } catch (const Error&) {
+        return {};  // a broken frame is told of when it is shown
+    }
+}
+
+/// The fullest frame of either grid, and some from first to last.
+std::vector<const SequenceFrame*> Sequence::samples() const
+{
+    std::vector<const SequenceFrame*> held;
+    for (const SequenceFrame& frame : frames_)
+        if (voxels_in(frame.file, density_) > 0)
+            held.push_back(&frame);
+    const auto fullest = [&](const std::string& name) {
+        return &*std::max_element(frames_.begin(), frames_.end(),
+                                  [&](const SequenceFrame& a, const SequenceFrame& b) {
+                                      return voxels_in(a.file, name) < voxels_in(b.file, name);
+                                  });
+    };
+    std::vector<const SequenceFrame*> wanted{fullest(density_)};
+    if (!emission_.empty())
+        wanted.push_back(fullest(emission_));
+    const std::size_t count = std::min(kSamples, held.size());
+    for (std::size_t i = 0; i < count; ++i)
+        wanted.push_back(held[count == 1 ? 0 : i * (held.size() - 1) / (count - 1)]);
+    std::vector<const SequenceFrame*> chosen;
+    std::uint64_t bytes = 0;
+    for (const SequenceFrame* frame : wanted)
+        if (std::find(chosen.begin(), chosen.end(), frame) == chosen.end() &&
+            (chosen.empty() || bytes + frame->file.file_bytes <= kMostBytes)) {
+            chosen.push_back(frame);
+            bytes += frame->file.file_bytes;
+        }
+    return chosen;
+}
+
+Unread Sequence::unread(const std::vector<const SequenceFrame*>& known) const
+{
+    std::vector<Unread::Frame> frames;
+    for (const SequenceFrame& frame : frames_) {
+        if (std::find(known.begin(), known.end(), &frame) != known.end())
+            continue;
+        Unread::Frame of{frame.frame, {}, frame.file.file_bytes};
+        for (const GridInfo& grid : frame.file.grids)
+            if ((grid.name == density_ || grid.name == emission_) && grid.active_voxels > 0)
+                of.extents.push_back({grid.world_from_index,
+                                      Box{glm::dvec3(grid.index_min), glm::dvec3(grid.index_max)}});
+        if (!of.extents.empty())
+            frames.push_back(std::move(of));
+    }
+    return {std::move(frames),
+            [this](int number) {
+                const auto frame =
+                    std::find_if(frames_.begin(), frames_.end(),
+                                 [&](const SequenceFrame& f) { return f.frame == number; });
+                return read(*frame, nullptr);
+            },
+            kMostBytes};
+}
+
+LoadedScene Sequence::scene(const AutoSceneOptions& options) const
+{
+    std::vector<std::string> notes;
+    std::vector<Shown> shown;
+    std::vector<const SequenceFrame*> known;
+    std::string numbers;
+    for (const SequenceFrame* frame : samples()) {
+        Shown one = read(*frame, &notes);
+        known.push_back(frame);
+        if (one.density && !one.density->empty())
+            numbers += fmt::format("{}{}", numbers.empty() ? "" : ", ", frame->frame);
+        shown.push_back(std::move(one));
+    }
+    if (numbers.empty())
+        fail(fmt::format("grid '{}' is 0 everywhere", density_));
+
+    glm::dvec3 least(std::numeric_limits<double>::infinity()), most(-least);
+    for (const SequenceFrame& frame : frames_)
+        for (const GridInfo& grid : frame.file.grids)
+            if (grid.name == density_ && grid.active_voxels > 0) {
+                least = glm::min(least, grid.world_min);
+                most = glm::max(most, grid.world_max);
+            }
+    VdbInfo fullest = all_;
+    try {
+        // Its velocities are worth a look at their values.
+        fullest = inspect_vdb(frame_file(pattern_, known.front()->frame));
+    } catch (const Error&) {
+    }
+    if (fullest.creator.empty())
+        fullest.creator = all_.creator;
+    const char up = choose_up(options, fullest, most - least, notes);
+
+    Names names{density_, emission_, 1};
+    for (const SequenceFrame* frame : known) {
+        if (color_.empty() || voxels_in(frame->file, color_) == 0)
+            continue;
+        try {
+            const double brightest = static_cast<double>(
+                load_grid(frame_file(pattern_, frame->frame), color_).grid.max_value);
+            names.brightest_color = std::max(names.brightest_color, brightest);
+        } catch (const Error&) {
+        }
+    }
+    LoadedScene loaded = compose(shown, unread(known), names, up, options.resolution);
+    auto& medium = std::get<GridMedium>(loaded.scene.media.front());
+    medium.file = pattern_.string();
+    medium.color_grid = color_;
+    tell_grids(all_, medium, notes);
+    loaded.notes.insert(loaded.notes.begin(), notes.begin(), notes.end());
+    loaded.notes.push_back(fmt::format("fitted to {} frames, {} to {}; coefficients by frame{} {}",
+                                       frames_.size(), frames_.front().frame, frames_.back().frame,
+                                       numbers.find(',') == std::string::npos ? "" : "s", numbers));
+    return loaded;
+}
+
+}  // namespace
+
+double sigma_t_for_opacity(const VoxelGrid& grid, double opacity)
+{
+    assert(!grid.empty() && opacity > 0 && opacity < 1);
+    return sigma_t_for_opacity(content_columns(grid), opacity);
+}
+
 std::string guess_emission_grid(const VdbInfo& file, const std::string& density)
 {
     const auto find = [&](const std::string& name) -> const GridInfo* {
         for (const GridInfo& grid : file.grids) {
-            const std::string base = lower_case(grid.name.substr(0, grid.name.find('[')));
-            if (base == name && grid.name != density && grid.refusal.empty() &&
+            if (base_name(grid) == name && grid.name != density && grid.refusal.empty() &&
                 grid.active_voxels > 0 && grid.max > 0)
                 return &grid;
         }
@@ -490,14 +908,54 @@ std::string guess_emission_grid(const VdbInfo& file, const std::string& density)
     return "";
 }
 
-UpGuess guess_up(const std::string& creator, const glm::dvec3& size)
+std::string guess_color_grid(const VdbInfo& file, const std::string& density)
 {
-    const std::string who = lower_case(creator);
-    const std::string by = "written by " + printable(creator);
+    std::vector<GridName> names;
+    for (const GridInfo& grid : file.grids)
+        names.push_back({grid.name, std::string(without_number(grid.name))});
+    for (const std::string_view name : color_names()) {
+        for (const GridInfo& grid : file.grids)
+            if (base_name(grid) == name && is_vector(grid) && grid.name != density &&
+                grid.refusal.empty() && grid.active_voxels > 0)
+                return grid.name;
+        const auto channels = find_channels(names, name);
+        if (channels && std::all_of(channels->begin(), channels->end(), [&](std::size_t c) {
+                return file.grids[c].refusal.empty() && !is_vector(file.grids[c]);
+            }))
+            return file.grids[channels->front()].name.substr(0, name.size());
+    }
+    return "";
+}
+
+UpGuess guess_up(const VdbInfo& file, const glm::dvec3& size)
+{
+    const std::string who = lower_case(file.creator);
+    const std::string by = "written by " + printable(file.creator);
     if (who.find("blender") != std::string::npos || who.find("mantaflow") != std::string::npos)
         return {'z', by};
     if (who.find("houdini") != std::string::npos)
         return {'y', by};
+    const auto has = [&](const char* name) {
+        return std::any_of(file.grids.begin(), file.grids.end(),
+                           [&](const GridInfo& grid) { return grid.name == name; });
+    };
+    // Mantaflow, which Blender has inside, keeps what its preview needs beside the smoke.
+    if (has("density") && has("shadow") && (has("flame") || has("temperature") || has("heat")))
+        return {'z', "grids 'density', 'shadow' and 'flame', as Blender's simulations have them"};
+    for (const GridInfo& grid : file.grids) {
+        const std::string name = base_name(grid);
+        if (!is_vector(grid) || (name != "velocity" && name != "vel" && name != "v"))
+            continue;
+        // Smoke rises.
+        const glm::dvec3 mean = grid.mean_vector;
+        const auto rises = [&](double up, double other) {
+            return up > 1.5 * std::max(std::abs(other), std::abs(mean.x));
+        };
+        if (rises(mean.z, mean.y))
+            return {'z', fmt::format("grid '{}' rises in z", grid.name)};
+        if (rises(mean.y, mean.z))
+            return {'y', fmt::format("grid '{}' rises in y", grid.name)};
+    }
     const auto ratio = [](double a, double b) { return std::max(a, b) / std::min(a, b); };
     const auto alike = [&](double a, double b) { return ratio(a, b) < 1.15; };
     const auto unlike = [&](double a, double b) { return ratio(a, b) > 1.25; };
@@ -516,61 +974,20 @@ UpGuess guess_up(const std::string& creator, const glm::dvec3& size)
 LoadedScene frame_grids(std::shared_ptr<const VoxelGrid> density,
                         std::shared_ptr<const VoxelGrid> emission, char up, glm::uvec2 resolution)
 {
-    assert(density && !density->empty() && (up == 'y' || up == 'z'));
-    LoadedScene loaded;
-    std::vector<std::string>& notes = loaded.notes;
-
-    GridMedium medium;
-    medium.grid = density->name;
-    medium.g = kG;
-    const double sigma_t = sigma_t_for_opacity(*density, kOpacity);
-    medium.sigma_s_per_density = three_digits(glm::dvec3(kAlbedo * sigma_t));
-    medium.sigma_a_per_density = three_digits(glm::dvec3((1 - kAlbedo) * sigma_t));
-    std::vector<Content> contents{{*density, sigma_t}};
-    notes.push_back(
-        fmt::format("coefficient {:.3g} /m per density: average line of sight {:.0f} % opaque",
-                    sigma_t, 100 * kOpacity));
-
-    if (emission && !emission->empty()) {
-        // The colour is the grid's own where it has three channels.
-        const glm::dvec3 color = emission->channels == 3 ? glm::dvec3(1) : glm::dvec3(kFireColor);
-        // What is opaque and lit from the side gives about irradiance / 4 pi.
-        const double sunlit_smoke =
-            glm::dot(glm::dvec3(kSunIrradiance), kLuminance) / (4 * glm::pi<double>());
-        const double bright = column_quantile(content_columns(*emission), kBrightShare);
-        const double luminance_per_unit = kFireOverSmoke * sunlit_smoke / bright;
-        medium.emission_grid = emission->name;
-        medium.emission_per_unit =
-            three_digits(color * (luminance_per_unit / glm::dot(color, kLuminance)));
-        contents.emplace_back(*emission, luminance_per_unit / sunlit_smoke);
-        notes.push_back(
-            fmt::format("grid '{}' glows: {:.3g} W/m^2/sr per metre per unit in red: a bright line "
-                        "of sight through it is {:.2g} times as bright as sunlit smoke",
-                        emission->name, medium.emission_per_unit.r, kFireOverSmoke));
-    }
+    assert(density && !density->empty());
+    LoadedScene loaded =
+        compose({{density, emission}}, {}, {density->name, emission ? emission->name : "", 1}, up,
+                resolution);
+    auto& medium = std::get<GridMedium>(loaded.scene.media.front());
     medium.density = std::move(density);
     medium.emission = std::move(emission);
-
-    const Axes axes(up);
-    const Framing framing = frame(
-        contents, axes, static_cast<double>(resolution.x) / static_cast<double>(resolution.y));
-    const double distance = glm::distance(framing.camera.position, framing.camera.look_at);
-    const glm::dvec3 size = framing.content.size();
-    notes.push_back(fmt::format("framed {:.3g} x {:.3g} x {:.3g} m of content from {:.3g} m",
-                                size.x, size.y, size.z, distance));
-
-    Scene& scene = loaded.scene;
-    scene.resolution = resolution;
-    scene.camera = framing.camera;
-    scene.world.radiance = kWorldRadiance;
-    scene.lights.emplace_back(SunLight{axes.world(kSunRightFrontUp), kSunIrradiance});
-    scene.surfaces.emplace_back(ground_below(framing.content, axes, distance));
-    scene.media.emplace_back(std::move(medium));
     return loaded;
 }
 
-LoadedScene make_auto_scene(const std::filesystem::path& vdb, const AutoSceneOptions& options)
+LoadedScene make_auto_scene(const fs::path& vdb, const AutoSceneOptions& options)
 {
+    if (is_sequence(vdb))
+        return Sequence(vdb, options).scene(options);
     LoadedGrid density = load_grid(vdb, options.grid);
     if (density.grid.empty())
         throw Error(fmt::format("{}: grid '{}' is 0 everywhere: nothing to show; name another grid",
@@ -578,25 +995,33 @@ LoadedScene make_auto_scene(const std::filesystem::path& vdb, const AutoSceneOpt
     const VdbInfo info = inspect_vdb(vdb);
 
     std::vector<std::string> notes = std::move(density.notes);
-    std::shared_ptr<const VoxelGrid> emission;
-    if (const std::string name = guess_emission_grid(info, density.grid.name); !name.empty()) {
+    const auto read = [&](const std::string& name) -> std::shared_ptr<const VoxelGrid> {
+        if (name.empty())
+            return nullptr;
         LoadedGrid loaded = load_grid(vdb, name);
         notes.insert(notes.end(), loaded.notes.begin(), loaded.notes.end());
-        emission = std::make_shared<const VoxelGrid>(std::move(loaded.grid));
-    }
+        return std::make_shared<const VoxelGrid>(std::move(loaded.grid));
+    };
     const auto grid = std::make_shared<const VoxelGrid>(std::move(density.grid));
-    char up = options.up;
-    if (up == 0) {
-        const UpGuess guess = guess_up(info.creator, world_bounds(*grid).size());
-        up = guess.axis;
-        notes.push_back(fmt::format("{} is up ({})", up, guess.why));
-    }
+    const std::shared_ptr<const VoxelGrid> emission = read(guess_emission_grid(info, grid->name)),
+                                           color = read(guess_color_grid(info, grid->name));
+    const char up = choose_up(options, info, world_bounds(*grid).size(), notes);
 
-    LoadedScene loaded = frame_grids(grid, emission, up, options.resolution);
+    const bool colored = color && !color->empty();
+    LoadedScene loaded = compose({{grid, emission}}, {},
+                                 {grid->name, emission ? emission->name : "",
+                                  colored ? static_cast<double>(color->max_value) : 1},
+                                 up, options.resolution);
     auto& medium = std::get<GridMedium>(loaded.scene.media.front());
     medium.file = vdb.string();
-    notes.insert(notes.end(), loaded.notes.begin(), loaded.notes.end());
-    loaded.notes = std::move(notes);
+    medium.density = grid;
+    medium.emission = emission;
+    if (colored) {
+        medium.color = color;
+        medium.color_grid = color->name;
+    }
+    tell_grids(info, medium, notes);
+    loaded.notes.insert(loaded.notes.begin(), notes.begin(), notes.end());
     return loaded;
 }
 

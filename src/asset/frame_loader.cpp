@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <fumarole/asset/animation.h>
+#include <fumarole/asset/vdb_file.h>
 #include <fumarole/errors.h>
 
 namespace fumarole::asset {
@@ -31,6 +32,38 @@ void take_over(Scene& scene, const Scene& from)
     scene.world.environment = from.world.environment;
 }
 
+std::shared_ptr<const VoxelGrid> nothing(const std::string& name)
+{
+    auto grid = std::make_shared<VoxelGrid>();
+    grid->name = name;
+    return grid;
+}
+
+/// Fills in those grids of a frame's medium that its file doesn't have, or has without a voxel.
+void fill_absent(GridMedium& medium)
+{
+    const auto wanted = [](const std::shared_ptr<const VoxelGrid>& grid, const std::string& name) {
+        return !grid && !name.empty();
+    };
+    if (medium.density && !wanted(medium.emission, medium.emission_grid) &&
+        !wanted(medium.color, medium.color_grid))
+        return;
+    const VdbInfo file = read_vdb_headers(medium.file);
+    if (!medium.density && voxels_in(file, medium.grid) == 0)
+        medium.density = nothing(medium.grid);
+    if (wanted(medium.emission, medium.emission_grid) && voxels_in(file, medium.emission_grid) == 0)
+        medium.emission = nothing(medium.emission_grid);
+    if (wanted(medium.color, medium.color_grid) && voxels_in(file, medium.color_grid) == 0)
+        medium.color = nothing(medium.color_grid);
+}
+
+/// Whether a medium has a file a frame.
+bool is_moving(const Medium& medium)
+{
+    const auto* grid = std::get_if<GridMedium>(&medium);
+    return grid != nullptr && is_sequence(grid->file);
+}
+
 }  // namespace
 
 void check_frame(const fs::path& sequence, int frame)
@@ -47,19 +80,22 @@ void check_frame(const fs::path& sequence, int frame)
 
 LoadedScene load_frame(const Scene& scene, int frame, const Scene& like)
 {
-    for (const Medium& medium : scene.media)
-        if (const auto* grid = std::get_if<GridMedium>(&medium))
-            check_frame(grid->file, frame);
     LoadedScene loaded{scene_at(scene, frame), {}};
     take_over(loaded.scene, like);
+    for (std::size_t i = 0; i < scene.media.size(); ++i) {
+        if (!is_moving(scene.media[i]))
+            continue;
+        check_frame(std::get<GridMedium>(scene.media[i]).file, frame);
+        fill_absent(std::get<GridMedium>(loaded.scene.media[i]));
+    }
     load_scene_files(loaded);
     return loaded;
 }
 
-FrameLoader::FrameLoader(LoadedScene scene, int first, int last)
-    : scene_{std::move(scene)}, next_{first}, last_{last}
+FrameLoader::FrameLoader(LoadedScene scene, FrameRange frames, MissingFrames missing)
+    : scene_{std::move(scene)}, frames_{frames}, missing_{missing}, next_{frames.first}
 {
-    start(first);
+    start(next_);
 }
 
 void FrameLoader::start(int frame)
@@ -68,20 +104,53 @@ void FrameLoader::start(int frame)
                           [this, frame] { return load_frame(scene_.scene, frame, scene_.scene); });
 }
 
-LoadedScene FrameLoader::next()
+LoadedScene FrameLoader::held(int frame, const std::string& why) const
 {
-    LoadedScene loaded = loading_.get();
-    // What the first frame read and no other changes is there for all.
-    if (Scene kept = scene_.scene; ++next_ <= last_) {
-        for (std::size_t i = 0; i < kept.media.size(); ++i)
-            if (auto* grid = std::get_if<GridMedium>(&kept.media[i]);
-                grid != nullptr && !is_sequence(grid->file))
-                kept.media[i] = loaded.scene.media[i];
-        kept.surfaces = loaded.scene.surfaces;
-        kept.world = loaded.scene.world;
-        scene_.scene = std::move(kept);
-        start(next_);
+    LoadedScene loaded{scene_at(scene_.scene, frame), {}};
+    take_over(loaded.scene, scene_.scene);
+    for (std::size_t i = 0; i < loaded.scene.media.size(); ++i) {
+        if (!is_moving(scene_.scene.media[i]))
+            continue;
+        if (!last_.media.empty()) {
+            loaded.scene.media[i] = last_.media[i];
+            continue;
+        }
+        auto& medium = std::get<GridMedium>(loaded.scene.media[i]);
+        medium.density = nothing(medium.grid);
+        medium.emission = nothing(medium.emission_grid);
+        medium.color = nothing(medium.color_grid);
     }
+    load_scene_files(loaded);
+    loaded.notes.push_back(why + "; held the one before it");
+    return loaded;
+}
+
+std::optional<LoadedScene> FrameLoader::next()
+{
+    const int frame = next_;
+    std::optional<LoadedScene> loaded;
+    try {
+        loaded = loading_.get();
+    } catch (const Error& error) {
+        if (missing_ == MissingFrames::fail)
+            throw;
+        if (missing_ == MissingFrames::hold)
+            loaded = held(frame, error.what());
+    }
+    if (loaded)
+        last_ = loaded->scene;
+    if (next_ > frames_.last - frames_.step)
+        return loaded;
+    // What the first frame read and no other changes is there for all.
+    if (loaded) {
+        for (std::size_t i = 0; i < scene_.scene.media.size(); ++i)
+            if (!is_moving(scene_.scene.media[i]))
+                scene_.scene.media[i] = loaded->scene.media[i];
+        scene_.scene.surfaces = loaded->scene.surfaces;
+        scene_.scene.world = loaded->scene.world;
+    }
+    next_ += frames_.step;
+    start(next_);
     return loaded;
 }
 

@@ -19,6 +19,7 @@
 #include <tuple>
 #include <type_traits>
 
+#include "asset/grid_names.h"
 #include "asset/printable.h"
 #include "asset/vdb_layout.h"
 #include <fumarole/errors.h>
@@ -679,27 +680,24 @@ LoadedGrid load_channels(const VdbLayout& file, const std::string& name,
 
 // --- Which grid ---------------------------------------------------------------------------------
 
-const VdbGridLayout* find_grid(const VdbLayout& file, const std::string& name)
+std::vector<GridName> names_of(const VdbLayout& file)
 {
+    std::vector<GridName> names;
     for (const VdbGridLayout& grid : file.grids)
-        if (grid.address == name)
-            return &grid;
-    for (const VdbGridLayout& grid : file.grids)
-        if (grid.name == name)
-            return &grid;
-    return nullptr;
+        names.push_back({grid.address, grid.name});
+    return names;
+}
+
+std::vector<GridName> names_of(const VdbInfo& file)
+{
+    std::vector<GridName> names;
+    for (const GridInfo& grid : file.grids)
+        names.push_back({grid.name, std::string(without_number(grid.name))});
+    return names;
 }
 
 LoadedGrid load_default(const VdbLayout& file)
 {
-    // Lower is better; level sets only where there is no fog.
-    const auto rank = [](const VdbGridLayout& grid) {
-        if (is_level_set(grid))
-            return 3;
-        if (grid.name == "density")
-            return 0;
-        return grid.grid_class == "fog volume" ? 1 : 2;
-    };
     std::vector<const VdbGridLayout*> candidates;
     const VdbGridLayout* refused = nullptr;
     for (const VdbGridLayout& grid : file.grids) {
@@ -710,7 +708,8 @@ LoadedGrid load_default(const VdbLayout& file)
     }
     if (candidates.empty() && refused)
         refuse(file, *refused, refusal(*refused));
-    std::ranges::stable_sort(candidates, {}, [&](const VdbGridLayout* g) { return rank(*g); });
+    std::ranges::stable_sort(
+        candidates, {}, [](const VdbGridLayout* g) { return fog_rank(g->name, g->grid_class); });
 
     std::set<std::pair<std::size_t, bool>> empty_trees;  // several grids may share one
     for (const VdbGridLayout* candidate : candidates) {
@@ -744,6 +743,7 @@ template <class T> void measure(const RootOf<T>& root, GridInfo& info)
     info.min = std::numeric_limits<double>::infinity();
     info.max = -std::numeric_limits<double>::infinity();
     double sum = 0, finite = 0;
+    glm::dvec3 vector_sum(0);
     const auto add = [&](const T& value, std::uint64_t voxels) {
         double square = 0;
         bool any_nan = false, any_inf = false, any_negative = false;
@@ -760,6 +760,8 @@ template <class T> void measure(const RootOf<T>& root, GridInfo& info)
         if (any_nan || any_inf)
             return;
         const double v = kChannels<T> == 1 ? channel(value, 0) : std::sqrt(square);
+        for (int c = 0; c < kChannels<T>; ++c)
+            vector_sum[c] += channel(value, c) * double(voxels);
         info.min = std::min(info.min, v);
         info.max = std::max(info.max, v);
         sum += v * double(voxels);
@@ -789,6 +791,8 @@ template <class T> void measure(const RootOf<T>& root, GridInfo& info)
     if (finite == 0)
         info.min = info.max = 0;
     info.mean = finite > 0 ? sum / finite : 0;
+    if (kChannels<T> == 3 && finite > 0)
+        info.mean_vector = vector_sum / finite;
 }
 
 /// In world space: the box of the active voxels, each with the half voxel around its centre.
@@ -811,15 +815,43 @@ void place(GridInfo& info)
     }
 }
 
+/// All that is said of a grid beside its values.
+void describe(const VdbGridLayout& grid, GridInfo& about)
+{
+    about.name = printable(grid.address);
+    about.value_type = value_type(grid);
+    about.grid_class = grid.grid_class;
+    about.transform = printable(grid.transform);
+    about.world_from_index = grid.world_from_index;
+    about.leaf_bricks = grid.leaves;
+    about.refusal = refusal(grid);
+    about.world_min = about.world_max = glm::dvec3(0);
+    if (grid.transform_refusal.empty())
+        place(about);
+}
+
+void believe_claims(const VdbGridLayout& grid, GridInfo& about)
+{
+    about.index_min = grid.claimed_min;
+    about.index_max = grid.claimed_max;
+    about.active_voxels = std::uint64_t(grid.claimed_voxels);
+}
+
+VdbInfo file_info(const VdbLayout& layout)
+{
+    VdbInfo info;
+    info.file = layout.file;
+    info.file_bytes = layout.size;
+    info.creator = layout.creator;
+    return info;
+}
+
 }  // namespace
 
 VdbInfo inspect_vdb(const std::filesystem::path& file)
 {
     const VdbLayout layout = read_vdb_layout(file);
-    VdbInfo info;
-    info.file = file;
-    info.file_bytes = layout.size;
-    info.creator = layout.creator;
+    VdbInfo info = file_info(layout);
     std::map<std::size_t, std::size_t> measured;  // grids by the place of the tree they share
     for (const VdbGridLayout& grid : layout.grids) {
         GridInfo about;
@@ -831,23 +863,65 @@ VdbInfo inspect_vdb(const std::filesystem::path& file)
                             [&]<class T>(T*) { measure<T>(*read_tree<T>(layout, grid), about); });
             measured.emplace(grid.tree_begin, info.grids.size());
         } else {
-            about.index_min = grid.claimed_min;
-            about.index_max = grid.claimed_max;
-            about.active_voxels = std::uint64_t(grid.claimed_voxels);
+            believe_claims(grid, about);
         }
-        about.name = printable(grid.address);
-        about.value_type = value_type(grid);
-        about.grid_class = grid.grid_class;
-        about.transform = printable(grid.transform);
-        about.world_from_index = grid.world_from_index;
-        about.leaf_bricks = grid.leaves;
-        about.refusal = refusal(grid);
-        about.world_min = about.world_max = glm::dvec3(0);
-        if (grid.transform_refusal.empty())
-            place(about);
+        describe(grid, about);
         info.grids.push_back(std::move(about));
     }
     return info;
+}
+
+VdbInfo read_vdb_headers(const std::filesystem::path& file)
+{
+    const VdbLayout layout = read_vdb_layout(file, VdbDepth::headers);
+    if (!std::ranges::all_of(layout.grids, &VdbGridLayout::claims))
+        return inspect_vdb(file);
+    VdbInfo info = file_info(layout);
+    for (const VdbGridLayout& grid : layout.grids) {
+        GridInfo about;
+        believe_claims(grid, about);
+        if (about.active_voxels > 0)
+            about.max = std::numeric_limits<double>::infinity();
+        describe(grid, about);
+        info.grids.push_back(std::move(about));
+    }
+    return info;
+}
+
+std::vector<const GridInfo*> fog_candidates(const VdbInfo& file)
+{
+    std::vector<const GridInfo*> candidates;
+    for (const GridInfo& grid : file.grids)
+        if (grid.refusal.empty() && !grid.value_type.starts_with("vec3"))
+            candidates.push_back(&grid);
+    std::ranges::stable_sort(candidates, {}, [](const GridInfo* grid) {
+        return fog_rank(without_number(grid->name), grid->grid_class);
+    });
+    return candidates;
+}
+
+bool has_grid(const VdbInfo& file, const std::string& name)
+{
+    if (name.empty())
+        return !fog_candidates(file).empty();
+    const std::vector<GridName> names = names_of(file);
+    return find_name(names, name) || find_channels(names, name);
+}
+
+std::uint64_t voxels_in(const VdbInfo& file, const std::string& name)
+{
+    std::uint64_t voxels = 0;
+    const std::vector<GridName> names = names_of(file);
+    if (name.empty()) {
+        for (const GridInfo* grid : fog_candidates(file))
+            voxels = std::max(voxels, grid->active_voxels);
+    } else if (const auto grid = find_name(names, name)) {
+        voxels = file.grids[*grid].active_voxels;
+    } else if (const auto channels = find_channels(names, name)) {
+        for (const std::size_t channel : *channels)
+            voxels = std::max(voxels, file.grids[channel].active_voxels);
+    }
+    return voxels;
 }
 
 LoadedGrid load_grid(const std::filesystem::path& file, const std::string& name)
@@ -855,14 +929,15 @@ LoadedGrid load_grid(const std::filesystem::path& file, const std::string& name)
     const VdbLayout layout = read_vdb_layout(file);
     if (name.empty())
         return load_default(layout);
-    if (const VdbGridLayout* grid = find_grid(layout, name))
-        return load(layout, *grid);
-
-    std::array<const VdbGridLayout*, 3> channels{};
-    for (std::size_t c = 0; c < 3; ++c)
-        channels[c] = find_grid(layout, fmt::format("{}.{}", name, "xyz"[c]));
-    if (std::ranges::all_of(channels, [](const VdbGridLayout* grid) { return grid; }))
+    const std::vector<GridName> names = names_of(layout);
+    if (const auto grid = find_name(names, name))
+        return load(layout, layout.grids[*grid]);
+    if (const auto found = find_channels(names, name)) {
+        std::array<const VdbGridLayout*, 3> channels{};
+        for (std::size_t c = 0; c < 3; ++c)
+            channels[c] = &layout.grids[(*found)[c]];
         return load_channels(layout, name, channels);
+    }
     throw Error(
         fmt::format("{}: no grid '{}' {}", file.string(), printable(name), list_grids(layout)));
 }

@@ -53,9 +53,41 @@ struct ZipChunk {
     std::size_t expanded;
 };
 
+/// The bytes of a file, read from the disk where they are asked for first.
+class LazyBytes {
+public:
+    LazyBytes(std::ifstream file, VdbLayout& layout) : file_(std::move(file)), layout_(layout) {}
+
+    void read_all() { read(0, layout_.size); }
+    void need(std::size_t begin, std::size_t end)
+    {
+        constexpr std::size_t kAtLeast = 1 << 14;
+        if (begin < begin_ || end > end_)
+            read(begin, std::min(layout_.size, std::max(end, begin + kAtLeast)));
+    }
+
+private:
+    void read(std::size_t begin, std::size_t end)
+    {
+        file_.seekg(std::streamoff(begin));
+        file_.read(layout_.bytes.get() + begin, std::streamsize(end - begin));
+        if (std::size_t(file_.gcount()) != end - begin)
+            throw Error(fmt::format("{}: can't be read to its end", layout_.file.string()));
+        begin_ = begin;
+        end_ = end;
+    }
+
+    std::ifstream file_;
+    VdbLayout& layout_;
+    std::size_t begin_ = 0, end_ = 0;  ///< what was read last
+};
+
 class Walk {
 public:
-    explicit Walk(VdbLayout& layout) : layout_(layout) {}
+    Walk(VdbLayout& layout, LazyBytes& bytes, VdbDepth depth)
+        : layout_(layout), bytes_(bytes), depth_(depth)
+    {
+    }
 
     void run();
 
@@ -86,6 +118,7 @@ private:
     {
         if (count > end_ - at_)
             fail(fmt::format("{} runs past the end, {} bytes asked", what, count));
+        bytes_.need(at_, at_ + count);
         const char* bytes = layout_.bytes.get() + at_;
         at_ += count;
         return bytes;
@@ -114,6 +147,8 @@ private:
     void check_zip_chunks() const;
 
     VdbLayout& layout_;
+    LazyBytes& bytes_;
+    VdbDepth depth_;
     std::size_t at_ = 0;
     std::size_t end_ = 0;  ///< nothing is read from here on
     std::vector<ZipChunk> zip_chunks_;
@@ -331,7 +366,9 @@ void Walk::tree(VdbGridLayout& grid)
     const bool vector = grid.value == VdbValue::vec3f || grid.value == VdbValue::vec3d;
     values.stored_bytes = !grid.half ? values.bytes : vector ? 6 : 2;
 
-    grid.tree_begin = at_;
+    grid.tree_begin = grid.tree_end = at_;
+    if (depth_ == VdbDepth::headers)
+        return;
     if (get<std::int32_t>("tree") != 1)
         fail("a tree with several buffers");
     take(values.bytes, "background");
@@ -423,6 +460,8 @@ void Walk::run()
     end_ = layout_.size;
     header();
     const bool has_offsets = get<std::uint8_t>("header") != 0;
+    if (!has_offsets)
+        depth_ = VdbDepth::all;  // or nobody knows where the next grid begins
     take(kUuidBytes, "header");
     const Metadata about_file = metadata();
     if (const auto it = about_file.text.find("creator"); it != about_file.text.end())
@@ -471,8 +510,11 @@ void Walk::run()
             grid.claimed_max = hi->second;
         }
         if (const auto it = about.int64.find("file_voxel_count");
-            it != about.int64.end() && it->second > 0)
+            it != about.int64.end() && it->second >= 0) {
             grid.claimed_voxels = it->second;
+            grid.claims = lo != about.vec3i.end() && hi != about.vec3i.end() &&
+                          (it->second == 0) == (grid.claimed_min.x > grid.claimed_max.x);
+        }
         if (layout_.creator.empty())
             if (const auto it = about.text.find("creator"); it != about.text.end())
                 layout_.creator = printable(it->second);
@@ -517,7 +559,7 @@ void Walk::run()
 
 }  // namespace
 
-VdbLayout read_vdb_layout(const std::filesystem::path& file)
+VdbLayout read_vdb_layout(const std::filesystem::path& file, VdbDepth depth)
 {
     VdbLayout layout;
     layout.file = file;
@@ -541,10 +583,10 @@ VdbLayout read_vdb_layout(const std::filesystem::path& file)
     layout.size = std::size_t(size);
     // Not mapped: the program that made the file may be overwriting it while we look.
     layout.bytes = std::make_unique_for_overwrite<char[]>(layout.size);
-    in.read(layout.bytes.get(), std::streamsize(layout.size));
-    if (std::size_t(in.gcount()) != layout.size)
-        throw Error(fmt::format("{}: can't be read to its end", file.string()));
-    Walk(layout).run();
+    LazyBytes bytes(std::move(in), layout);
+    if (depth == VdbDepth::all)
+        bytes.read_all();
+    Walk(layout, bytes, depth).run();
     return layout;
 }
 

@@ -38,6 +38,7 @@ struct VdbGridLayout {
     /// Metadata written beside the grid, believed only where the tree is not read.
     glm::ivec3 claimed_min{1}, claimed_max{0};
     std::int64_t claimed_voxels = 0;
+    bool claims = false;  ///< that metadata is there
 
     std::uint32_t compression = 0;  ///< OpenVDB's flags: 1 zip, 2 active values only, 4 blosc
     std::size_t tree_begin = 0;     ///< bytes of the tree in the file, checked to the last chunk
@@ -57,9 +58,13 @@ struct VdbLayout {
     std::vector<VdbGridLayout> grids;  ///< in the file's order
 };
 
+/// How much of a file is read. `headers`: no tree, of which `tree_end` and `leaves` are not known
+/// then; the bytes between them are not read at all.
+enum class VdbDepth { headers, all };
+
 /// Reads a file and walks all of it. Memory: the file's size, and little else.
 /// @throws Error naming the file and the byte: not there, no VDB, of another version, damaged, cut
 /// short.
-VdbLayout read_vdb_layout(const std::filesystem::path& file);
+VdbLayout read_vdb_layout(const std::filesystem::path& file, VdbDepth depth = VdbDepth::all);
 
 }  // namespace fumarole::asset

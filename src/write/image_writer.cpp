@@ -67,8 +67,13 @@ std::string reason_for(int error, const fs::path& file, std::size_t bytes)
 {
     const std::string folder = folder_of(file).string();
     switch (error) {
-    case ENOENT:
+    case ENOENT: {
+        std::error_code unknown;  // of a folder that is there it means that none can be made there
+        if (fs::is_directory(folder_of(file), unknown)) {
+            return fmt::format("folder '{}' takes no new files; choose another", folder);
+        }
         return fmt::format("no such folder '{}'; create it first", folder);
+    }
     case ENOTDIR:
         return fmt::format("'{}' is not a folder; choose another", folder);
     case EACCES:
@@ -290,6 +295,32 @@ std::uint8_t to_byte(float encoded)
     return static_cast<std::uint8_t>(std::lround(std::clamp(encoded, 0.0f, 1.0f) * 255.0f));
 }
 
+struct EncodedPixel {
+    glm::vec3 rgb;  ///< display-encoded, not multiplied by alpha
+    float alpha;
+};
+
+// PNG's alpha is straight, ours premultiplied; and light is divided before the display's curve, not
+// after. Light that covers nothing has no straight form: it keeps its colour, for viewers that drop
+// alpha.
+EncodedPixel straight(glm::vec3 radiance, float alpha, const Display& display)
+{
+    return {display_transform(alpha > 0 ? radiance / alpha : radiance, display), alpha};
+}
+
+// Over black the pixel is to look as what covers would, with what glows added as a screen shows it.
+// Alpha is then as large as it must be for that: the brightest channel.
+EncodedPixel with_glow(glm::vec3 radiance, glm::vec3 cover, float alpha, const Display& display)
+{
+    cover = glm::min(cover, radiance);
+    const EncodedPixel covering = straight(cover, alpha, display);
+    const glm::vec3 glow = display_transform(radiance, display) - display_transform(cover, display);
+    const glm::vec3 over_black = alpha * covering.rgb + glm::max(glow, glm::vec3(0));
+    const float brightest = std::max({over_black.r, over_black.g, over_black.b});
+    const float raised = std::min(1.0f, std::max(alpha, brightest));
+    return {raised > 0 ? over_black / raised : over_black, raised};
+}
+
 }  // namespace
 
 void write_exr(const Image& image, const fs::path& file)
@@ -329,36 +360,38 @@ void write_png(const Image& image, const Display& display, const fs::path& file)
     if (alpha_channel) {
         used.push_back(*alpha_channel);
     }
+    const std::optional<int> cover =
+        alpha_channel ? find_channel(image.channels, "cover.R") : std::nullopt;
+    const std::size_t stored = used.size();
+    if (cover) {
+        for (int c = 0; c < 3; ++c)
+            used.push_back(*cover + c);
+    }
     check_finite(image, used, file);
 
     std::vector<std::uint8_t> pixels;
     pixels.reserve(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
-                   used.size());
+                   stored);
     for (int y = 0; y < image.height; ++y) {
         for (int x = 0; x < image.width; ++x) {
-            glm::vec3 radiance(image.at(x, y, used[0]), image.at(x, y, used[1]),
-                               image.at(x, y, used[2]));
-            float alpha = 1;
+            const auto rgb = [&](std::size_t first) {
+                return glm::vec3(image.at(x, y, used[first]), image.at(x, y, used[first + 1]),
+                                 image.at(x, y, used[first + 2]));
+            };
+            EncodedPixel pixel{display_transform(rgb(0), display), 1};
             if (alpha_channel) {
-                alpha = std::clamp(image.at(x, y, *alpha_channel), 0.0f, 1.0f);
-                // PNG's alpha is straight, ours premultiplied; and light is divided before the
-                // display's curve, not after. Light that covers nothing (a flame that does not
-                // absorb) has no straight form: it keeps its colour, for viewers that drop alpha.
-                if (alpha > 0) {
-                    radiance /= alpha;
-                }
+                const float alpha = std::clamp(image.at(x, y, *alpha_channel), 0.0f, 1.0f);
+                pixel = cover ? with_glow(rgb(0), rgb(stored), alpha, display)
+                              : straight(rgb(0), alpha, display);
             }
-            const glm::vec3 encoded = display_transform(radiance, display);
-            pixels.push_back(to_byte(encoded.r));
-            pixels.push_back(to_byte(encoded.g));
-            pixels.push_back(to_byte(encoded.b));
-            if (alpha_channel) {
-                pixels.push_back(to_byte(alpha));
-            }
+            for (int c = 0; c < 3; ++c)
+                pixels.push_back(to_byte(pixel.rgb[c]));
+            if (alpha_channel)
+                pixels.push_back(to_byte(pixel.alpha));
         }
     }
 
-    OIIO::ImageSpec spec(image.width, image.height, static_cast<int>(used.size()),
+    OIIO::ImageSpec spec(image.width, image.height, static_cast<int>(stored),
                          OIIO::TypeDesc::UINT8);
     spec.attribute("oiio:ColorSpace", "sRGB");
     // The division is done above; OIIO would do it again, on encoded values.

@@ -102,6 +102,16 @@ TEST(Input, DamagedAnywhereNeverCrashes)
     EXPECT_GT(refused, 0);
 }
 
+TEST(Input, WithAHashInItsNameIsThatFile)
+{
+    const TempFolder folder;
+    fs::copy_file(sample("fire_plume.vdb"), folder.path() / "take#2.vdb");
+    const Outcome run = run_program(folder.path(), {"render", "take#2.vdb", kSmall});
+    EXPECT_EQ(run.code, 0) << run;
+    EXPECT_TRUE(fs::exists(folder.path() / "take#2.png")) << run;
+    EXPECT_EQ(run_program(folder.path(), {"info", "take#2.vdb"}).code, 0);
+}
+
 TEST(Input, GridsThatAreNotThereAreNamedWithThoseThatAre)
 {
     const TempFolder folder;
@@ -163,6 +173,37 @@ TEST(Output, ThatCantBeWrittenIsNamedAndLeavesNothing)
     expect_refused(run_program(folder.path(), {"render", "fog.json", kSmall, "-o", "x.png",
                                                "--save-scene", "no_folder/s.json"}),
                    "--save-scene", {"no_folder/s.json"});
+}
+
+TEST(Output, InAFolderThatTakesNoneIsNotCalledMissing)
+{
+    const TempFolder folder;
+    folder.write("fog.json", scene());
+    fs::create_directory(folder.path() / "locked");
+    fs::permissions(folder.path() / "locked", fs::perms::owner_read | fs::perms::owner_exec);
+    std::vector<std::string> outputs{"/proc/x.png"};
+    if (geteuid() != 0)  // whom no right is missing
+        outputs.emplace_back("locked/x.png");
+    for (const std::string& output : outputs) {
+        const Outcome run =
+            run_program(folder.path(), {"render", "fog.json", kSmall, "-o", output});
+        expect_refused(run, output, {output, fs::path(output).parent_path().string()});
+        EXPECT_EQ(run.err.find("no such folder"), std::string::npos) << run;
+    }
+    const Outcome missing =
+        run_program(folder.path(), {"render", "fog.json", kSmall, "-o", "none/x.png"});
+    expect_refused(missing, "none/x.png", {"no such folder 'none'; create it first"});
+}
+
+TEST(Output, EndsInAnyCase)
+{
+    const TempFolder folder;
+    folder.write("fog.JSON", scene());
+    const Outcome run = run_program(
+        folder.path(), {"render", "fog.JSON", kSmall, "-o", "x.PNG", "-o", "x.Exr", "-o", "y.png"});
+    EXPECT_EQ(run.code, 0) << run;
+    EXPECT_EQ(read_bytes(folder.path() / "x.PNG"), read_bytes(folder.path() / "y.png"));
+    EXPECT_TRUE(fs::exists(folder.path() / "x.Exr"));
 }
 
 TEST(Output, OnAFullDiskKeepsTheOldFileWhole)

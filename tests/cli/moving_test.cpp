@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/run_program.h"
+#include "support/make_vdb.h"
 #include <fumarole/write/image_writer.h>
 
 namespace fumarole::test {
@@ -103,12 +104,108 @@ TEST_F(Moving, SequencesOfFilesAreFollowed)
         render({"s_###.vdb", "--size=48x27", "--frames=3..4", "-o", "x.#.exr", "-o", "x.#.png"});
     ASSERT_EQ(run.code, 0) << run;
     EXPECT_NE(run.out.find("wrote frames 3..4"), std::string::npos) << run;
+    EXPECT_NE(run.out.find("fitted to 2 frames, 3 to 4"), std::string::npos) << run;
     EXPECT_NE(picture("x.3.exr"), picture("x.4.exr"));
     EXPECT_TRUE(fs::exists(folder_.path() / "x.4.png"));
 
     const Outcome one = render({"s_###.vdb", "--size=48x27", "-o", "one.exr"});
     ASSERT_EQ(one.code, 0) << one;
     EXPECT_NE(one.out.find("frame 3 of s_###.vdb"), std::string::npos) << one;
+}
+
+TEST_F(Moving, FramesBeforeZeroStepsAndOtherPatternsAreFollowed)
+{
+    for (const char* name : {"s.-002.vdb", "s.-001.vdb", "s.0000.vdb", "s.0001.vdb", "s.0002.vdb"})
+        fs::copy_file(sample("smoke_plume.vdb"), folder_.path() / name);
+    for (const char* pattern : {"s.####.vdb", "s.%04d.vdb", "s.$F4.vdb", "s.@@@@.vdb"}) {
+        const Outcome run = render({pattern, "--size=16x9", "--steps=8", "--world-cache=off",
+                                    "--frames", "-2..2x2", "-o", "x.%03d.png"});
+        ASSERT_EQ(run.code, 0) << run;
+        for (const char* output : {"x.-02.png", "x.000.png", "x.002.png"})
+            EXPECT_TRUE(fs::remove(folder_.path() / output)) << pattern << ' ' << output;
+        EXPECT_FALSE(fs::exists(folder_.path() / "x.001.png"));
+        const Outcome info = run_program(folder_.path(), {"info", pattern});
+        EXPECT_NE(info.out.find("frames -2..2\n"), std::string::npos) << info;
+    }
+}
+
+TEST_F(Moving, AMissingFrameIsHeldOrLeftOutIfTold)
+{
+    for (const int frame : {1, 3})
+        fs::copy_file(sample("smoke_plume.vdb"), folder_.path() / fmt::format("s_{}.vdb", frame));
+    folder_.write("s_4.vdb", "no VDB");
+    const Arguments words{"s_#.vdb", "--size=16x9", "--jitter=none", "--frames=1..4"};
+    Arguments hold = words, skip = words;
+    hold.insert(hold.end(), {"--missing-frames=hold", "-o", "h.#.exr"});
+    skip.insert(skip.end(), {"--missing-frames=skip", "-o", "s.#.exr"});
+    const Outcome held = render(hold), skipped = render(skip);
+    ASSERT_EQ(held.code, 0) << held;
+    ASSERT_EQ(skipped.code, 0) << skipped;
+    EXPECT_NE(held.out.find("frame 2 is missing"), std::string::npos) << held;
+    EXPECT_EQ(picture("h.2.exr"), picture("h.1.exr"));
+    EXPECT_EQ(picture("h.4.exr"), picture("h.1.exr"));
+    EXPECT_FALSE(fs::exists(folder_.path() / "s.2.exr"));
+    EXPECT_FALSE(fs::exists(folder_.path() / "s.4.exr"));
+    EXPECT_EQ(picture("s.3.exr"), picture("h.1.exr"));
+}
+
+TEST_F(Moving, AnEmptyFrameShowsTheEmptyScene)
+{
+    write_vdb(folder_.path() / "s_1.vdb", {VdbGrid{}});
+    fs::copy_file(sample("smoke_plume.vdb"), folder_.path() / "s_2.vdb");
+    write_vdb(folder_.path() / "s_3.vdb", {});
+    const Outcome run = render({"s_#.vdb", "--size=32x18", "--jitter=none", "--frames=1..3", "-o",
+                                "x.#.exr", "--save-scene=s.json"});
+    ASSERT_EQ(run.code, 0) << run;
+    for (const char* empty : {"x.1.exr", "x.3.exr"}) {
+        EXPECT_EQ(
+            picture(empty),
+            write::read_exr(folder_.path() / empty, {"surface.R", "surface.G", "surface.B"}).pixels)
+            << empty;
+    }
+    EXPECT_NE(picture("x.2.exr"), picture("x.1.exr"));
+    // The still of a sequence is the first frame that there is something to see in.
+    const Outcome still = render({"s_#.vdb", "--size=32x18", "--jitter=none", "-o", "y.exr"});
+    ASSERT_EQ(still.code, 0) << still;
+    EXPECT_NE(still.out.find("frame 2 of s_#.vdb"), std::string::npos) << still;
+    EXPECT_EQ(picture("y.exr"), picture("x.2.exr"));
+}
+
+TEST_F(Moving, AFlameThatIsEmptyOrMissingLeavesTheSmokeDark)
+{
+    VdbGrid smoke, flame;
+    for (int i = 0; i < 512; ++i)
+        smoke.voxels.push_back({{i % 8, i / 8 % 8, i / 64}, glm::dvec3(0.5)});
+    flame.name = "flame";
+    write_vdb(folder_.path() / "f_1.vdb", {smoke, flame});
+    write_vdb(folder_.path() / "f_2.vdb", {smoke});
+    flame.voxels = smoke.voxels;
+    write_vdb(folder_.path() / "f_3.vdb", {smoke, flame});
+    const auto scene = [&](const std::string& file, const std::string& emission) {
+        return fmt::format(
+            R"({{"resolution": [32, 18],
+ "camera": {{"position": [3.5,-20,3.5], "look_at": [3.5,3.5,3.5], "vfov_deg": 40}},
+ "lights": [{{"type": "sun", "direction_to_light": [-0.7,-0.2,0.7], "irradiance_W_per_m2": [5,5,4]}}],
+ "media": [{{"type": "vdb", "file": "{}", "grid": "density", {} "sigma_s_per_density": [0.4,0.4,0.4]}}]}})",
+            file, emission);
+    };
+    const std::string glow = R"("emission_grid": "flame", "emission_per_unit": [3,1,0.2],)";
+    folder_.write("empty.json", scene("f_1.vdb", glow));
+    folder_.write("dark.json", scene("f_1.vdb", ""));
+    folder_.write("moving.json", scene("f_#.vdb", glow));
+    for (const char* mode : {"raymarch", "froxel", "reference"}) {
+        const std::string word = fmt::format("--mode={}", mode);
+        for (const char* name : {"empty", "dark"}) {
+            const Outcome run =
+                render({fmt::format("{}.json", name), word, "-o", fmt::format("{}.exr", name)});
+            ASSERT_EQ(run.code, 0) << run;
+        }
+        EXPECT_EQ(picture("empty.exr"), picture("dark.exr")) << mode;
+    }
+    const Outcome run = render({"moving.json", "--jitter=none", "--frames=1..3", "-o", "m.#.exr"});
+    ASSERT_EQ(run.code, 0) << run;
+    EXPECT_EQ(picture("m.1.exr"), picture("m.2.exr"));
+    EXPECT_NE(picture("m.1.exr"), picture("m.3.exr"));
 }
 
 TEST_F(Moving, AMissingFrameEndsItAndThoseBeforeStay)
@@ -128,7 +225,8 @@ TEST_F(Moving, WrongWordsAreRefused)
     folder_.write("path.json", passing_by());
     for (const auto& [arguments, named] : std::vector<std::pair<Arguments, const char*>>{
              {{"path.json", "--frames=2..1"}, "--frames"},
-             {{"path.json", "--frames=-1..1"}, "--frames"},
+             {{"path.json", "--frames=1..9x0"}, "--frames"},
+             {{sample("smoke_plume.vdb"), "--frames=1..2"}, "is one file"},
              {{"path.json", "--frames=1..x"}, "--frames"},
              {{"path.json", "--frames=0"}, "--frames"},
              {{"path.json", "--frames=1..2", "-o", "x.png"}, "has no #"}}) {

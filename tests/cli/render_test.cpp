@@ -328,6 +328,63 @@ TEST(Render, AlphaLeavesTheSkyOut)
     EXPECT_EQ(png->spec().nchannels, 4);
 }
 
+/// 8-bit values of a PNG as they stand in it.
+std::vector<std::uint8_t> png_bytes(const fs::path& file)
+{
+    OIIO::ImageSpec ask;
+    ask.attribute("oiio:UnassociatedAlpha", 1);
+    const auto input = OIIO::ImageInput::open(file.string(), &ask);
+    std::vector<std::uint8_t> bytes(input->spec().image_pixels() *
+                                    std::size_t(input->spec().nchannels));
+    input->read_image(0, 0, 0, -1, OIIO::TypeDesc::UINT8, bytes.data());
+    return bytes;
+}
+
+TEST(Render, AlphaOfAPngShowsWhatOnlyGlows)
+{
+    const TempFolder folder;
+    const auto scene = [&](const char* name, const char* medium) {
+        folder.write(name, fmt::format(R"({{"resolution": [32, 18],
+ "camera": {{"position": [0,-10,0], "look_at": [0,0,0], "vfov_deg": 30}},
+ "world_radiance": [0.2,0.3,0.5],
+ "media": [{{"type": "box", "min": [-1,-1,-1], "max": [1,1,1], {}}}]}})",
+                                       medium));
+    };
+    scene("glow.json", R"("sigma_s": [0,0,0], "emission": [3,1,0.2])");
+    scene("smoke.json", R"("sigma_s": [0.4,0.4,0.4])");
+    for (const char* mode : {"raymarch", "froxel"}) {
+        const std::string word = fmt::format("--mode={}", mode);
+        const Outcome run = must(folder, {"render", "glow.json", word, "--alpha", "--exposure=-2",
+                                          "-o", "a.png", "-o", "a.exr"});
+        EXPECT_NE(run.out.find("alpha is raised where media glow"), std::string::npos) << run;
+        EXPECT_EQ(range_of(Channels(folder.path() / "a.exr").of("A")).max, 0)
+            << "an EXR needs none";
+        // Over black it is the picture without a sky.
+        std::string black = read_bytes(folder.path() / "glow.json");
+        black.replace(black.find("[0.2,0.3,0.5]"), 13, "[0,0,0]");
+        folder.write("black.json", black);
+        must(folder, {"render", "black.json", word, "--exposure=-2", "-o", "b.png"});
+        const auto a = png_bytes(folder.path() / "a.png"), b = png_bytes(folder.path() / "b.png");
+        ASSERT_EQ(a.size() / 4, b.size() / 3);
+        int most = 0;
+        for (std::size_t i = 0; i < a.size() / 4; ++i)
+            for (std::size_t c = 0; c < 3; ++c) {
+                ASSERT_NEAR(a[4 * i + c] * a[4 * i + 3] / 255.0, b[3 * i + c], 1.5);
+                most = std::max<int>(most, b[3 * i + c]);
+            }
+        EXPECT_GT(most, 60);
+
+        // Smoke that does not glow is what it was.
+        const Outcome smoke =
+            must(folder, {"render", "smoke.json", word, "--alpha", "-o", "s.png", "-o", "s.exr"});
+        EXPECT_EQ(smoke.out.find("alpha is raised"), std::string::npos) << smoke;
+        const std::vector<float> alpha = Channels(folder.path() / "s.exr").of("A");
+        const auto s = png_bytes(folder.path() / "s.png");
+        for (std::size_t i = 0; i < alpha.size(); ++i)
+            ASSERT_EQ(s[4 * i + 3], std::lround(alpha[i] * 255)) << i;
+    }
+}
+
 TEST(Render, SizeOfASceneCanBeAsked)
 {
     const TempFolder folder;

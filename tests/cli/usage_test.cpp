@@ -40,7 +40,10 @@ TEST(Usage, IsRefusedWithTwoAndTheNameOfWhatIsWrong)
     };
     const std::vector<Case> cases{
         {{}, "subcommand"},
-        {{"smoke"}, "subcommand"},
+        {{"smoke"}, "no command 'smoke'; commands are info, render"},
+        {{"rendr"}, "did you mean 'render'?"},
+        {{"veiw", "x.vdb"}, "did you mean 'view'?"},
+        {{"render", "x.vdb", "--expousre=1"}, "did you mean --exposure?"},
         {{"info"}, "FILE"},
         {{"render"}, "INPUT"},
         {{"render", "--no-such-option", "x.vdb"}, "--no-such-option"},

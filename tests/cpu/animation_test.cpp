@@ -9,6 +9,7 @@
 #include "support/make_vdb.h"
 #include "support/temp_folder.h"
 #include <fumarole/asset/frame_loader.h>
+#include <fumarole/asset/sequence.h>
 #include <fumarole/errors.h>
 
 namespace fumarole {
@@ -67,6 +68,48 @@ TEST(Sequence, HashesBecomeTheFramesNumber)
     EXPECT_FALSE(is_sequence("x#/a.vdb"));
 }
 
+TEST(Sequence, PlacesForANumberAsOtherProgramsWriteThem)
+{
+    for (const auto& [pattern, file] :
+         std::vector<std::pair<const char*, const char*>>{{"a.%04d.vdb", "a.0007.vdb"},
+                                                          {"a.%d.vdb", "a.7.vdb"},
+                                                          {"a.%3d.vdb", "a.007.vdb"},
+                                                          {"a.$F4.vdb", "a.0007.vdb"},
+                                                          {"a.$F.vdb", "a.7.vdb"},
+                                                          {"a.${F3}.vdb", "a.007.vdb"},
+                                                          {"a.@@@@.vdb", "a.0007.vdb"},
+                                                          {"a@home_##.vdb", "a@home_07.vdb"},
+                                                          {"take_#_%02d.vdb", "take_7_%02d.vdb"}}) {
+        EXPECT_TRUE(has_frame_number(pattern)) << pattern;
+        EXPECT_EQ(frame_file(pattern, 7), file) << pattern;
+    }
+    for (const char* plain : {"a.vdb", "100%.vdb", "5%_density.vdb", "US$.vdb", "%99999d.vdb"})
+        EXPECT_FALSE(has_frame_number(plain)) << plain;
+}
+
+TEST(Sequence, AFileOfExactlyThatNameIsNoSequence)
+{
+    const test::TempFolder folder;
+    folder.write("take#2.vdb", "x");
+    folder.write("take32.vdb", "x");
+    EXPECT_FALSE(is_sequence(folder.path() / "take#2.vdb"));
+    EXPECT_EQ(frame_file(folder.path() / "take#2.vdb", 3), folder.path() / "take#2.vdb");
+    EXPECT_TRUE(is_sequence(folder.path() / "take#3.vdb"));
+    EXPECT_EQ(numbered_file(folder.path() / "take#2.vdb", 3), folder.path() / "take32.vdb");
+}
+
+TEST(Sequence, FramesBeforeZeroHaveASign)
+{
+    const test::TempFolder folder;
+    for (const char* name : {"s.-002.vdb", "s.-0001.vdb", "s.0000.vdb", "s.0001.vdb"})
+        folder.write(name, "x");
+    const fs::path pattern = folder.path() / "s.####.vdb";
+    EXPECT_THAT(frames_of(pattern), testing::ElementsAre(-2, -1, 0, 1));
+    EXPECT_EQ(frame_file(pattern, -2).filename(), "s.-002.vdb");
+    EXPECT_EQ(frame_file(pattern, -1).filename(), "s.-0001.vdb");
+    EXPECT_EQ(frame_file(pattern, -3).filename(), "s.-003.vdb");
+}
+
 TEST(Sequence, FramesThatAreThereAreFound)
 {
     const test::TempFolder folder;
@@ -111,16 +154,20 @@ protected:
         still.file = (folder_.path() / "still.vdb").string();
         scene_.media = {moving, still};
     }
+    static const GridMedium& medium(const std::optional<asset::LoadedScene>& frame)
+    {
+        return std::get<GridMedium>(frame.value().scene.media.front());
+    }
     test::TempFolder folder_;
     Scene scene_;
 };
 
 TEST_F(FrameLoaderTest, EachFrameHasItsFileAndTheRestIsReadOnce)
 {
-    asset::FrameLoader frames({scene_, {}}, 1, 3);
+    asset::FrameLoader frames({scene_, {}}, {1, 3});
     std::shared_ptr<const VoxelGrid> moving, still;
     for (int frame = 1; frame <= 3; ++frame) {
-        const asset::LoadedScene now = frames.next();
+        const asset::LoadedScene now = frames.next().value();
         const auto& a = std::get<GridMedium>(now.scene.media[0]);
         const auto& b = std::get<GridMedium>(now.scene.media[1]);
         EXPECT_EQ(a.file, (folder_.path() / fmt::format("s_{:04}.vdb", frame)).string());
@@ -135,7 +182,7 @@ TEST_F(FrameLoaderTest, EachFrameHasItsFileAndTheRestIsReadOnce)
 TEST_F(FrameLoaderTest, AMissingFrameIsNamedWithThoseThatAreThere)
 {
     fs::remove(folder_.path() / "s_0002.vdb");
-    asset::FrameLoader frames({scene_, {}}, 1, 3);
+    asset::FrameLoader frames({scene_, {}}, {1, 3});
     EXPECT_NO_THROW(frames.next());
     try {
         frames.next();
@@ -145,6 +192,92 @@ TEST_F(FrameLoaderTest, AMissingFrameIsNamedWithThoseThatAreThere)
                     testing::AllOf(testing::HasSubstr("s_0002.vdb"),
                                    testing::HasSubstr("frame 2 is missing"),
                                    testing::HasSubstr("2 of "), testing::HasSubstr("the last 3")));
+    }
+}
+
+TEST_F(FrameLoaderTest, AStepLeavesFramesOut)
+{
+    fs::remove(folder_.path() / "s_0002.vdb");
+    const FrameRange range{1, 4, 2};
+    EXPECT_EQ(range.count(), 2);
+    asset::FrameLoader frames({scene_, {}}, range);
+    EXPECT_EQ(medium(frames.next()).file, (folder_.path() / "s_0001.vdb").string());
+    EXPECT_EQ(medium(frames.next()).file, (folder_.path() / "s_0003.vdb").string());
+}
+
+TEST_F(FrameLoaderTest, AMissingOrBrokenFrameIsHeldOrLeftOut)
+{
+    folder_.write("s_0001.vdb", "no VDB");
+    fs::remove(folder_.path() / "s_0003.vdb");
+    asset::FrameLoader held({scene_, {}}, {1, 3}, asset::MissingFrames::hold);
+    const auto first = held.next(), second = held.next(), third = held.next();
+    EXPECT_TRUE(medium(first).density->empty()) << "there is none before it";
+    EXPECT_FALSE(medium(second).density->empty());
+    EXPECT_EQ(medium(third).density, medium(second).density);
+    EXPECT_THAT(third->notes, testing::Contains(testing::HasSubstr("frame 3 is missing")));
+    EXPECT_DOUBLE_EQ(third->scene.time, 3 / 24.0);
+
+    asset::FrameLoader skipped({scene_, {}}, {1, 3}, asset::MissingFrames::skip);
+    EXPECT_FALSE(skipped.next());
+    EXPECT_FALSE(medium(skipped.next()).density->empty());
+    EXPECT_FALSE(skipped.next());
+}
+
+/// A fire that is lit in frame 3: the files before have an empty flame, or none.
+class LitLater : public testing::Test {
+protected:
+    void SetUp() override
+    {
+        const auto voxel = [](const std::string& name, double value) {
+            test::VdbGrid grid;
+            grid.name = name;
+            grid.voxels = {{{1, 2, 3}, glm::dvec3(value)}};
+            return grid;
+        };
+        test::VdbGrid empty;
+        empty.name = "flame";
+        write(1, {});
+        write(2, {voxel("density", 1), empty});
+        write(3, {voxel("density", 1)});
+        write(4, {voxel("density", 1), voxel("flame", 2), voxel("temperature", 3)});
+        GridMedium medium;
+        medium.file = (folder_.path() / "f_#.vdb").string();
+        medium.emission_grid = "Flame";
+        medium.emission_per_unit = glm::vec3(1);
+        scene_.media = {medium};
+    }
+    void write(int frame, const std::vector<test::VdbGrid>& grids) const
+    {
+        test::write_vdb(folder_.path() / fmt::format("f_{}.vdb", frame), grids);
+    }
+    test::TempFolder folder_;
+    Scene scene_;
+};
+
+TEST_F(LitLater, WhatAFrameLacksIsEmptyInIt)
+{
+    asset::settle_sequences(scene_);
+    EXPECT_EQ(std::get<GridMedium>(scene_.media.front()).grid, "density");
+    EXPECT_EQ(asset::first_frame_with_content(scene_), 2);
+    asset::FrameLoader frames({scene_, {}}, {1, 4});
+    for (int frame = 1; frame <= 4; ++frame) {
+        const auto now = frames.next();
+        const GridMedium& at = std::get<GridMedium>(now->scene.media.front());
+        ASSERT_TRUE(at.density && at.emission) << frame;
+        EXPECT_EQ(at.density->empty(), frame == 1) << frame;
+        EXPECT_EQ(at.emission->empty(), frame != 4) << frame;
+    }
+}
+
+TEST_F(LitLater, WhatNoFrameHasIsAMistake)
+{
+    std::get<GridMedium>(scene_.media.front()).emission_grid = "fire";
+    try {
+        asset::settle_sequences(scene_);
+        FAIL() << "nothing was said";
+    } catch (const Error& error) {
+        EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr("no frame has a grid 'fire'"),
+                                                 testing::HasSubstr("'temperature'")));
     }
 }
 

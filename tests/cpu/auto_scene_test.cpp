@@ -12,6 +12,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <string>
 
+#include "support/make_vdb.h"
+#include "support/temp_folder.h"
 #include <fumarole/asset/scene_file.h>
 #include <fumarole/errors.h>
 
@@ -371,22 +373,6 @@ TEST(FrameGrids, NumbersAreRoundSoThatTheSceneReadsWell)
     EXPECT_TRUE(short_text(scene.camera.near)) << scene.camera.near;
 }
 
-TEST(GuessUp, AsksTheWriterAndThenTheShape)
-{
-    const glm::dvec3 cube{1, 1, 1};
-    EXPECT_EQ(guess_up("Blender/OpenVDBWriter", {1, 3, 1}).axis, 'z');
-    EXPECT_EQ(guess_up("mantaflow", cube).axis, 'z');
-    EXPECT_EQ(guess_up("Houdini 17.5.173/GEO_VDBTranslator", {1, 1, 3}).axis, 'y');
-    EXPECT_NE(guess_up("Houdini 17.5.173", cube).why.find("Houdini 17.5.173"), std::string::npos);
-    EXPECT_EQ(guess_up("", cube).axis, 'y');
-    EXPECT_EQ(guess_up("", {3.7, 3.8, 5.1}).axis, 'z');  // a plume
-    EXPECT_EQ(guess_up("", {198, 206, 156}).axis, 'z');  // a cloud, flat
-    EXPECT_EQ(guess_up("", {52, 105, 53}).axis, 'y');    // a plume
-    EXPECT_EQ(guess_up("", {8.9, 3.6, 8.9}).axis, 'y');  // a ring, flat
-    EXPECT_EQ(guess_up("", {2, 1.5, 4}).axis, 'z');      // tall
-    EXPECT_EQ(guess_up("", {410, 277, 507}).axis, 'y');  // a wide cloud does not tell
-}
-
 GridInfo grid_info(const std::string& name, std::uint64_t active, double max = 1)
 {
     GridInfo info;
@@ -394,6 +380,52 @@ GridInfo grid_info(const std::string& name, std::uint64_t active, double max = 1
     info.active_voxels = active;
     info.max = max;
     return info;
+}
+
+TEST(GuessUp, AsksTheWriterAndThenTheShape)
+{
+    const auto guess = [](const char* creator, const glm::dvec3& size) {
+        VdbInfo file;
+        file.creator = creator;
+        return guess_up(file, size);
+    };
+    const glm::dvec3 cube{1, 1, 1};
+    EXPECT_EQ(guess("Blender/OpenVDBWriter", {1, 3, 1}).axis, 'z');
+    EXPECT_EQ(guess("mantaflow", cube).axis, 'z');
+    EXPECT_EQ(guess("Houdini 17.5.173/GEO_VDBTranslator", {1, 1, 3}).axis, 'y');
+    EXPECT_NE(guess("Houdini 17.5.173", cube).why.find("Houdini 17.5.173"), std::string::npos);
+    EXPECT_EQ(guess("", cube).axis, 'y');
+    EXPECT_EQ(guess("", {3.7, 3.8, 5.1}).axis, 'z');  // a plume
+    EXPECT_EQ(guess("", {198, 206, 156}).axis, 'z');  // a cloud, flat
+    EXPECT_EQ(guess("", {52, 105, 53}).axis, 'y');    // a plume
+    EXPECT_EQ(guess("", {8.9, 3.6, 8.9}).axis, 'y');  // a ring, flat
+    EXPECT_EQ(guess("", {2, 1.5, 4}).axis, 'z');      // tall
+    EXPECT_EQ(guess("", {410, 277, 507}).axis, 'y');  // a wide cloud does not tell
+}
+
+TEST(GuessUp, AsksTheGridsBeforeTheShape)
+{
+    const glm::dvec3 lying{10, 7, 5}, tall_in_y{1, 3, 1};
+    VdbInfo blender;  // Mantaflow's own files name no writer
+    for (const char* name : {"velocity", "density", "shadow", "temperature", "flame"})
+        blender.grids.push_back(grid_info(name, 100));
+    EXPECT_EQ(guess_up(blender, lying).axis, 'z');
+    EXPECT_EQ(guess_up(blender, tall_in_y).axis, 'z');
+    EXPECT_NE(guess_up(blender, lying).why.find("Blender"), std::string::npos);
+
+    VdbInfo other;
+    other.grids = {grid_info("density", 100), grid_info("Vel", 100)};
+    other.grids[1].value_type = "vec3s";
+    other.grids[1].mean_vector = {0.1, -0.2, 1};
+    EXPECT_EQ(guess_up(other, tall_in_y).axis, 'z');
+    EXPECT_NE(guess_up(other, lying).why.find("'Vel' rises in z"), std::string::npos);
+    other.grids[1].mean_vector = {0.1, 1, -0.2};
+    EXPECT_EQ(guess_up(other, lying).axis, 'y');
+    other.grids[1].mean_vector = {0, 0, -1};  // what falls does not tell: rain, or a fountain
+    EXPECT_EQ(guess_up(other, tall_in_y).axis, 'y');
+    other.creator = "Houdini 20";
+    other.grids[1].mean_vector = {0, 0, 1};  // wind
+    EXPECT_EQ(guess_up(other, lying).axis, 'y');
 }
 
 TEST(GuessEmissionGrid, TakesFlamesAndLocalHeat)
@@ -456,6 +488,156 @@ TEST(AutoScene, FireGlowsByItsFlameAndNotByItsTemperature)
     EXPECT_EQ(medium.emission_grid, "flame");
     ASSERT_TRUE(medium.emission);
     EXPECT_GT(medium.emission_per_unit.r, 0);
+}
+
+test::VdbGrid box_grid(const std::string& name, const glm::ivec3& min, const glm::ivec3& max,
+                       const glm::dvec3& value, test::VdbGrid::Type type = {})
+{
+    test::VdbGrid grid;
+    grid.name = name;
+    grid.type = type;
+    for (int z = min.z; z <= max.z; ++z)
+        for (int y = min.y; y <= max.y; ++y)
+            for (int x = min.x; x <= max.x; ++x)
+                grid.voxels.push_back({{x, y, z}, value});
+    return grid;
+}
+
+std::string text_of(const std::vector<std::string>& notes)
+{
+    std::string text;
+    for (const std::string& note : notes)
+        text += note + '\n';
+    return text;
+}
+
+TEST(AutoScene, SaysWhichGridOfWhichWasTakenAndWhatIsNotShown)
+{
+    const test::TempFolder folder;
+    const fs::path file = folder.path() / "a.vdb";
+    const glm::ivec3 from(0), to(3);
+    test::write_vdb(file, {box_grid("Heat", from, to, glm::dvec3(2)),
+                           box_grid("Soot", from, to, glm::dvec3(1)),
+                           box_grid("Cd", from, to, {0.5, 0.2, 1}, test::VdbGrid::Type::vec3s),
+                           box_grid("vel", from, to, {0, 1, 0}, test::VdbGrid::Type::vec3s)});
+    const LoadedScene loaded = make_auto_scene(file, {});
+    const std::string notes = text_of(loaded.notes);
+    for (const char* line : {"grid 'Soot' is the smoke, of 'Heat', 'Soot', 'Cd', 'vel'\n",
+                             "grid 'Cd' colours it\n", "not shown: 'Heat', 'vel'\n"})
+        EXPECT_NE(notes.find(line), std::string::npos) << line << notes;
+    const auto& medium = std::get<GridMedium>(loaded.scene.media.front());
+    EXPECT_EQ(medium.grid, "Soot");
+    EXPECT_EQ(medium.color_grid, "Cd");
+    ASSERT_TRUE(medium.color);
+    EXPECT_EQ(VoxelLookup(*medium.color).value({1, 1, 1}), glm::vec3(0.5f, 0.2f, 1));
+}
+
+TEST(AutoScene, ColoursOfThreeGridsAreTakenAndNoneScattersMoreThanIsLost)
+{
+    const test::TempFolder folder;
+    const fs::path file = folder.path() / "a.vdb";
+    const glm::ivec3 from(0), to(3);
+    test::write_vdb(file, {box_grid("density", from, to, glm::dvec3(1)),
+                           box_grid("color_r", from, to, glm::dvec3(3)),
+                           box_grid("color_g", from, to, glm::dvec3(1)),
+                           box_grid("color_b", from, to, glm::dvec3(0.5))});
+    const LoadedScene loaded = make_auto_scene(file, {});
+    const auto& medium = std::get<GridMedium>(loaded.scene.media.front());
+    EXPECT_EQ(medium.color_grid, "color");
+    ASSERT_TRUE(medium.color);
+    EXPECT_EQ(VoxelLookup(*medium.color).value({1, 1, 1}), glm::vec3(3, 1, 0.5f));
+    const glm::vec3 sigma_t = medium.sigma_s_per_density + medium.sigma_a_per_density;
+    EXPECT_NEAR(3 * medium.sigma_s_per_density.r / sigma_t.r, 0.9, 0.01);
+    EXPECT_EQ(text_of(loaded.notes).find("not shown"), std::string::npos) << text_of(loaded.notes);
+}
+
+/// A plume that grows: frame 1 is empty, frame n reaches 4 n voxels up and to one side.
+class Growing : public testing::Test {
+protected:
+    static constexpr int kFrames = 7;
+
+    void SetUp() override
+    {
+        test::write_vdb(file(1), {test::VdbGrid{}});
+        for (int frame = 2; frame <= kFrames; ++frame)
+            test::write_vdb(file(frame), {box_grid("density", {0, 0, 0}, {3, 4 * frame, 3 * frame},
+                                                   glm::dvec3(0.5))});
+    }
+    [[nodiscard]] fs::path file(int frame) const
+    {
+        return folder_.path() / fmt::format("p.{}.vdb", frame);
+    }
+    [[nodiscard]] std::string pattern() const { return (folder_.path() / "p.#.vdb").string(); }
+    test::TempFolder folder_;
+};
+
+TEST_F(Growing, TheWholeSequenceIsInThePicture)
+{
+    const LoadedScene loaded = make_auto_scene(pattern(), {.grid = "", .up = 'y'});
+    const auto& medium = std::get<GridMedium>(loaded.scene.media.front());
+    EXPECT_EQ(medium.file, pattern());
+    EXPECT_EQ(medium.grid, "density");
+    EXPECT_FALSE(medium.density);
+    // All frames lie in the last one, so the view is the view of that.
+    const Scene last = make_auto_scene(file(kFrames), {.grid = "", .up = 'y'}).scene;
+    EXPECT_EQ(loaded.scene.camera, last.camera);
+    EXPECT_EQ(loaded.scene.surfaces, last.surfaces);
+    EXPECT_NE(text_of(loaded.notes).find("fitted to 7 frames, 1 to 7"), std::string::npos)
+        << text_of(loaded.notes);
+}
+
+TEST_F(Growing, FramesThatGoAnotherWayAreFramedToo)
+{
+    // Of many frames not all are read for their values, but all are for their bounds.
+    for (int frame = 8; frame <= 30; ++frame)
+        test::write_vdb(file(frame), {box_grid("density", {0, 0, 0}, {3, 3, 3}, glm::dvec3(1))});
+    test::write_vdb(file(13), {box_grid("density", {-60, 0, 0}, {-58, 3, 3}, glm::dvec3(1))});
+    const Camera camera = make_auto_scene(pattern(), {.grid = "", .up = 'y'}).scene.camera;
+    for (const int frame : {kFrames, 13}) {
+        const Seen seen = project(load_grid(file(frame), "").grid, camera, 480.0 / 270);
+        EXPECT_GT(seen.min.x, -0.82) << frame;
+        EXPECT_LT(seen.max.x, 0.82) << frame;
+        EXPECT_GT(seen.min.y, -0.82) << frame;
+        EXPECT_LT(seen.max.y, 0.82) << frame;
+    }
+}
+
+TEST_F(Growing, AFireOfLaterFramesGlows)
+{
+    const auto with_flame = [&](int frame, const glm::dvec3& heat) {
+        test::VdbGrid flame;
+        flame.name = "flame";
+        if (heat.x > 0)
+            flame = box_grid("flame", {0, 0, 0}, {3, 3, 3}, heat);
+        test::write_vdb(file(frame),
+                        {box_grid("density", {0, 0, 0}, {3, 9, 3}, glm::dvec3(1)), flame});
+    };
+    with_flame(2, glm::dvec3(0));
+    with_flame(6, glm::dvec3(2));
+    const Scene scene = make_auto_scene(pattern(), {}).scene;
+    const auto& medium = std::get<GridMedium>(scene.media.front());
+    EXPECT_EQ(medium.emission_grid, "flame");
+    EXPECT_GT(medium.emission_per_unit.r, 0);
+    // By the flame's own columns: 4 m of 2 are three times as bright as sunlit smoke.
+    const Scene lit = make_auto_scene(file(6), {}).scene;
+    EXPECT_EQ(medium.emission_per_unit, std::get<GridMedium>(lit.media.front()).emission_per_unit);
+}
+
+TEST_F(Growing, ASequenceOfNothingIsRefused)
+{
+    for (int frame = 2; frame <= kFrames; ++frame)
+        test::write_vdb(file(frame), {test::VdbGrid{}});
+    EXPECT_THROW(make_auto_scene(pattern(), {}), Error);
+    EXPECT_THROW(make_auto_scene((folder_.path() / "q.#.vdb").string(), {}), Error);
+}
+
+TEST(AutoScene, BlendersSimulationsAreZUp)
+{
+    const fs::path file =
+        fs::path(FUM_TEST_SHARED) / "vdb/external/blender_mantaflow_fluid_data_0001.vdb";
+    if (!fs::exists(file))
+        GTEST_SKIP() << "needs " << file;
+    EXPECT_EQ(make_auto_scene(file, {}).scene.camera.up, glm::dvec3(0, 0, 1));
 }
 
 TEST(AutoScene, RefusesAnEmptyGridAndAMissingOne)

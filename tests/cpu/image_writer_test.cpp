@@ -522,6 +522,36 @@ TEST_F(ImageWriter, PngAlphaIsStraight)
     }
 }
 
+TEST_F(ImageWriter, PngAlphaIsRaisedWhereItGlows)
+{
+    const Image image =
+        row({"R", "G", "B", "A", "cover.R", "cover.G", "cover.B"},
+            {0.5f,  0.1f, 0.0f, 0.0f, 0.0f,  0.0f, 0.0f,    // a flame alone
+             0.25f, 0.2f, 0.1f, 0.5f, 0.25f, 0.2f, 0.1f,    // smoke alone
+             0.45f, 0.3f, 0.1f, 0.5f, 0.25f, 0.2f, 0.1f,    // a flame in smoke
+             0.26f, 0.2f, 0.1f, 0.9f, 0.25f, 0.2f, 0.1f});  // a spark in thick smoke
+    write_png(image, kSrgb, folder_ / "x.png");
+    const Png png = read_png(folder_ / "x.png");
+    ASSERT_EQ(png.spec.nchannels, 4);
+    const auto encoded = [](double linear) { return srgb_byte(linear) / 255.0; };
+    const auto pixel = [&](std::size_t i, std::size_t c) {
+        return double{png.bytes[4 * i + c] / 255.0};
+    };
+    constexpr double kByte = 1 / 255.0;
+    EXPECT_NEAR(pixel(0, 3), encoded(0.5), kByte) << "the brightest channel";
+    for (std::size_t c = 0; c < 3; ++c) {
+        const double light[] = {0.5, 0.1, 0}, smoke[] = {0.25, 0.2, 0.1}, both[] = {0.45, 0.3, 0.1};
+        EXPECT_NEAR(pixel(0, c) * pixel(0, 3), encoded(light[c]), kByte) << "over black";
+        EXPECT_NEAR(pixel(1, c), encoded(smoke[c] / 0.5), kByte);
+        EXPECT_NEAR(pixel(2, c) * pixel(2, 3),
+                    0.5 * encoded(smoke[c] / 0.5) + encoded(both[c]) - encoded(smoke[c]),
+                    2 * kByte);
+    }
+    EXPECT_NEAR(pixel(1, 3), 0.5, kByte) << "smoke stays as it is";
+    EXPECT_GT(pixel(2, 3), 0.5);
+    EXPECT_NEAR(pixel(3, 3), 0.9, kByte) << "enough already";
+}
+
 TEST_F(ImageWriter, PngNeedsRgbWithoutNan)
 {
     const std::string error = error_of([&] {

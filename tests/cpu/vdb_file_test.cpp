@@ -212,6 +212,54 @@ TEST(VdbFile, DescribesTheFireSample)
     EXPECT_EQ(flame.refusal, "");
 }
 
+TEST(VdbFile, HeadersSayWhatTheValuesSay)
+{
+    for (const char* name : {"fire_plume.vdb", "smoke_plume.vdb", "cloud.vdb"}) {
+        const asset::VdbInfo claimed = asset::read_vdb_headers(sample(name)),
+                             measured = inspect_vdb(sample(name));
+        ASSERT_EQ(claimed.grids.size(), measured.grids.size()) << name;
+        EXPECT_EQ(claimed.creator, measured.creator);
+        for (std::size_t i = 0; i < claimed.grids.size(); ++i) {
+            const asset::GridInfo &a = claimed.grids[i], &b = measured.grids[i];
+            EXPECT_EQ(a.name, b.name);
+            EXPECT_EQ(a.value_type, b.value_type);
+            EXPECT_EQ(a.grid_class, b.grid_class);
+            EXPECT_EQ(a.active_voxels, b.active_voxels);
+            EXPECT_EQ(a.index_min, b.index_min);
+            EXPECT_EQ(a.index_max, b.index_max);
+            EXPECT_EQ(a.world_min, b.world_min);
+            EXPECT_EQ(a.world_max, b.world_max);
+        }
+    }
+}
+
+TEST(VdbFile, HeadersAreReadWithoutTheTrees)
+{
+    const TempFolder folder;
+    const auto file = folder.path() / "torn.vdb";
+    std::string bytes = test::read_bytes(sample("smoke_plume.vdb"));
+    std::fill(bytes.end() - 900000, bytes.end() - 100, '\xff');
+    folder.write("torn.vdb", bytes);
+    EXPECT_EQ(asset::read_vdb_headers(file).grids.at(0).active_voxels, 393196u);
+    EXPECT_NE(load_error(file, ""), "");
+}
+
+TEST(VdbFile, AFileThatSaysNothingOfItsGridsIsMeasured)
+{
+    const TempFolder folder;
+    const auto file = folder.path() / "stream.vdb";
+    test::VdbGrid grid;
+    grid.voxels = {{{5, 6, 7}, glm::dvec3(1)}, {{9, 6, 7}, glm::dvec3(1)}};
+    test::write_vdb_stream(file, {grid});
+    EXPECT_EQ(asset::read_vdb_headers(file).grids.at(0).active_voxels, 2u);
+    EXPECT_EQ(asset::read_vdb_headers(file).grids.at(0).index_max, glm::ivec3(9, 6, 7));
+    test::VdbGrid empty;
+    test::write_vdb(file, {empty});
+    EXPECT_EQ(asset::read_vdb_headers(file).grids.at(0).active_voxels, 0u);
+    test::write_vdb(file, {});
+    EXPECT_TRUE(asset::read_vdb_headers(file).grids.empty());
+}
+
 TEST(VdbFile, AgreesWithOpenVdbOnEverySample)
 {
     for (const char* name : {"smoke_plume.vdb", "fire_plume.vdb", "cloud.vdb",
@@ -547,6 +595,30 @@ INSTANTIATE_TEST_SUITE_P(
         DefaultCase{"DensityFirst",
                     {one_voxel("heat", 1, "fog volume"), one_voxel("density", 1, "unknown")},
                     "density"},
+        DefaultCase{
+            "WhateverTheCase",
+            {one_voxel("Temperature", 9, "fog volume"), one_voxel("Density", 1, "fog volume")},
+            "Density"},
+        DefaultCase{"SootBeforeHeat",
+                    {one_voxel("heat", 1, "fog volume"), one_voxel("soot", 1, "unknown")},
+                    "soot"},
+        DefaultCase{"SmokeBeforeSoot",
+                    {one_voxel("soot", 1, "fog volume"), one_voxel("SMOKE", 1, "fog volume")},
+                    "SMOKE"},
+        DefaultCase{"AWordOfTheName",
+                    {one_voxel("a", 1, "fog volume"), one_voxel("voxelFogDensity", 1, "unknown")},
+                    "voxelFogDensity"},
+        DefaultCase{
+            "TheWholeNameBeforeAWord",
+            {one_voxel("density low res", 1, "fog volume"), one_voxel("density", 1, "fog volume")},
+            "density"},
+        DefaultCase{"AnythingBeforeFire",
+                    {one_voxel("fuel", 1, "fog volume"), one_voxel("flame", 1, "fog volume"),
+                     one_voxel("shadow", 1, "fog volume"), one_voxel("thing", 1, "unknown")},
+                    "thing"},
+        DefaultCase{"FireBeforeShadow",
+                    {one_voxel("shadow", 1, "fog volume"), one_voxel("flame", 1, "fog volume")},
+                    "flame"},
         DefaultCase{"FogBeforeUnknown",
                     {one_voxel("a", 1, "unknown"), one_voxel("b", 1, "fog volume")},
                     "b"},
@@ -571,6 +643,21 @@ TEST(VdbFile, SaysWhenTheDefaultIsNotTheObviousGrid)
     write_vdb(file, {one_voxel("density", 0, "fog volume"), one_voxel("flame", 1, "fog volume")});
     EXPECT_THAT(load_grid(file, "").notes,
                 ElementsAre(HasSubstr("read 'flame', for 'density' is empty")));
+}
+
+TEST(VdbFile, CaseTellsNamesApartOnlyWhereItMust)
+{
+    const TempFolder folder;
+    const auto file = folder.path() / "case.vdb";
+    write_vdb(file, {one_voxel("Density", 1, "fog volume"), one_voxel("Heat", 7, "fog volume"),
+                     one_voxel("heat", 8, "fog volume"), one_voxel("Cd_R", 2, "unknown"),
+                     one_voxel("Cd_G", 3, "unknown"), one_voxel("Cd_B", 4, "unknown")});
+    EXPECT_EQ(load_grid(file, "density").grid.name, "Density");
+    EXPECT_EQ(load_grid(file, "heat").grid.max_value, 8);
+    EXPECT_EQ(load_grid(file, "HEAT").grid.max_value, 7);
+    const VoxelGrid color = load_grid(file, "cd").grid;
+    EXPECT_EQ(color.channels, 3);
+    EXPECT_EQ(VoxelLookup(color).value({0, 0, 0}), glm::vec3(2, 3, 4));
 }
 
 TEST(VdbFile, GridsOfOneNameAreAddressedByNumber)

@@ -19,6 +19,7 @@
 #include "window/camera_control.h"
 #include "window/document.h"
 #include "window/frame_store.h"
+#include "window/glfw_window.h"
 #include "window/keys.h"
 #include "window/layout.h"
 #include "window/notices.h"
@@ -741,6 +742,20 @@ TEST(UserFiles, ADamagedFileIsSaidAndNotBelieved)
     std::string complaint;
     recall(folder.path() / "none.json", complaint);
     EXPECT_EQ(complaint, "");
+}
+
+TEST(GlfwWindow, ItsSizeIsKeptOnAScreenOfAnyScale)
+{
+    for (const double scale : {1.0, 1.25, 1.5, 1.75, 2.0, 2.25, 3.0})
+        for (int width = 200; width < 1400; ++width) {
+            // A unit is a dot: GLFW multiplies by the scale, and cuts off.
+            const glm::ivec2 given(width, 800);
+            const glm::ivec2 made(glm::dvec2(given) * scale);
+            ASSERT_EQ(unscaled(made, made, scale), given) << scale;
+        }
+    // Where the system scales, the framebuffer alone is larger.
+    EXPECT_EQ(unscaled({1280, 800}, {2560, 1600}, 2), glm::ivec2(1280, 800));
+    EXPECT_EQ(unscaled({0, 0}, {0, 0}, 2), glm::ivec2(0));  // minimised
 }
 
 TEST(Keys, EachKeyDoesOneThingAndCanBeCalled)

@@ -48,7 +48,7 @@ AppReport App::run()
     }
     automation_.check_screenshots();
     if (!window.minimised())
-        memory_.size = window.size();
+        memory_.size = window.unscaled_size();
     remember(memory_);
     AppReport report = log_.report();
     report.message = notices_.message();

@@ -33,6 +33,15 @@ std::vector<Event>& events_of(GLFWwindow* window)
 
 }  // namespace
 
+glm::ivec2 unscaled(glm::ivec2 size, glm::ivec2 pixels, double content_scale)
+{
+    if (size.x <= 0 || size.y <= 0 || pixels.x <= 0)
+        return size;
+    const double scale = content_scale * size.x / pixels.x;
+    constexpr double kRounding = 1e-6;
+    return glm::ivec2(glm::ceil(glm::dvec2(size) / scale - kRounding));
+}
+
 GlfwWindow::GlfwWindow(glm::ivec2 size, bool debug_context)
 {
     if (glfwInit() == GLFW_FALSE)
@@ -173,6 +182,11 @@ glm::ivec2 GlfwWindow::pixels() const
     glm::ivec2 size(0);
     glfwGetFramebufferSize(window_, &size.x, &size.y);
     return size;
+}
+
+glm::ivec2 GlfwWindow::unscaled_size() const
+{
+    return unscaled(size(), pixels(), content_scale());
 }
 
 double GlfwWindow::content_scale() const

@@ -12,6 +12,11 @@ struct GLFWcursor;
 
 namespace fumarole::window {
 
+/// The size that becomes `size` once it is multiplied by how much larger text is on a screen, where
+/// a unit is a dot of the framebuffer; where the system scales units itself it is `size`. What a
+/// screen of any scale is given is got back, though fractions of a unit are cut off.
+glm::ivec2 unscaled(glm::ivec2 size, glm::ivec2 pixels, double content_scale);
+
 /// A window with an OpenGL 4.5 core context, current while it lives. One at a time.
 class GlfwWindow {
 public:
@@ -41,6 +46,9 @@ public:
 
     [[nodiscard]] glm::ivec2 size() const;    ///< in its own units
     [[nodiscard]] glm::ivec2 pixels() const;  ///< of its framebuffer
+    /// What the constructor is to be given for a window of this size: it makes it larger on a
+    /// screen of more dots an inch, where units are dots.
+    [[nodiscard]] glm::ivec2 unscaled_size() const;
     /// How much larger text is to be than on a screen of 96 dots an inch.
     [[nodiscard]] double content_scale() const;
     [[nodiscard]] static gl::GetProc get_proc();

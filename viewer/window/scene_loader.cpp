@@ -8,6 +8,7 @@
 #include "window/glfw_window.h"
 #include <fumarole/asset/animation.h>
 #include <fumarole/asset/frame_loader.h>
+#include <fumarole/asset/sequence.h>
 
 namespace fumarole::window {
 
@@ -112,15 +113,13 @@ void SceneLoader::read(const command::SceneInput& input, Shared& shared,
 
 void SceneLoader::read_vdb(const command::SceneInput& input, Shared& shared)
 {
-    int first = 0;
-    if (is_sequence(input.file)) {
-        const std::vector<int> frames = frames_of(input.file);
-        first = frames.empty() ? 0 : frames.front();
-    }
-    set_progress(shared, what_is_read(frame_file(input.file, first).string()));
+    set_progress(shared, what_is_read(input.file));
+    asset::LoadedScene opened = command::open_moving(input);
     Loaded loaded;
-    loaded.moving = command::open_moving(input, first).scene;
-    loaded.part = asset::load_frame(loaded.moving, first, loaded.moving);
+    loaded.frame = asset::first_frame_with_content(opened.scene).value_or(0);
+    loaded.part = asset::load_frame(opened.scene, loaded.frame, opened.scene);
+    loaded.part.notes.insert(loaded.part.notes.begin(), opened.notes.begin(), opened.notes.end());
+    loaded.moving = std::move(opened.scene);
     loaded.whole = true;
     publish(shared, std::move(loaded));
 }
@@ -129,13 +128,10 @@ void SceneLoader::read_scene(const command::SceneInput& input, Shared& shared,
                              const Background::Stop& stop)
 {
     Loaded loaded;
-    loaded.moving = command::open_moving(input, 0).scene;
-    const int first = first_frame(loaded.moving).value_or(0);
-    for (const Medium& medium : loaded.moving.media)
-        if (const auto* grid = std::get_if<GridMedium>(&medium))
-            asset::check_frame(grid->file, first);
+    loaded.moving = command::open_moving(input).scene;
+    loaded.frame = asset::first_frame_with_content(loaded.moving).value_or(0);
     asset::LoadedScene& part = loaded.part;
-    part.scene = scene_at(loaded.moving, first);
+    part.scene = scene_at(loaded.moving, loaded.frame);
     const auto publish_part = [&] {
         publish(shared, {.part = {without_missing(part.scene), part.notes},
                          .whole = false,
@@ -144,17 +140,17 @@ void SceneLoader::read_scene(const command::SceneInput& input, Shared& shared,
     };
     publish_part();
     // The media are read first and one at a time: they are what the window was opened for.
-    for (Medium& medium : part.scene.media) {
-        auto* grid = std::get_if<GridMedium>(&medium);
+    for (std::size_t i = 0; i < part.scene.media.size(); ++i) {
+        auto* grid = std::get_if<GridMedium>(&part.scene.media[i]);
         if (grid == nullptr || grid->density != nullptr || stop)
             continue;
         set_progress(shared, what_is_read(grid->file));
-        asset::LoadedScene alone{{}, {}};
-        alone.scene.media = {*grid};
-        asset::load_scene_files(alone);
-        medium = alone.scene.media.front();
+        Scene only;
+        only.media = {loaded.moving.media[i]};
+        const asset::LoadedScene alone = asset::load_frame(only, loaded.frame, only);
+        part.scene.media[i] = alone.scene.media.front();
         part.notes.insert(part.notes.end(), alone.notes.begin(), alone.notes.end());
-        share(part.scene, std::get<GridMedium>(medium));
+        share(part.scene, std::get<GridMedium>(part.scene.media[i]));
         publish_part();
     }
     set_progress(shared, "reading surfaces and world");

@@ -29,14 +29,16 @@ std::optional<std::pair<int, int>> frames_in(const Scene& moving)
     return range && range->second > range->first ? range : std::nullopt;
 }
 
-Sequence::Sequence(Scene moving, const Scene& first)
+Sequence::Sequence(Scene moving, const Scene& like, int shown, bool hold_missing)
+    : hold_missing_{hold_missing}
 {
     const auto range = frames_in(moving);
     if (!range)
         return;
     playback_ = Playback(range->first, range->second, moving.frames_per_second);
-    shown_ = range->first;
-    store_ = std::make_unique<FrameStore>(std::move(moving), range->first, range->second, first);
+    playback_.scrub(shown);
+    shown_ = playback_.frame();
+    store_ = std::make_unique<FrameStore>(std::move(moving), range->first, range->second, like);
 }
 
 std::optional<Scene> Sequence::advance(double seconds)
@@ -49,6 +51,10 @@ std::optional<Scene> Sequence::advance(double seconds)
     if (wanted == shown_)
         return std::nullopt;
     if (const std::string error = store_->error(wanted); !error.empty()) {
+        if (hold_missing_) {
+            shown_ = wanted;
+            return std::nullopt;
+        }
         playback_.play(false);
         playback_.scrub(shown_);
         store_->forget_errors();

@@ -19,8 +19,10 @@ class Sequence {
 public:
     /// A scene that stands still.
     Sequence() = default;
-    /// @param moving with the #s of its sequences @param first the scene of its first frame
-    Sequence(Scene moving, const Scene& first);
+    /// @param moving with the #s of its sequences @param like the scene of frame `shown`
+    /// @param hold_missing whether what is shown stays, and playing goes on, where a frame is
+    /// missing or broken
+    Sequence(Scene moving, const Scene& like, int shown, bool hold_missing);
 
     [[nodiscard]] bool moves() const { return store_ != nullptr; }
     /// Whether the playhead's frame is still being read.
@@ -32,13 +34,15 @@ public:
 
     /// Moves the playhead by the time that went by. Returns the playhead's frame once it is read,
     /// if it is another than the one shown.
-    /// @throws Error if that frame can't be read; the playhead is back at the one shown then
+    /// @throws Error if that frame can't be read and is not held; the playhead is back at the one
+    /// shown then
     std::optional<Scene> advance(double seconds);
 
 private:
     Playback playback_;
     std::unique_ptr<FrameStore> store_;
     int shown_ = 0;
+    bool hold_missing_ = false;
 };
 
 }  // namespace fumarole::window

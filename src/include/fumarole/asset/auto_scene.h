@@ -21,7 +21,9 @@ struct AutoSceneOptions {
 /// A scene for a bare .vdb: a camera that frames it, a key sun, a sky, a ground below it, and a
 /// coefficient per density chosen from the grid's own statistics, so that the medium is neither
 /// invisible nor a black lump whatever its voxel size and range. A grid called flame, fire, heat,
-/// temperature, ... makes it glow. The notes say what was chosen and why.
+/// temperature, ... makes it glow, one called Cd, color, rgb, albedo, ... colours it. The notes say
+/// what was chosen and why, and which grids are not shown. A sequence (animation.h) has one scene
+/// for all of its frames, whose grids are not read.
 /// @throws Error as load_grid does; also if the grid is empty.
 FUMAROLE_API LoadedScene make_auto_scene(const std::filesystem::path& vdb,
                                          const AutoSceneOptions& options);
@@ -41,13 +43,18 @@ FUMAROLE_API double sigma_t_for_opacity(const VoxelGrid& grid, double opacity);
 /// The grid of a file that should glow beside `density`, or "".
 FUMAROLE_API std::string guess_emission_grid(const VdbInfo& file, const std::string& density);
 
+/// The grid of a file that should colour `density` (three numbers a voxel, or three grids of one),
+/// or "".
+FUMAROLE_API std::string guess_color_grid(const VdbInfo& file, const std::string& density);
+
 struct UpGuess {
     char axis;        ///< 'y' or 'z'
     std::string why;  ///< to stand in a note
 };
 
-/// Which way is up, from who wrote the file, else from the shape of the content.
+/// Which way is up: from who wrote the file, the names of its grids, where its velocity points, or
+/// else the shape of the content.
 /// @param size of the content's box in world axes, metres
-FUMAROLE_API UpGuess guess_up(const std::string& creator, const glm::dvec3& size);
+FUMAROLE_API UpGuess guess_up(const VdbInfo& file, const glm::dvec3& size);
 
 }  // namespace fumarole::asset

@@ -28,7 +28,8 @@ struct GridInfo {
     std::uint64_t active_tiles = 0;
     double min = 0, max = 0, mean = 0;  ///< of active values (vec3: of lengths)
     std::uint64_t nan_count = 0, inf_count = 0, negative_count = 0;
-    std::string refusal;  ///< "" if load_grid takes it, else the reason in one line
+    glm::dvec3 mean_vector{0};  ///< of active values of a vec3 grid
+    std::string refusal;        ///< "" if load_grid takes it, else the reason in one line
 };
 
 struct VdbInfo {
@@ -49,10 +50,27 @@ struct LoadedGrid {
 /// @throws Error naming the file: not there, no VDB, damaged, cut short.
 FUMAROLE_API VdbInfo inspect_vdb(const std::filesystem::path& file);
 
-/// Reads one grid: `name`, `name[n]`, or "" for the first fog volume (else the first float grid
-/// that can be fog). Float, half, double and vec3 (of float or double); a level set becomes fog.
-/// NaN and infinities become 0 and are counted in a note; negatives are clamped to 0 and counted.
-/// A `name` that is not there while name.x, name.y and name.z are becomes one vec3 grid.
+/// What a file says of its grids, without reading their values: bounds and counts are those that
+/// stand beside them, min and mean are 0, and max is infinite where there are voxels. Where nothing
+/// stands there it is inspect_vdb.
+/// @throws Error as inspect_vdb does, as far as it looks.
+FUMAROLE_API VdbInfo read_vdb_headers(const std::filesystem::path& file);
+
+/// Whether load_grid finds a grid of that name.
+FUMAROLE_API bool has_grid(const VdbInfo& file, const std::string& name);
+
+/// Active voxels of the grid that load_grid finds, or of all that are taken for fog if the name is
+/// ""; 0 where there is none.
+FUMAROLE_API std::uint64_t voxels_in(const VdbInfo& file, const std::string& name);
+
+/// Which of a file's grids load_grid("") tries, the likeliest first (grid_names.h has the order).
+FUMAROLE_API std::vector<const GridInfo*> fog_candidates(const VdbInfo& file);
+
+/// Reads one grid: `name`, `name[n]`, or "" for the one that looks most like smoke (grid_names.h).
+/// Case counts only where it tells two apart. Float, half, double and vec3 (of float or double); a
+/// level set becomes fog. NaN and infinities become 0 and are counted in a note; negatives are
+/// clamped to 0 and counted. A `name` that is not there while name.x, name.y and name.z are (or
+/// name_r, name_g and name_b, ...) becomes one vec3 grid.
 /// @throws Error naming the file and what it has: no such grid; point, bool, int or mask grids; a
 /// frustum transform; a transform that can't be inverted; bounds too large to address.
 FUMAROLE_API LoadedGrid load_grid(const std::filesystem::path& file, const std::string& name);

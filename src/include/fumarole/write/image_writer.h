@@ -43,9 +43,10 @@ FUMAROLE_API void write_exr(const Image& image, const std::filesystem::path& fil
 
 /// Writes R, G, B (and A if there) as 8-bit sRGB PNG through a display transform, with 1/255 of
 /// fixed-pattern dither left out: same picture in, same bytes out. RGB is taken as premultiplied by
-/// A and divided by it before the transform; where A is 0 it is stored as it is, under alpha 0.
-/// Whole or not there. @throws Error as write_exr, and if R, G or B is missing; other channels are
-/// ignored and may be NaN.
+/// A and divided by it before the transform; where A is 0 it is stored as it is, under alpha 0. If
+/// there are cover.R, cover.G and cover.B, the light of what A counts, then the rest glows, and A
+/// is raised to the brightest channel that a screen needs for it. Whole or not there. @throws Error
+/// as write_exr, and if R, G or B is missing; other channels are ignored and may be NaN.
 FUMAROLE_API void write_png(const Image& image, const Display& display,
                             const std::filesystem::path& file);
 
