@@ -29,9 +29,12 @@ constexpr float kG = 0.3f;              // a little forward, so that it glows ag
 constexpr double kFill = 0.8;           // of the picture, in the direction that binds
 constexpr double kVfovDeg = 30;         // a portrait lens: little perspective
 constexpr float kGroundAlbedo = 0.06f;  // dark, so that pale smoke stands out
-constexpr double kGroundReach = 40;     // to each side, in distances of the camera: to the horizon
-constexpr double kFaint = 0.01;         // columns under this share of the mean one are haze
-constexpr double kUnseen = 0.02;        // opacity, or share of sunlit smoke, that nobody sees
+// Of the ground to each side, in distances of the camera: past the far plane, which cuts it in a
+// straight line a pixel or two under the horizon. An end in sight would show a corner and a side.
+constexpr double kGroundReach = 2000;
+constexpr double kFar = 1000;     // of the far plane, in distances of the camera
+constexpr double kFaint = 0.01;   // columns under this share of the mean one are haze
+constexpr double kUnseen = 0.02;  // opacity, or share of sunlit smoke, that nobody sees
 
 // From the side of the viewer's left shoulder. Rational, so that it is of unit length as written.
 constexpr glm::dvec3 kSunRightFrontUp{-0.744, 0.192, 0.64};
@@ -502,7 +505,7 @@ Framing frame(const std::vector<Shown>& shown, Unread unread, const PerValue& pe
     camera.up = axes.up;
     camera.vfov_deg = kVfovDeg;
     camera.near = three_digits(0.01 * distance);
-    camera.far = three_digits(1000 * distance);
+    camera.far = three_digits(kFar * distance);
     return framing;
 }
 

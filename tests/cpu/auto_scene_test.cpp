@@ -270,7 +270,13 @@ TEST(FrameGrids, ContentFillsThePictureWhateverThePose)
                     if (a != u) {
                         EXPECT_LT(ground.min[a], camera.look_at[a] - 20 * distance) << where;
                         EXPECT_GT(ground.max[a], camera.look_at[a] + 20 * distance) << where;
-                        EXPECT_LT(ground.max[a], camera.look_at[a] + camera.far) << where;
+                        // Its end is out of sight: farther than the far plane's own corners.
+                        const double slope = std::tan(glm::radians(camera.vfov_deg / 2));
+                        const double corner =
+                            camera.far *
+                            std::hypot(1.0, slope, slope * resolution.x / resolution.y);
+                        EXPECT_GT(ground.max[a] - camera.position[a], corner) << where;
+                        EXPECT_GT(camera.position[a] - ground.min[a], corner) << where;
                     }
                 }
 
