@@ -30,7 +30,7 @@ struct AppOptions {
     int frames = 0;          ///< as Automation takes it
     std::string screenshot;  ///< of the window, at the end
     bool debug = false;      ///< an OpenGL error ends the program
-    std::string complaint;  ///< to be said in the window at the start
+    std::string complaint;   ///< to be said in the window at the start
 };
 
 /// The window of `fumarole view`. Once a frame: what comes in changes the document and the state,

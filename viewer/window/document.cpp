@@ -33,11 +33,8 @@ Document::Document(const command::SceneInput& input) : input_{input}
 
 void Document::open(const std::string& file)
 {
-    loader_.open({.file = file,
-                  .size = "",
-                  .grid = "",
-                  .up = "auto",
-                  .hold_missing = input_.hold_missing});
+    loader_.open(
+        {.file = file, .size = "", .grid = "", .up = "auto", .hold_missing = input_.hold_missing});
 }
 
 Change Document::take_loaded()
@@ -52,8 +49,9 @@ Change Document::take_loaded()
     notes_ = std::move(loaded->part.notes);
     scene_ = std::move(loaded->part.scene);
     as_read_ = scene_;
-    sequence_ = whole_ ? Sequence(std::move(loaded->moving), scene_, loaded->frame,
-                                  input_.hold_missing) : Sequence();
+    sequence_ =
+        whole_ ? Sequence(std::move(loaded->moving), scene_, loaded->frame, input_.hold_missing)
+               : Sequence();
     return Change::scene;
 }
 

@@ -21,7 +21,8 @@ public:
         bool whole = false;       ///< true once all files are read
         Scene moving;             ///< of a whole scene: with the #s of sequences, for FrameStore
         std::string error;
-        int frame = 0;  ///< of a sequence: the one in `part`        ///< why it can't be read, or ""
+        int frame =
+            0;  ///< of a sequence: the one in `part`        ///< why it can't be read, or ""
     };
 
     /// Starts to read; what is still being read is dropped.
