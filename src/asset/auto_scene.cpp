@@ -913,17 +913,21 @@ std::string guess_emission_grid(const VdbInfo& file, const std::string& density)
 
 std::string guess_color_grid(const VdbInfo& file, const std::string& density)
 {
+    // What holds less than nothing was made for another use than to tint: a nebula's emission.
+    const auto can_tint = [](const GridInfo& grid) {
+        return grid.refusal.empty() && grid.negative_count == 0;
+    };
     std::vector<GridName> names;
     for (const GridInfo& grid : file.grids)
         names.push_back({grid.name, std::string(without_number(grid.name))});
     for (const std::string_view name : color_names()) {
         for (const GridInfo& grid : file.grids)
             if (base_name(grid) == name && is_vector(grid) && grid.name != density &&
-                grid.refusal.empty() && grid.active_voxels > 0)
+                can_tint(grid) && grid.active_voxels > 0)
                 return grid.name;
         const auto channels = find_channels(names, name);
         if (channels && std::all_of(channels->begin(), channels->end(), [&](std::size_t c) {
-                return file.grids[c].refusal.empty() && !is_vector(file.grids[c]);
+                return can_tint(file.grids[c]) && !is_vector(file.grids[c]);
             }))
             return file.grids[channels->front()].name.substr(0, name.size());
     }
