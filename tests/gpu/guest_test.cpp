@@ -500,8 +500,8 @@ Scene busy_scene()
     return scene;
 }
 
-/// The README's first host: a sun and one grid, no world, no surfaces. Most that the passes might
-/// bind is not there.
+/// The host of docs/library.md: a sun and one grid, no world, no surfaces. Most that the passes
+/// might bind is not there.
 Scene sparse_scene()
 {
     Scene scene = busy_scene();

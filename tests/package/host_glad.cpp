@@ -1,5 +1,5 @@
-// The README's example: a host that has a context, a loader, a picture and a depth buffer of its
-// own.
+// The example of docs/library.md: a host that has a context, a loader, a picture and a depth buffer
+// of its own.
 #include <glad/gl.h>
 
 #include <fumarole/asset/vdb_file.h>
@@ -14,7 +14,7 @@ int main(int, char** argv)
         return 1;
     const Picture picture;
 
-    // [README]
+    // [docs]
     fumarole::GridMedium smoke;
     smoke.density =
         std::make_shared<fumarole::VoxelGrid>(fumarole::asset::load_grid(argv[1], "density").grid);
@@ -33,7 +33,7 @@ int main(int, char** argv)
     frame.clip_from_view = glm::perspective(glm::radians(35.0), 16.0 / 9.0, 0.1, 100.0);
     renderer.composite(view, frame,
                        fumarole::FrameSettings{});  // color * transmittance + scattering
-    // [README]
+    // [docs]
 
     return picture.verdict("own glad, with fumarole-asset");
 }

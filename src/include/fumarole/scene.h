@@ -10,7 +10,7 @@
 #include <fumarole/export.h>
 #include <fumarole/voxel_grid.h>
 
-// A scene as data: what a scene file states (see docs of the format in README), and, beside each
+// A scene as data: what a scene file states (docs/scene_files.md), and, beside each
 // file name, what was read from it. Metres, seconds, linear Rec. 709, right-handed world. Grids,
 // meshes and maps are compared by their pointers.
 
