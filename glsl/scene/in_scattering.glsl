@@ -34,6 +34,7 @@ float phase_at(float cos_theta, float g)
 }
 
 float phase_of(LightSample light, vec3 wo, float g) { return phase_at(dot(-light.wi, wo), g); }
+vec3 scattered_open(LightSample light, vec3 wo, float g) { return light.irradiance * phase_of(light, wo, g); }
 
 // wo: unit length, to the eye. spread: how wide the square is that the line stands for, at its origin and more
 // of it per unit of t [m].

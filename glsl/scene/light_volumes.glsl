@@ -26,7 +26,7 @@ extinction_t from_volume(float stored) { return extinction_of(u_volumes.extincti
 // The marched media's optical depth between light i and a point, at `uvw` of the first layer.
 extinction_t stored_depth(int i, vec3 uvw)
 {
-    if (kLightCount > 1)
+    if (kLightPoints > 1)
         uvw = in_layer(u_volumes.depth, uvw, i);
     return extinction_t(from_volume(volume_value(textureLod(u_depth_volume_tx, uvw, 0.0))));
 }

@@ -1,6 +1,6 @@
-// The lights of this scene at a point: how much arrives, from where, and what surfaces let through. Each kind
-// has its functions here, which take a light's number; written/lights.glsl, which src/light/light_source.cpp
-// writes, says which light is of which kind.
+// The lights of this scene at a point: how much arrives, from where, and what surfaces let through. Each type
+// has its functions, which take the number of a light's first point; src/light/light_source.cpp writes what calls
+// them for the lights that there are.
 #include "lib/shadow.glsl"
 #include "shared/bindings.h"
 #include "shared/light_params.h"
@@ -9,10 +9,10 @@
 const int kSunCount = 0;  // suns are the first of lights[],
 const int kPointCount = 0;  // then come points,
 const int kSpotCount = 0;  // then spots
+const int kLightPoints = 0;  // lights[] that there are
 const bool kSurfaceShadows = false;  // the scene has surfaces that can hide a light
 
 const int kPlacedCount = kPointCount + kSpotCount;
-const int kLightCount = kSunCount + kPlacedCount;
 
 layout(std140, binding = LIGHTS_BLOCK) uniform Lights { LightsParams u_lights; };
 layout(binding = SHADOW_MAP_UNIT) uniform sampler2DArrayShadow u_shadow_map_tx;
@@ -41,9 +41,10 @@ LightSample point_sample(int i, vec3 p)
 
 LightSample spot_sample(int i, vec3 p)
 {
-    LightParams light = u_lights.lights[i];
+    vec4 own[4] = u_lights.lights[i].own;
+    SpotParams spot = SpotParams(own[0].xyz, own[0].w, own[1].x);
     LightSample s = point_sample(i, p);
-    s.irradiance *= smoothstep(0.0, 1.0, (dot(-s.wi, light.axis) - light.cos_half_cone) * light.inverse_edge_width);
+    s.irradiance *= smoothstep(0.0, 1.0, (dot(-s.wi, spot.axis) - spot.cos_half_cone) * spot.inverse_edge_width);
     return s;
 }
 
@@ -106,5 +107,3 @@ float spot_visibility(int i, vec3 p, LightSample light)
     vec4 clip = u_lights.views[view].clip_from_world * vec4(p, 1.0);
     return visibility_in(view, clip.xy / clip.w * 0.5 + 0.5, depth);
 }
-
-#include "written/lights.glsl"

@@ -5,10 +5,7 @@
 vec3 open_source_at(vec3 p, vec3 wo, vec3 sigma_s, vec3 emission, float g)
 {
     vec3 in_scattering = kWorldLight ? u_lights.world_radiance.rgb : vec3(0.0);
-    for (int i = 0; i < kLightCount; ++i) {
-        LightSample light = light_sample(i, p);
-        in_scattering += light.irradiance * phase_of(light, wo, g);
-    }
+    add_open_lights(in_scattering, p, wo, g);
     return emission + sigma_s * in_scattering;
 }
 

@@ -78,6 +78,7 @@
 #define MAX_MEDIA 16
 #define MAX_GRIDS 12
 #define MAX_LIGHTS 16
+#define MAX_LIGHT_POINTS 64  // that stand for them
 #define MAX_SHADOW_VIEWS 96  // 16 points, 6 each
 #define MAX_OCTAVES 16
 #define MAX_WORLD_DIRECTIONS 120  // a view each, in one block

@@ -16,25 +16,6 @@ namespace {
 
 static_assert(MAX_SHADOW_VIEWS >= 6 * MAX_LIGHTS, "a point light takes six views");
 
-/// Distance from a point to the farthest corner of a box.
-double farthest(glm::dvec3 p, const Bounds& bounds)
-{
-    double far = 0;
-    for (int i = 0; i < 8 && !bounds.empty(); ++i)
-        far = std::max(far, glm::length(bounds.corner(i) - p));
-    return far;
-}
-
-/// A point's six views are then as large together as the two of a sun, and what samples along a ray
-/// look up all over them stays in a cache. In media without detail shafts of shadow are all there
-/// is to see, and they spread over what a sun's view covers.
-int automatic_map_size(int suns, bool detailed)
-{
-    if (suns == 0)
-        return 512;
-    return detailed ? 1024 : 2048;
-}
-
 }  // namespace
 
 void LightSet::set_world(const World& world)
@@ -65,25 +46,24 @@ void LightSet::set_world(const World& world)
     environment_ = upload("environment", *world.environment);
 }
 
-void LightSet::add_sun_views(const SunLight& sun, const surface::SurfaceSet& surfaces,
-                             const Bounds& media, int map_size)
+/// A point's six views are then as large together as the two of a sun, and what samples along a ray
+/// look up all over them stays in a cache. In media without detail shafts of shadow are all there
+/// is to see, and they spread over what a sun's view covers. Lights of many points have as many
+/// views, each of which matters the less: they share what 16 point lights would take.
+int LightSet::automatic_map_size(bool detailed) const
 {
-    const LightAxes axes(sun.direction_to_light);
-    const Bounds outer = surfaces.bounds().transformed(axes.light_from_world);
-    Bounds inner = media.transformed(axes.light_from_world);
-    if (media.empty())
-        inner = outer;
-    for (const auto& instance : surfaces.instances())
-        if (is_detail(instance, media))  // others are in the outer view alone
-            inner.add(instance.bounds.transformed(axes.light_from_world));
-    for (const Bounds& covered : {inner, outer})
-        views_.push_back(parallel_view(axes, covered, outer, map_size));
+    if (points_.size() > lights_.size())
+        return std::min(512, static_cast<int>(512 * std::sqrt(16.0 / double(points_.size()))));
+    if (suns_ == 0)
+        return 512;
+    return detailed ? 1024 : 2048;
 }
 
 void LightSet::clear()
 {
     lights_.clear();
-    first_view_.clear();
+    points_.clear();
+    spans_.clear();
     views_.clear();
     suns_ = 0;
     shaded_media_ = false;
@@ -107,10 +87,19 @@ void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, cons
         throw Error(
             fmt::format("the scene has {} lights, and {} is the most at once; leave some out",
                         lights_.size(), MAX_LIGHTS));
+    for (const Light& light : lights_) {
+        const std::vector<LightPosition> points = points_of(light);
+        spans_.push_back({.first_point = points_.size(), .points = points.size()});
+        points_.insert(points_.end(), points.begin(), points.end());
+    }
+    if (points_.size() > MAX_LIGHT_POINTS)
+        throw Error(fmt::format("the scene's {} lights are {} points, and {} is the most at once; "
+                                "leave some out",
+                                lights_.size(), points_.size(), MAX_LIGHT_POINTS));
     if (surfaces.empty() || lights_.empty())
         return;
     if (map_size == kAutomatic)
-        map_size = automatic_map_size(suns_, detailed);
+        map_size = automatic_map_size(detailed);
     if (const int most = device_.capabilities().max_texture_2d; map_size > most) {
         device_.log(LogLevel::warning,
                     fmt::format("SceneSettings::shadow_map: {} texels are more than this GL's "
@@ -118,22 +107,17 @@ void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, cons
                                 map_size, most));
         map_size = most;
     }
-    for (const Light& light : lights_) {
+    for (const LightPosition& point : points_)
         for (const auto& instance : surfaces.instances())
-            shaded_media_ |= !media.empty() && can_shade(light, instance.bounds, media);
-        first_view_.push_back(static_cast<int>(views_.size()));
-        const auto range_from = [&](glm::dvec3 p) { return 1.01 * farthest(p, surfaces.bounds()); };
-        std::visit(
-            Overloaded{[&](const SunLight& sun) { add_sun_views(sun, surfaces, media, map_size); },
-                       [&](const PointLight& point) {
-                           const glm::dvec3 p = point.position;
-                           for (const View& view : point_views(p, range_from(p), map_size))
-                               views_.push_back(view);
-                       },
-                       [&](const SpotLight& spot) {
-                           views_.push_back(spot_view(spot, range_from(spot.position), map_size));
-                       }},
-            light);
+            shaded_media_ |= !media.empty() && can_shade(point, instance.bounds, media);
+    std::size_t in_block = 0;
+    for (std::size_t i = 0; i < lights_.size(); ++i) {
+        const LightViews views = views_of(lights_[i], {surfaces, media, map_size});
+        spans_[i].first_layer = views_.size();
+        spans_[i].first_view = in_block;
+        spans_[i].views = static_cast<std::size_t>(views.in_block);
+        in_block += spans_[i].views;
+        views_.insert(views_.end(), views.layers.begin(), views.layers.end());
     }
     shadow_map_ = painter_.draw(views_, surfaces, map_size);
 }
@@ -143,7 +127,7 @@ LightSet::SunReadback& LightSet::sun_readback(int i) const
     sun_readbacks_.resize(static_cast<std::size_t>(suns_));
     SunReadback& sun = sun_readbacks_[static_cast<std::size_t>(i)];
     if (!sun.depths && !sun.shadow)
-        sun.depths = {device_, shadow_map_.view(), first_view_[static_cast<std::size_t>(i)]};
+        sun.depths = {device_, shadow_map_.view(), static_cast<int>(sun_view(i))};
     return sun;
 }
 
@@ -151,8 +135,7 @@ const SunShadow* LightSet::sun_shadow(int i) const
 {
     SunReadback& sun = sun_readback(i);
     if (!sun.shadow && sun.depths.ready()) {
-        const auto view = static_cast<std::size_t>(first_view_[static_cast<std::size_t>(i)]);
-        sun.shadow = {views_[view], DepthPyramid(sun.depths.texels(), shadow_map_.size().x)};
+        sun.shadow = {views_[sun_view(i)], DepthPyramid(sun.depths.texels(), shadow_map_.size().x)};
         sun.depths = {};
     }
     return sun.shadow ? &*sun.shadow : nullptr;
@@ -175,12 +158,7 @@ gl::Defines LightSet::defines() const
 
 bool LightSet::has_edges() const
 {
-    return std::any_of(lights_.begin(), lights_.end(), [](const Light& light) {
-        return std::visit(Overloaded{[](const SunLight&) { return false; },
-                                     [](const PointLight&) { return false; },
-                                     [](const SpotLight&) { return true; }},
-                          light);
-    });
+    return std::any_of(lights_.begin(), lights_.end(), has_edge);
 }
 
 void LightSet::bind(glm::dvec3 eye)
@@ -188,30 +166,19 @@ void LightSet::bind(glm::dvec3 eye)
     shared::LightsParams params{};
     params.world_radiance = glm::vec4(world_radiance_, 0.0f);
     for (std::size_t i = 0; i < lights_.size(); ++i) {
-        shared::LightParams& out = params.lights[i];
-        out.intensity = power_of(lights_[i]);
-        const LightPosition place = position_of(lights_[i]);
-        out.position = glm::vec3(place.far ? place.at : place.at - eye);
-        std::visit(
-            Overloaded{[](const SunLight&) {},
-                       [&](const PointLight&) {
-                           out.cube_view_scale =
-                               0.5f / static_cast<float>(point_view_tangent(shadow_map_.size().x));
-                       },
-                       [&](const SpotLight& spot) {
-                           const double edge = std::cos(glm::radians(spot.cone_deg) / 2);
-                           out.axis = glm::vec3(glm::normalize(spot.direction));
-                           out.cos_half_cone = static_cast<float>(edge);
-                           // Cycles' cone: full from edge + (1 - edge) * blend inwards. 0
-                           // would divide by 0.
-                           out.inverse_edge_width =
-                               static_cast<float>(1 / std::max((1 - edge) * spot.blend, 1e-6));
-                       }},
-            lights_[i]);
-        out.first_view = first_view_.empty() ? 0.0f : static_cast<float>(first_view_[i]);
+        const Span& span = spans_[i];
+        const std::span points(&params.lights[span.first_point], span.points);
+        for (std::size_t k = 0; k < span.points; ++k) {
+            const LightPosition& place = points_[span.first_point + k];
+            points[k].position = glm::vec3(place.far ? place.at : place.at - eye);
+            points[k].intensity = power_of(lights_[i]);
+            points[k].first_view = static_cast<float>(span.first_view);
+        }
+        write_own(lights_[i], {eye, shadow_map_.size().x, static_cast<int>(span.first_layer)},
+                  points);
+        for (std::size_t v = 0; v < span.views; ++v)
+            params.views[span.first_view + v] = to_shared(views_[span.first_layer + v], eye);
     }
-    for (std::size_t v = 0; v < views_.size(); ++v)
-        params.views[v] = to_shared(views_[v], eye);
     block_.write(params);
     device_->BindBufferBase(GL_UNIFORM_BUFFER, LIGHTS_BLOCK, block_.id());
     shadow_map_.bind(SHADOW_MAP_UNIT);

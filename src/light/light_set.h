@@ -10,6 +10,7 @@
 #include "gl/transfer.h"
 #include "light/depth_pyramid.h"
 #include "light/shadow_views.h"
+#include "light_fields.h"
 #include "shared/light_params.h"
 #include "surface/surface_set.h"
 #include <fumarole/bounds.h>
@@ -56,7 +57,9 @@ public:
     /// Those that shine, in the order of Light's types.
     [[nodiscard]] std::span<const Light> lights() const { return lights_; }
     [[nodiscard]] int suns() const { return suns_; }
-    [[nodiscard]] int count() const { return static_cast<int>(lights_.size()); }
+    /// The points that stand for them, in their order.
+    [[nodiscard]] std::span<const LightPosition> points() const { return points_; }
+    [[nodiscard]] int count() const { return static_cast<int>(points_.size()); }
     /// Whether a light's beam has an edge where the medium has none.
     [[nodiscard]] bool has_edges() const;
     [[nodiscard]] int shadow_views() const { return static_cast<int>(views_.size()); }
@@ -71,8 +74,7 @@ public:
     void wait_for_sun_shadows() const;
 
 private:
-    void add_sun_views(const SunLight& sun, const surface::SurfaceSet& surfaces,
-                       const Bounds& media, int map_size);
+    [[nodiscard]] int automatic_map_size(bool detailed) const;
     void set_world(const World& world);
 
     struct SunReadback {
@@ -80,12 +82,24 @@ private:
         std::optional<SunShadow> shadow;
     };
     SunReadback& sun_readback(int i) const;
+    [[nodiscard]] std::size_t sun_view(int i) const
+    {
+        return spans_[static_cast<std::size_t>(i)].first_layer;
+    }
+
+    /// What belongs to a light.
+    struct Span {
+        std::size_t first_point = 0, points = 0;
+        std::size_t first_layer = 0;            ///< of views_ and the shadow map
+        std::size_t first_view = 0, views = 0;  ///< of those in the block
+    };
 
     const gl::Device& device_;
     int suns_ = 0;
-    std::vector<Light> lights_;    ///< in the order of Light's types
-    std::vector<int> first_view_;  ///< of each light
-    std::vector<View> views_;
+    std::vector<Light> lights_;  ///< in the order of Light's types
+    std::vector<Span> spans_;    ///< of each
+    std::vector<LightPosition> points_;
+    std::vector<View> views_;  ///< a layer of the shadow map each
     bool shaded_media_ = false;
     mutable std::vector<SunReadback> sun_readbacks_;  ///< of suns, as they are asked for
     gl::Texture shadow_map_, irradiance_, environment_;

@@ -179,9 +179,7 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
 void LightVolumes::set_depth(const MediaKey& key, const SceneSettings& settings,
                              medium::MediaSet& media, LightSet& lights)
 {
-    wanted_lights_.clear();
-    for (const Light& light : lights.lights())
-        wanted_lights_.push_back(position_of(light));
+    wanted_lights_.assign(lights.points().begin(), lights.points().end());
     refill_frames_ = settings.shadow_fill;
     const int count = static_cast<int>(wanted_lights_.size());
     const medium::VoxelFrame frame = media.voxel_frame();

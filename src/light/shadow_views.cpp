@@ -7,8 +7,6 @@
 #include <limits>
 #include <tuple>
 
-#include "light_fields.h"
-
 namespace fumarole::light {
 
 namespace {
@@ -80,24 +78,23 @@ bool is_detail(const surface::SurfaceSet::Instance& instance, const Bounds& medi
     return instance.bounds.diagonal() <= kLarge * media.diagonal();
 }
 
-bool can_shade(const Light& light, const Bounds& surface, const Bounds& media)
+bool can_shade(const LightPosition& light, const Bounds& surface, const Bounds& media)
 {
     // What lies between the media and the light, as a box along the world's axes.
     Bounds between = media;
-    const LightPosition place = position_of(light);
-    if (!place.far) {
-        between.add(place.at);
+    if (!light.far) {
+        between.add(light.at);
         return overlap(between, surface);
     }
     for (int axis = 0; axis < 3; ++axis) {
         constexpr double kFar = std::numeric_limits<double>::infinity();
-        if (place.at[axis] > 0)
+        if (light.at[axis] > 0)
             between.max[axis] = kFar;
-        else if (place.at[axis] < 0)
+        else if (light.at[axis] < 0)
             between.min[axis] = -kFar;
     }
     // And along the light's, whose z it fills from the media's far side on.
-    const LightAxes axes(place.at);
+    const LightAxes axes(light.at);
     Bounds column = media.transformed(axes.light_from_world);
     column.min.z = -std::numeric_limits<double>::infinity();
     return overlap(between, surface) && overlap(column, surface.transformed(axes.light_from_world));

@@ -7,6 +7,7 @@
 #include "gl/framebuffer.h"
 #include "gl/program.h"
 #include "gl/texture.h"
+#include "light_fields.h"
 #include "shared/draw_params.h"
 #include "shared/light_params.h"
 #include "surface/surface_set.h"
@@ -38,7 +39,7 @@ struct LightAxes {
 bool is_detail(const surface::SurfaceSet::Instance& instance, const Bounds& media);
 
 /// Whether a surface within `surface` can stand between the media and a light: false is certain.
-bool can_shade(const Light& light, const Bounds& surface, const Bounds& media);
+bool can_shade(const LightPosition& light, const Bounds& surface, const Bounds& media);
 
 /// A view along `axes` that shows `covered` and keeps the depth of all `casters`, both in the
 /// light's axes. map_size: texels along its edge.

@@ -200,8 +200,8 @@ void StepTiles::choose_steps(const View& view)
 {
     const FrameSettings& s = view.frame.settings;
     std::vector<NearLight> lights;
-    for (const Light& light : tools_.lights.lights())
-        if (const LightPosition place = position_of(light); !place.far)
+    for (const LightPosition& place : tools_.lights.points())
+        if (!place.far)
             lights.emplace_back(place.at, view.frame.host, view.frame.eye.near);
     const bool spaced = s.spacing == Settings::Spacing::medium && !tools_.lights.has_edges();
     const bool suns_alone = tools_.lights.count() == tools_.lights.suns();

@@ -18,7 +18,7 @@ TEST(CanShade, SurfacesOnASunsWayAlone)
 {
     const SunLight high{.direction_to_light = {0.5, 0, 1}, .irradiance = glm::vec3(1)};
     const auto shades = [&](const Bounds& surface) {
-        return light::can_shade(high, surface, kMedia);
+        return light::can_shade(position_of(high), surface, kMedia);
     };
     EXPECT_FALSE(shades({{-60, -60, -1}, {60, 60, 0}})) << "a ground";
     EXPECT_FALSE(shades({{-60, -60, -1}, {60, 60, 1}})) << "that the media stand on";
@@ -30,9 +30,9 @@ TEST(CanShade, SurfacesOnASunsWayAlone)
     EXPECT_TRUE(shades(box({0, 0, 1.5}, glm::dvec3(0.1)))) << "within";
 
     const SunLight level{.direction_to_light = {0, -1, 0}, .irradiance = glm::vec3(1)};
-    EXPECT_TRUE(light::can_shade(level, box({0, -50, 1.5}, glm::dvec3(0.1)), kMedia));
-    EXPECT_FALSE(light::can_shade(level, box({0, 50, 1.5}, glm::dvec3(0.1)), kMedia));
-    EXPECT_FALSE(light::can_shade(level, box({0, -50, 0.5}, glm::dvec3(0.1)), kMedia));
+    EXPECT_TRUE(light::can_shade(position_of(level), box({0, -50, 1.5}, glm::dvec3(0.1)), kMedia));
+    EXPECT_FALSE(light::can_shade(position_of(level), box({0, 50, 1.5}, glm::dvec3(0.1)), kMedia));
+    EXPECT_FALSE(light::can_shade(position_of(level), box({0, -50, 0.5}, glm::dvec3(0.1)), kMedia));
 }
 
 TEST(CanShade, SurfacesBetweenALampAndTheMediaAlone)
@@ -41,7 +41,7 @@ TEST(CanShade, SurfacesBetweenALampAndTheMediaAlone)
     for (const Light& lamp :
          {Light(PointLight{.position = position}), Light(SpotLight{.position = position})}) {
         const auto shades = [&](const Bounds& surface) {
-            return light::can_shade(lamp, surface, kMedia);
+            return light::can_shade(position_of(lamp), surface, kMedia);
         };
         EXPECT_FALSE(shades({{-60, -60, -1}, {60, 60, 0}}));
         EXPECT_TRUE(shades(box({0, 0, 3}, glm::dvec3(0.1))));

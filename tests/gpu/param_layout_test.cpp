@@ -84,9 +84,9 @@ const Offsets kLight{MEMBER(LightParams, position),
                      MEMBER(LightParams, first_view),
                      MEMBER(LightParams, intensity),
                      MEMBER(LightParams, cube_view_scale),
-                     MEMBER(LightParams, axis),
-                     MEMBER(LightParams, cos_half_cone),
-                     MEMBER(LightParams, inverse_edge_width)};
+                     {"own[0]", offsetof(LightParams, own)}};
+const Offsets kSpot{MEMBER(SpotParams, axis), MEMBER(SpotParams, cos_half_cone),
+                    MEMBER(SpotParams, inverse_edge_width)};
 const Offsets kLattice{MEMBER(LatticeParams, node_from_world),
                        MEMBER(LatticeParams, world_from_node),
                        MEMBER(LatticeParams, last),
@@ -200,6 +200,7 @@ private:
                                                   {"InspectParams", "u_params.scale_begin"},
                                                   {"MarchHistoryParams", "u_params.weight"},
                                                   {"LightsParams", "u_params.world_radiance"},
+                                                  {"SpotParams", "u_params.cos_half_cone"},
                                                   {"LightVolumesParams", "u_params.layer"},
                                                   {"WorldParams", "u_params.views[1].depth.bias"},
                                                   {"MediaParams", "u_params.media[1].g"},
@@ -260,10 +261,16 @@ TEST_F(ParamLayout, Inspect)
 TEST_F(ParamLayout, Lights)
 {
     Offsets expected{MEMBER(LightsParams, world_radiance)};
-    add_array<LightParams>(expected, "lights", offsetof(LightsParams, lights), MAX_LIGHTS, kLight);
+    add_array<LightParams>(expected, "lights", offsetof(LightsParams, lights), MAX_LIGHT_POINTS,
+                           kLight);
     add_array<ShadowView>(expected, "views", offsetof(LightsParams, views), MAX_SHADOW_VIEWS,
                           view_members());
     expect_same(layout("light_params.h", "LightsParams"), expected, sizeof(LightsParams));
+}
+
+TEST_F(ParamLayout, LightsOfOneType)
+{
+    expect_same(layout("light_params.h", "SpotParams"), kSpot, sizeof(SpotParams));
 }
 
 TEST_F(ParamLayout, LightVolumes)
