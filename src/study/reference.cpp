@@ -148,22 +148,27 @@ private:
     {
         glm::dvec3 clear(0), lit(0);
         const Origin from = surfaces_.leave(hit);
-        for (const ReferenceLight& light : lights_) {
-            const double cosine = glm::dot(hit.shading, light.place().wi(hit.p));
-            if (cosine <= 0)
-                continue;
-            glm::dvec3 without;
-            lit += cosine * arriving(light, from, without);
-            clear += cosine * without;
-        }
         const glm::dvec3 reflected = glm::dvec3(hit.albedo) / kPi;
         if (reflected == glm::dvec3(0))
             return 0;
+        const auto of_part = [&](const ReferenceLight& part, double&) {
+            const double cosine = std::max(glm::dot(hit.shading, part.place().wi(hit.p)), 0.0);
+            glm::dvec3 without(0);
+            const glm::dvec3 with = cosine > 0 ? arriving(part, from, without) : without;
+            return glm::dmat2x3(cosine * with, cosine * without);
+        };
+        double light_error = 0;
+        for (const ReferenceLight& light : lights_) {
+            const glm::dmat2x3 both =
+                light.over_parts(accuracy(floor / largest(reflected)), light_error, of_part);
+            lit += both[0];
+            clear += both[1];
+        }
         const WorldIrradiance world =
             world_.irradiance(hit, seed, sampling(lit, floor / largest(reflected), relax));
         out.surface = reflected * (clear + world.clear);
         out.surface_lit = reflected * (lit + world.lit);
-        return largest(reflected) * world.error;
+        return largest(reflected) * std::hypot(light_error, world.error);
     }
 
     // Of the tolerance a quarter is the quadratures' along the ray, whose errors are of no known
@@ -205,6 +210,19 @@ private:
 
     Integral from_light(const Ray& ray, const MediaAlongRay& along, const ReferenceLight& light,
                         double floor) const
+    {
+        Integral sum;
+        sum.value = light.over_parts(accuracy(floor), sum.error,
+                                     [&](const ReferenceLight& part, double& error) {
+                                         const Integral one = from_part(ray, along, part, floor);
+                                         error += one.error;
+                                         return one.value;
+                                     });
+        return sum;
+    }
+
+    Integral from_part(const Ray& ray, const MediaAlongRay& along, const ReferenceLight& light,
+                       double floor) const
     {
         const std::vector<double>& media_breaks = along.breaks();
         const double begin = media_breaks.front(), end = media_breaks.back();

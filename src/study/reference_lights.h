@@ -4,9 +4,10 @@
 #include <vector>
 
 #include "study/reference_geometry.h"
+#include "study/reference_quadrature.h"
 #include <fumarole/scene.h>
 
-// Suns, points and spots: where they are and what they send.
+// Lights: where they are and what they send.
 
 namespace fumarole::study {
 
@@ -19,6 +20,14 @@ public:
 
     /// On a plane at p that faces the light, if nothing is in between [W/m^2].
     [[nodiscard]] glm::dvec3 irradiance(glm::dvec3 p) const;
+
+    /// The sum of a function over the light's parts, lights of one place each: here the light
+    /// itself.
+    /// @param of `Value of(const ReferenceLight& part, double& error)`, which adds to `error`
+    template <typename Of> auto over_parts(const Accuracy&, double& error, const Of& of) const
+    {
+        return of(*this, error);
+    }
 
     /// Where a ray crosses the edges of a spot's cone.
     void add_cone_breaks(const Ray& ray, std::vector<double>& breaks) const;
