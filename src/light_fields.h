@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cmath>
 #include <concepts>
 #include <limits>
 #include <optional>
@@ -26,6 +28,7 @@ struct LightField {
     double max = std::numeric_limits<double>::infinity();
     bool open = false;      ///< both ends are not allowed themselves
     bool optional = false;  ///< the default stands where a file has no such key
+    int metres = 0;         ///< the power of a length that it grows with as the scene does
 };
 
 namespace light_field {
@@ -43,6 +46,8 @@ concept All = (std::same_as<std::remove_const_t<L>, T> && ...);
 //   position(field, dvec3&...)   of a light that has a place [m]
 //   axis(field, dvec3&...)       unit direction
 //   number(field, double&...)
+//   flag(field, bool&...)
+//   edges(field, std::array<dvec3, 2>&...)   of a rectangle [m], at right angles
 //   power(field, vec3&...)       what it sends: none where it is 0
 
 template <typename V, typename... L>
@@ -68,7 +73,8 @@ void visit_fields(V&& v, L&... light)
              .label = "intensity",
              .help = "to all sides",
              .unit = "W/sr",
-             .sign = "W/sr"},
+             .sign = "W/sr",
+             .metres = 2},
             light.radiant_intensity...);
 }
 
@@ -99,7 +105,8 @@ void visit_fields(V&& v, L&... light)
              .label = "intensity",
              .help = "on the axis",
              .unit = "W/sr",
-             .sign = "W/sr"},
+             .sign = "W/sr",
+             .metres = 2},
             light.radiant_intensity...);
 }
 
@@ -130,6 +137,8 @@ struct NoField {
     template <typename... T> void position(const LightField&, T&...) {}
     template <typename... T> void axis(const LightField&, T&...) {}
     template <typename... T> void number(const LightField&, T&...) {}
+    template <typename... T> void flag(const LightField&, T&...) {}
+    template <typename... T> void edges(const LightField&, T&...) {}
     template <typename... T> void power(const LightField&, T&...) {}
 };
 
@@ -174,6 +183,30 @@ inline void move_to(Light& light, glm::dvec3 at)
     } move;
     move.there = at;
     visit_light(move, light);
+}
+
+/// Makes what a light is by default fit a scene that is `size` metres large.
+inline void scale_to(Light& light, double size)
+{
+    struct : NoField {
+        double size = 1;
+        [[nodiscard]] double of(const LightField& field) const
+        {
+            return std::pow(size, field.metres);
+        }
+        void number(const LightField& field, double& value) { value *= of(field); }
+        void edges(const LightField& field, std::array<glm::dvec3, 2>& edges)
+        {
+            for (glm::dvec3& edge : edges)
+                edge *= of(field);
+        }
+        void power(const LightField& field, glm::vec3& value)
+        {
+            value *= static_cast<float>(of(field));
+        }
+    } scale;
+    scale.size = size;
+    visit_light(scale, light);
 }
 
 /// What it sends, in the unit of its type.

@@ -273,6 +273,8 @@ void JsonObject::miss(std::string_view key, const std::string& expected)
         missing_ = fmt::format("missing key '{}' (expected {})", key, expected);
 }
 
+constexpr const char* kTwoEdges = "two edges [[x, y, z], [x, y, z]]";
+
 template <typename T>
 bool JsonObject::read(std::string_view key, const NumberRange& range, T& target)
 {
@@ -298,6 +300,42 @@ bool JsonObject::read(std::string_view key, std::string& target)
         place_.key(key).fail(fmt::format("expected a text, got {}", shown(*value)));
     target = value->get<std::string>();
     return true;
+}
+
+bool JsonObject::read(std::string_view key, bool& target)
+{
+    const Json* value = find(key);
+    if (value == nullptr)
+        return false;
+    if (!value->is_boolean())
+        place_.key(key).fail(fmt::format("expected true or false, got {}", shown(*value)));
+    target = value->get<bool>();
+    return true;
+}
+
+bool JsonObject::read(std::string_view key, const NumberRange& range,
+                      std::array<glm::dvec3, 2>& edges)
+{
+    const Json* value = find(key);
+    if (value == nullptr)
+        return false;
+    const JsonPlace place = place_.key(key);
+    if (!value->is_array() || value->size() != edges.size())
+        place.fail(fmt::format("expected {}, got {}", kTwoEdges, shown(*value)));
+    for (std::size_t i = 0; i < edges.size(); ++i)
+        edges.at(i) = json_value<glm::dvec3>((*value)[i], place.index(i), range);
+    constexpr double kMinSine = 1e-6;
+    const double lengths = glm::length(edges[0]) * glm::length(edges[1]);
+    if (!(glm::length(glm::cross(edges[0], edges[1])) > kMinSine * lengths))
+        place.fail("expected two edges that span an area, got one along the other");
+    return true;
+}
+
+void JsonObject::need(std::string_view key, const NumberRange& range,
+                      std::array<glm::dvec3, 2>& edges)
+{
+    if (!read(key, range, edges))
+        miss(key, kTwoEdges);
 }
 
 std::size_t JsonObject::choice(std::string_view key, const std::vector<std::string_view>& names,

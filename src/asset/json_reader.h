@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <functional>
 #include <glm/glm.hpp>
@@ -57,6 +58,10 @@ public:
     template <typename T> bool read(std::string_view key, const NumberRange& range, T& target);
     template <typename T> void need(std::string_view key, const NumberRange& range, T& target);
     bool read(std::string_view key, std::string& target);
+    bool read(std::string_view key, bool& target);
+    /// Two edges of a parallelogram, in the file a list of two vectors.
+    bool read(std::string_view key, const NumberRange& range, std::array<glm::dvec3, 2>& edges);
+    void need(std::string_view key, const NumberRange& range, std::array<glm::dvec3, 2>& edges);
 
     /// The position of a name among those allowed; `fallback` if the key is missing.
     std::size_t choice(std::string_view key, const std::vector<std::string_view>& names,

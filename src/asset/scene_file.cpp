@@ -1,6 +1,7 @@
 #include <fumarole/asset/scene_file.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <cmath>
@@ -52,6 +53,7 @@ constexpr NumberRange kLacunarity{1, 16};
 
 // Sine of the angle below which `up` gives a camera no orientation.
 constexpr double kMinSine = 1e-6;
+constexpr double kMaxCosine = 1e-3;  ///< of edges at right angles, written with few digits
 
 // A scene is text that someone wrote; whatever is longer was named by mistake.
 constexpr std::uintmax_t kMaxFileBytes = 64U << 20U;
@@ -171,6 +173,17 @@ public:
     void number(const LightField& field, double& value)
     {
         get(field, {field.min, field.max, field.open, field.open, field.unit}, value);
+    }
+    void flag(const LightField& field, bool& value) { object_.read(field.key, value); }
+    void edges(const LightField& field, std::array<glm::dvec3, 2>& value)
+    {
+        get(field, kCoordinate, value);
+        const double cosine = glm::dot(value[0], value[1]) /
+                              std::max(glm::length(value[0]) * glm::length(value[1]), 1e-300);
+        if (std::abs(cosine) > kMaxCosine)
+            object_.place().key(field.key).fail(
+                fmt::format("expected two edges at right angles, got {:.2f} degrees",
+                            glm::degrees(std::acos(std::clamp(cosine, -1.0, 1.0)))));
     }
     void power(const LightField& field, glm::vec3& value)
     {
@@ -383,6 +396,12 @@ template <typename T> std::string number_text(T value)
     return text;
 }
 
+template <typename T> std::string triple_text(const T& value)
+{
+    return fmt::format("[{}, {}, {}]", number_text(value.x), number_text(value.y),
+                       number_text(value.z));
+}
+
 // The members of an object as text, laid out on one line if they fit.
 class Members {
 public:
@@ -417,8 +436,15 @@ public:
     {
         if (!std::isfinite(value.x) || !std::isfinite(value.y) || !std::isfinite(value.z))
             fail(key, "is not finite");
-        raw(key, fmt::format("[{}, {}, {}]", number_text(value.x), number_text(value.y),
-                             number_text(value.z)));
+        raw(key, triple_text(value));
+    }
+
+    void pair(std::string_view key, const std::array<glm::dvec3, 2>& values)
+    {
+        for (const glm::dvec3& value : values)
+            if (!std::isfinite(value.x) || !std::isfinite(value.y) || !std::isfinite(value.z))
+                fail(key, "is not finite");
+        raw(key, fmt::format("[{}, {}]", triple_text(values[0]), triple_text(values[1])));
     }
 
     [[nodiscard]] std::string in_lines(std::size_t indent) const
@@ -478,6 +504,11 @@ struct LightWriter {
     void axis(const LightField& field, const glm::dvec3& d) { out.triple(field.key, d); }
     void position(const LightField& field, const glm::dvec3& p) { out.triple(field.key, p); }
     void number(const LightField& field, double value) { out.number(field.key, value); }
+    void flag(const LightField& field, bool value) { out.raw(field.key, value ? "true" : "false"); }
+    void edges(const LightField& field, const std::array<glm::dvec3, 2>& value)
+    {
+        out.pair(field.key, value);
+    }
     void power(const LightField& field, const glm::vec3& value) { out.triple(field.key, value); }
 };
 

@@ -1,6 +1,7 @@
 #include "window/panels.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fmt/format.h>
@@ -169,9 +170,23 @@ struct LightControls {
     }
     void number(const LightField& field, double& value, double first)
     {
-        const double inset = field.open ? 1 : 0;
-        changed |=
-            number_control(text_of(field), value, field.min + inset, field.max - inset, first);
+        const bool bounded = std::isfinite(field.max);
+        const double inset = !field.open ? 0 : bounded ? 1 : 1e-3;
+        changed |= number_control(text_of(field), value, field.min + inset,
+                                  bounded ? field.max - inset : 1e3, first);
+    }
+    void flag(const LightField& field, bool& value, bool first)
+    {
+        changed |= switch_control(text_of(field), value, first);
+    }
+    void edges(const LightField& field, std::array<glm::dvec3, 2>& value,
+               const std::array<glm::dvec3, 2>& first)
+    {
+        for (std::size_t i = 0; i < value.size(); ++i) {
+            ControlText words = text_of(field);
+            words.label = fmt::format("{} {}", field.label, "uv"[i]);
+            changed |= triple_control(words, value.at(i), -1e9, first.at(i));
+        }
     }
     void power(const LightField& field, glm::vec3& value, const glm::vec3& first)
     {
@@ -210,20 +225,20 @@ bool draw_lights(ViewState& state, Scene& scene, const Scene& first)
             return true;
         }
     }
-    if (ImGui::SmallButton("add a sun")) {
-        scene.lights.emplace_back(SunLight{});
-        changed = true;
-    }
-    ImGui::SameLine();
-    if (ImGui::SmallButton("add a point")) {
+    text("add");
+    for (const Light& type : light_types()) {
+        ImGui::SameLine();
+        if (!ImGui::SmallButton(light_name(type)))
+            continue;
+        Light light = type;
         const Bounds subject = subject_of(scene);
-        PointLight light;
-        light.position = subject.empty() ? scene.camera.look_at
-                                         : 0.5 * (subject.min + subject.max) +
-                                               glm::dvec3(0, 0, 0.6 * subject.diagonal());
-        light.radiant_intensity = glm::vec3(
-            static_cast<float>(subject.empty() ? 1 : subject.diagonal() * subject.diagonal()));
-        scene.lights.emplace_back(light);
+        if (!position_of(light).far)
+            move_to(light, subject.empty() ? scene.camera.look_at
+                                           : 0.5 * (subject.min + subject.max) +
+                                                 glm::dvec3(0, 0, 0.6 * subject.diagonal()));
+        if (!subject.empty())
+            scale_to(light, subject.diagonal());
+        scene.lights.push_back(light);
         changed = true;
     }
     switch_control({"handles", "", "", "drag lights in the picture (L)"}, state.lights, false);
