@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
 #include <numeric>
+#include <utility>
 
 #include "explain.h"
 #include "gl/framebuffer.h"
@@ -66,6 +67,13 @@ struct Renderer::Parts {
     PreparedFrame begin(const View::State& view, const Frame& frame, const FrameSettings& s);
     /// @throws Error if it is not a view of this renderer
     View::State& state_of(const View& view);
+    /// All so far.
+    [[nodiscard]] SceneWork work() const
+    {
+        const light::LightVolumeFills& fills = volumes.fills();
+        return {media.uploads(),  surfaces.uploads(), lights.views_drawn(),
+                fills.extinction, fills.depth_layers, fills.world};
+    }
 
     std::shared_ptr<const gl::Device> shared_device;  ///< with the views, which may outlive us
     const gl::Device& device;
@@ -83,6 +91,7 @@ struct Renderer::Parts {
     pass::SunShades sun_shades;
     std::uint64_t scene_id = 0;
     bool prepares = false;  ///< while prepare() draws
+    SceneWork reported;     ///< as far as take_report() has told
     SceneSettings scene_settings;
     surface::SurfacePainter surface_painter;
     const Toolbox tools{device,      programs,      timers,         media,
@@ -401,6 +410,12 @@ FrameReport Renderer::take_report()
     report.gpu_bytes = parts_->device.bytes();
     report.allocations = parts_->device.allocations();
     report.history = parts_->last_history;
+    const SceneWork before = std::exchange(parts_->reported, parts_->work());
+    const SceneWork& now = parts_->reported;
+    report.work = {
+        now.grids_uploaded - before.grids_uploaded, now.meshes_uploaded - before.meshes_uploaded,
+        now.shadow_views - before.shadow_views,     now.extinctions - before.extinctions,
+        now.depth_layers - before.depth_layers,     now.world_volumes - before.world_volumes};
     return report;
 }
 

@@ -74,6 +74,9 @@ void LightSet::clear()
 void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, const Bounds& media,
                    int map_size, bool detailed)
 {
+    const std::vector<View> old_views = std::move(views_);
+    gl::Texture old_map = std::move(shadow_map_);
+    auto old_readbacks = std::move(sun_readbacks_);
     clear();
     set_world(scene.world);
     for (const Light& light : scene.lights)
@@ -119,7 +122,19 @@ void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, cons
         in_block += spans_[i].views;
         views_.insert(views_.end(), views.layers.begin(), views.layers.end());
     }
+    std::vector<Surface> casters = scene.surfaces;
+    for (Surface& caster : casters)  // a colour throws no shadow
+        std::visit([](auto& surface) { surface.albedo = glm::vec3(0); }, caster);
+    const bool same =
+        old_map && old_map.size().x == map_size && views_ == old_views && casters == casters_;
+    casters_ = std::move(casters);
+    if (same) {
+        shadow_map_ = std::move(old_map);
+        sun_readbacks_ = std::move(old_readbacks);
+        return;
+    }
     shadow_map_ = painter_.draw(views_, surfaces, map_size);
+    views_drawn_ += static_cast<int>(views_.size());
 }
 
 LightSet::SunReadback& LightSet::sun_readback(int i) const

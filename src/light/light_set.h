@@ -33,8 +33,8 @@ public:
     {
     }
 
-    /// Sorts the lights, and draws the surfaces' shadow map if there are any. Changes GL state:
-    /// call it under a StateGuard.
+    /// Sorts the lights, and draws the surfaces' shadow map if there are any and it is another one
+    /// than before. Changes GL state: call it under a StateGuard.
     /// @param media what the media fill, so that their shadows get the map's detail
     /// @param map_size texels along an edge of each view, or kAutomatic
     /// @param detailed whether the media have detail of their own
@@ -63,6 +63,8 @@ public:
     /// Whether a light's beam has an edge where the medium has none.
     [[nodiscard]] bool has_edges() const;
     [[nodiscard]] int shadow_views() const { return static_cast<int>(views_.size()); }
+    /// Views of the shadow map drawn so far.
+    [[nodiscard]] int views_drawn() const { return views_drawn_; }
     /// Whether a surface can stand between a light and the media.
     [[nodiscard]] bool shaded_media() const { return shaded_media_; }
     [[nodiscard]] glm::vec3 world_radiance() const { return world_radiance_; }
@@ -99,7 +101,9 @@ private:
     std::vector<Light> lights_;  ///< in the order of Light's types
     std::vector<Span> spans_;    ///< of each
     std::vector<LightPosition> points_;
-    std::vector<View> views_;  ///< a layer of the shadow map each
+    std::vector<View> views_;       ///< a layer of the shadow map each
+    std::vector<Surface> casters_;  ///< that it shows, their albedo left out
+    int views_drawn_ = 0;
     bool shaded_media_ = false;
     mutable std::vector<SunReadback> sun_readbacks_;  ///< of suns, as they are asked for
     gl::Texture shadow_map_, irradiance_, environment_;

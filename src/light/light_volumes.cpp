@@ -86,11 +86,44 @@ gl::Texture make_volume(const gl::Device& gl, const char* label, const Lattice& 
                                 gl::Filter::linear);
 }
 
+/// Within so many nodes two places are one: a thousandth of what a 32-bit shader tells apart.
+constexpr double kSameNode = 1e-6;
+
+double spacing_of(const glm::dmat3& edges)
+{
+    return std::min({glm::length(edges[0]), glm::length(edges[1]), glm::length(edges[2])});
+}
+
+bool are_moved(const std::vector<medium::Extinction>& then,
+               const std::vector<medium::Extinction>& now, glm::dvec3 moved, double tolerance)
+{
+    return std::equal(then.begin(), then.end(), now.begin(), now.end(),
+                      [&](const medium::Extinction& a, const medium::Extinction& b) {
+                          return medium::is_moved(a, b, moved, tolerance);
+                      });
+}
+
 std::string size_of(const gl::Texture& texture, int layers, std::size_t texel_bytes)
 {
     const glm::ivec3 size = texture.size();
     return fmt::format("{} x {} x {} nodes, {:.2f} MB", size.x, size.y, size.z / layers,
                        1e-6 * static_cast<double>(texel_bytes) * size.x * size.y * size.z);
+}
+
+void copy_layer(const gl::Device& gl, const gl::Texture& from, int from_layer,
+                const gl::Texture& to, int to_layer, glm::ivec3 nodes)
+{
+    gl->MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);  // after the stores that filled it
+    gl->CopyImageSubData(from.id(), GL_TEXTURE_3D, 0, 0, 0, from_layer * nodes.z, to.id(),
+                         GL_TEXTURE_3D, 0, 0, 0, to_layer * nodes.z, nodes.x, nodes.y, nodes.z);
+}
+
+/// A light's place as it is from `origin`, where it has one.
+LightPosition position_from(glm::dvec3 origin, LightPosition position)
+{
+    if (!position.far)
+        position.at -= origin;
+    return position;
 }
 
 /// Times what it spans, the GPU's part too, where times are measured by waiting for it.
@@ -143,12 +176,66 @@ void LightVolumes::clear_world()
     on_surfaces_dimmed_ = {};
 }
 
+LightVolumes::DepthKey LightVolumes::key_of(const Lattice& lattice)
+{
+    const glm::dmat4 world_from_node = glm::inverse(lattice.node_from_world);
+    DepthKey key;
+    key.origin = glm::dvec3(world_from_node[3]);
+    key.edges = glm::dmat3(world_from_node);
+    key.count = lattice.count;
+    return key;
+}
+
+bool LightVolumes::is_moved(const DepthKey& then, const DepthKey& now)
+{
+    const double tolerance = kSameNode * spacing_of(now.edges);
+    for (int axis = 0; axis < 3; ++axis)
+        if (!medium::is_same_place(then.edges[axis] * double(then.count[axis]),
+                                   now.edges[axis] * double(now.count[axis]),
+                                   tolerance + 1e-14 * glm::length(now.origin)))
+            return false;
+    return then.count == now.count && then.rgb == now.rgb &&
+           are_moved(then.media, now.media, now.origin - then.origin, tolerance);
+}
+
+bool LightVolumes::is_moved(const WorldKey& then, const WorldKey& now)
+{
+    if (then.world != now.world || then.nodes != now.nodes || then.directions != now.directions ||
+        then.bands != now.bands || then.dims != now.dims ||
+        !is_moved(then.in_media, now.in_media) || !is_moved(then.on_surfaces, now.on_surfaces))
+        return false;
+    const DepthKey &lattice = now.bands > 0 ? now.in_media : now.on_surfaces,
+                   &lattice_then = now.bands > 0 ? then.in_media : then.on_surfaces;
+    const glm::dvec3 moved = lattice.origin - lattice_then.origin;
+    const double tolerance = kSameNode * spacing_of(lattice.edges);
+    const auto is_there = [&](glm::dvec3 before, glm::dvec3 after) {
+        return medium::is_same_place(before + moved, after, tolerance);
+    };
+    return (now.on_surfaces.count == glm::ivec3(0) ||
+            is_there(then.on_surfaces.origin, now.on_surfaces.origin)) &&
+           are_moved(then.media, now.media, moved, tolerance) &&
+           std::equal(then.surfaces.begin(), then.surfaces.end(), now.surfaces.begin(),
+                      now.surfaces.end(), [&](const Obstacle& a, const Obstacle& b) {
+                          return a.kind == b.kind && a.mesh == b.mesh &&
+                                 is_there(a.place[0], b.place[0]) &&
+                                 is_there(a.place[1], b.place[1]);
+                      });
+}
+
+bool LightVolumes::is_same(const LightPosition& a, const LightPosition& b) const
+{
+    const double tolerance = kSameNode * spacing_of(depth_key_.edges);
+    const double nodes = std::max({depth_key_.count.x, depth_key_.count.y, depth_key_.count.z});
+    return a.far == b.far &&
+           (a.far ? glm::length(a.at - b.at) <= kSameNode / nodes
+                  : medium::is_same_place(a.at, b.at,
+                                          tolerance + 1e-14 * glm::length(depth_key_.origin)));
+}
+
 void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium::MediaSet& media,
                        const surface::SurfaceSet& surfaces, LightSet& lights)
 {
     const medium::MediaTraits& traits = media.traits();
-    const MediaKey key{scene.media, media.moves() ? scene.time : 0, settings.layout,
-                       settings.storage};
     const std::optional<glm::vec3> color = media.marched_color();
     rgb_ = traits.marched > 0 && !color;
     params_.extinction_color = glm::vec4(color.value_or(glm::vec3(1)), 1.0f);
@@ -157,7 +244,7 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
                        settings.shadow_range == SceneSettings::ShadowRange::media &&
                        traits.marched > 0 && lights.count() > 0;
     if (depth) {
-        set_depth(key, settings, media, lights);
+        set_depth(settings, media, lights);
     } else {
         refill_.reset();
         extinction_ = {};
@@ -166,60 +253,123 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
     }
     const bool scatters = settings.world_light && traits.scatters;
     if (settings.world_cache != 0 && traits.media > 0 && (scatters || !surfaces.empty()) &&
-        lights.world_radiance() != glm::vec3(0.0f))
-        set_world({key, scene.surfaces, scene.world, settings.world_cache,
-                   settings.world_directions, scatters, settings.volume_shadows},
-                  media, surfaces, lights);
-    else
+        lights.world_radiance() != glm::vec3(0.0f)) {
+        WorldKey key;
+        key.dims = settings.volume_shadows;
+        if (key.dims)
+            key.media = media.extinction();
+        for (const Surface& surface : scene.surfaces)
+            key.surfaces.push_back(obstacle_of(surface));
+        key.world = scene.world;
+        key.nodes = settings.world_cache;
+        key.directions = settings.world_directions;
+        if (scatters)
+            key.bands = traits.isotropic ? 1 : 4;
+        set_world(std::move(key), media, surfaces, lights);
+    } else {
         clear_world();
+    }
     if (!refill_)
         extinction_ = {};
 }
 
-void LightVolumes::set_depth(const MediaKey& key, const SceneSettings& settings,
-                             medium::MediaSet& media, LightSet& lights)
+LightVolumes::Obstacle LightVolumes::obstacle_of(const Surface& surface)
 {
-    wanted_lights_.assign(lights.points().begin(), lights.points().end());
+    Obstacle obstacle;
+    obstacle.kind = surface.index();
+    std::visit(Overloaded{[&](const SphereSurface& sphere) {
+                              obstacle.place = {sphere.center, sphere.center + sphere.radius};
+                          },
+                          [&](const BoxSurface& box) {
+                              obstacle.place = {box.min, box.max};
+                          },
+                          [&](const MeshSurface& mesh) {
+                              obstacle.mesh = mesh.mesh;
+                              obstacle.place = {mesh.translate, mesh.translate + mesh.scale};
+                          }},
+               surface);
+    return obstacle;
+}
+
+void LightVolumes::set_depth(const SceneSettings& settings, medium::MediaSet& media,
+                             LightSet& lights)
+{
     refill_frames_ = settings.shadow_fill;
-    const int count = static_cast<int>(wanted_lights_.size());
+    const int count = lights.count();
     const medium::VoxelFrame frame = media.voxel_frame();
     const int nodes = settings.shadow_cache;
     const bool automatic = nodes == kAutomatic;
     const int most = clamp_to(automatic ? kAutoDepthNodes : nodes, count, device_);
     const Lattice lattice = make_lattice(frame.voxel_from_world, frame.marched,
                                          automatic ? kVoxelsPerDepthNode : 1e-9, most);
-    const glm::ivec3 size = lattice.count * glm::ivec3(1, 1, count);
-    const bool same = depth_ && depth_.size() == size && depth_key_ == key &&
-                      depth_lattice_.node_from_world == lattice.node_from_world;
+    DepthKey key = key_of(lattice);
+    key.rgb = rgb_;
+    key.media = media.extinction();
+    std::erase_if(key.media, [](const medium::Extinction& medium) { return !medium.marched; });
+    if (!rgb_)  // the mean is what is stored, of one colour for all
+        for (medium::Extinction& medium : key.media)
+            medium.sigma_t = glm::vec3(glm::dot(medium.sigma_t, glm::vec3(1.0f / 3.0f)));
+    const bool same = depth_ && is_moved(depth_key_, key);
     if (!same || refill_frames_ == 1) {
         refill_.reset();
         extinction_ = {};
     }
-    if (same && (refill_ || depth_lights_ == wanted_lights_))
-        return;  // what is on its way begins anew where lights have moved meanwhile
-    const Stopwatch watch(device_, timers_);
-    depth_key_ = key;
+    if (!same) {
+        depth_ = {};
+        depth_lights_.clear();
+        depth_key_ = key;
+    }
+    // What was filled moves with the media: only where it lies is new.
     depth_lattice_ = lattice;
+    if (extinction_)
+        extinction_lattice_ = extinction_lattice(frame);
     depth_defines_ = fill_defines(media, write_lights({}));
-    fill_extinction(media, lights);
-    if (same && refill_frames_ > 1) {
+    wanted_lights_.clear();
+    for (const LightPosition& light : lights.points())
+        wanted_lights_.push_back(position_from(key.origin, light));
+
+    // A light that has come or gone moves the others to other layers.
+    std::vector<int> from;
+    bool in_place = same && depth_lights_.size() == wanted_lights_.size(), whole = true;
+    for (std::size_t i = 0; i < wanted_lights_.size(); ++i) {
+        const auto is_wanted = [&](const LightPosition& light) {
+            return is_same(light, wanted_lights_[i]);
+        };
+        auto at = std::find_if(depth_lights_.begin(), depth_lights_.end(), is_wanted);
+        if (i < depth_lights_.size() && is_wanted(depth_lights_[i]))
+            at = depth_lights_.begin() + static_cast<std::ptrdiff_t>(i);
+        from.push_back(at == depth_lights_.end() ? -1
+                                                 : static_cast<int>(at - depth_lights_.begin()));
+        whole &= from.back() >= 0;
+        in_place &= from.back() < 0 || from.back() == static_cast<int>(i);
+    }
+    if (in_place && (refill_ || whole))
+        return;  // what is on its way begins anew where lights have moved meanwhile
+    refill_.reset();
+    const Stopwatch watch(device_, timers_);
+    if (!whole && !extinction_)
+        fill_extinction(media, lights);
+    if (in_place && refill_frames_ > 1) {
         begin_refill();
         return;
     }
-    if (!same) {
-        depth_ = {};
+    if (!in_place) {
+        const gl::Texture old = std::move(depth_);
         depth_ = make_volume(device_, "optical depth to lights", lattice, count,
                              rgb_ ? GL_RGBA16F : GL_R16F);
-    }
-    const glm::dvec3 eye = centre_of(lattice);
-    begin_fill(eye, media, lights);
-    for (int i = 0; i < count; ++i) {
-        const auto layer = static_cast<std::size_t>(i);
-        if (same && depth_lights_[layer] == wanted_lights_[layer])
-            continue;
-        fill_depth(depth_, i, wanted_lights_[layer], 0, lattice.count.z, eye);
+        for (int i = 0; i < count; ++i)
+            if (const int layer = from[static_cast<std::size_t>(i)]; layer >= 0)
+                copy_layer(device_, old, layer, depth_, i, lattice.count);
     }
     depth_lights_ = wanted_lights_;
+    const glm::dvec3 eye = centre_of(lattice);
+    if (!whole)
+        begin_fill(eye, media, lights);
+    for (int i = 0; i < count; ++i) {
+        const auto layer = static_cast<std::size_t>(i);
+        if (from[layer] < 0)
+            fill_depth(depth_, i, depth_lights_[layer], 0, lattice.count.z, eye);
+    }
     depth_ms_ = watch.ms();
 }
 
@@ -229,17 +379,16 @@ void LightVolumes::begin_refill()
     refill_.emplace();
     refill_->lights = wanted_lights_;
     for (int i = 0; i < count; ++i)
-        if (!(depth_lights_[static_cast<std::size_t>(i)] ==
-              wanted_lights_[static_cast<std::size_t>(i)]))
+        if (!is_same(depth_lights_[static_cast<std::size_t>(i)],
+                     wanted_lights_[static_cast<std::size_t>(i)]))
             refill_->layers.push_back(i);
     const int slices = static_cast<int>(refill_->layers.size()) * depth_lattice_.count.z;
     const int a_frame = (slices + refill_frames_ - 1) / refill_frames_;
     refill_->slices = (a_frame + VOLUME_GROUP - 1) / VOLUME_GROUP * VOLUME_GROUP;
     refill_->depth = make_volume(device_, "optical depth to moved lights", depth_lattice_, count,
                                  rgb_ ? GL_RGBA16F : GL_R16F);
-    const glm::ivec3 size = depth_.size();
-    device_->CopyImageSubData(depth_.id(), GL_TEXTURE_3D, 0, 0, 0, 0, refill_->depth.id(),
-                              GL_TEXTURE_3D, 0, 0, 0, 0, size.x, size.y, size.z);
+    for (int i = 0; i < count; ++i)
+        copy_layer(device_, depth_, i, refill_->depth, i, depth_lattice_.count);
 }
 
 void LightVolumes::go_on(glm::dvec3 eye)
@@ -262,30 +411,27 @@ void LightVolumes::go_on(glm::dvec3 eye)
     depth_ = std::move(refill_->depth);
     depth_lights_ = std::move(refill_->lights);
     refill_.reset();
-    if (depth_lights_ == wanted_lights_)
+    const bool done =
+        std::equal(depth_lights_.begin(), depth_lights_.end(), wanted_lights_.begin(),
+                   [&](const LightPosition& a, const LightPosition& b) { return is_same(a, b); });
+    if (done)
         extinction_ = {};
     else
         begin_refill();
 }
 
-void LightVolumes::plan_world(const WorldKey& key, const medium::MediaSet& media,
+void LightVolumes::plan_world(WorldKey& key, const medium::MediaSet& media,
                               const surface::SurfaceSet& surfaces)
 {
-    const medium::MediaTraits& traits = media.traits();
     const bool automatic = key.nodes == kAutomatic;
     const int nodes = automatic ? kAutoWorldNodes : key.nodes;
-    const auto make = [&](const char* label, const Lattice& lattice, int layers) {
-        return make_volume(device_, label, lattice, layers, GL_RGBA16F);
-    };
-    clear_world();
-    if (key.scatters) {
-        bands_ = traits.isotropic ? 1 : 4;
+    if (key.bands > 0) {
+        bands_ = key.bands;
         const medium::VoxelFrame frame = media.voxel_frame();
         world_lattice_ = make_lattice(frame.voxel_from_world, frame.scattering,
                                       automatic ? kVoxelsPerWorldNode : 1e-9,
                                       clamp_to(nodes, bands_ * bands_, device_));
-        coefficients_ = make("world's light", world_lattice_, bands_ * bands_);
-        world_ = make("world's light towards the eye", world_lattice_, traits.mixed_g ? bands_ : 1);
+        key.in_media = key_of(world_lattice_);
     }
     if (surfaces.empty())
         return;
@@ -299,32 +445,63 @@ void LightVolumes::plan_world(const WorldKey& key, const medium::MediaSet& media
     constexpr int kLayers = kSurfaceBands * kSurfaceBands;
     surface_lattice_ =
         make_lattice(glm::dmat4(1.0), around, 1e-9, clamp_to(nodes, kLayers, device_));
+    key.on_surfaces = key_of(surface_lattice_);
+}
+
+void LightVolumes::make_world(const WorldKey& key, bool surfaces)
+{
+    const auto make = [&](const char* label, const Lattice& lattice, int layers) {
+        return make_volume(device_, label, lattice, layers, GL_RGBA16F);
+    };
+    clear_world();
+    if (key.bands > 0)
+        coefficients_ = make("world's light", world_lattice_, bands_ * bands_);
+    if (!surfaces)
+        return;
+    constexpr int kLayers = kSurfaceBands * kSurfaceBands;
     on_surfaces_ = make("world's light on surfaces", surface_lattice_, kLayers);
     if (key.dims)
         on_surfaces_dimmed_ = make("world's light on surfaces, dimmed", surface_lattice_, kLayers);
 }
 
-void LightVolumes::set_world(const WorldKey& key, medium::MediaSet& media,
+void LightVolumes::set_world(WorldKey key, medium::MediaSet& media,
                              const surface::SurfaceSet& surfaces, LightSet& lights)
 {
-    if ((world_ || on_surfaces_) && world_key_ == key)
-        return;
-    const Stopwatch watch(device_, timers_);
     plan_world(key, media, surfaces);
-    if (media.traits().marched > 0 && key.dims && !extinction_)
-        fill_extinction(media, lights);
-    const glm::dvec3 eye = centre_of(key.scatters ? world_lattice_ : surface_lattice_);
-    const gl::Texture shadows = draw_world(key, surfaces, eye);
-    begin_fill(eye, media, lights);
-    if (key.scatters)
-        fill_world(world_lattice_, coefficients_, bands_, key.dims, shadows, media, eye);
-    if (on_surfaces_)
-        fill_world(surface_lattice_, on_surfaces_, kSurfaceBands, false, shadows, media, eye);
-    if (on_surfaces_dimmed_)
-        fill_world(surface_lattice_, on_surfaces_dimmed_, kSurfaceBands, true, shadows, media, eye);
-    world_key_ = key;
-    turned_ = false;
-    world_ms_ = watch.ms();
+    const medium::MediaTraits& traits = media.traits();
+    const glm::dvec3 origin = key.in_media.origin;
+    if (!(coefficients_ || on_surfaces_) || !is_moved(world_key_, key)) {
+        const Stopwatch watch(device_, timers_);
+        make_world(key, !surfaces.empty());
+        if (traits.marched > 0 && key.dims && !extinction_)
+            fill_extinction(media, lights);
+        const glm::dvec3 eye = centre_of(key.bands > 0 ? world_lattice_ : surface_lattice_);
+        const gl::Texture shadows = draw_world(key, surfaces, eye);
+        begin_fill(eye, media, lights);
+        if (coefficients_)
+            fill_world(world_lattice_, coefficients_, bands_, key.dims, shadows, media, eye);
+        if (on_surfaces_)
+            fill_world(surface_lattice_, on_surfaces_, kSurfaceBands, false, shadows, media, eye);
+        if (on_surfaces_dimmed_)
+            fill_world(surface_lattice_, on_surfaces_dimmed_, kSurfaceBands, true, shadows, media,
+                       eye);
+        world_key_ = std::move(key);
+        turned_ = false;
+        world_ms_ = watch.ms();
+        ++fills_.world;
+    }
+    if (!coefficients_)
+        return;
+    // Another g takes the same light another way.
+    const int layers = traits.mixed_g ? bands_ : 1;
+    if (!world_ || world_.size().z != layers * world_lattice_.count.z) {
+        world_ = make_volume(device_, "world's light towards the eye", world_lattice_, layers,
+                             GL_RGBA16F);
+        turned_ = false;
+    }
+    turned_ &= (traits.mixed_g || turned_g_ == traits.g) && turned_at_ == origin;
+    turned_g_ = traits.g;
+    turned_at_ = origin;
 }
 
 void LightVolumes::begin_fill(glm::dvec3 eye, medium::MediaSet& media, LightSet& lights)
@@ -367,11 +544,16 @@ void LightVolumes::dispatch(const char* file, const gl::Defines& defines, const 
     device_->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);  // for whoever samples it next
 }
 
+Lattice LightVolumes::extinction_lattice(const medium::VoxelFrame& frame) const
+{
+    return make_lattice(frame.voxel_from_world, frame.marched, 1.0,
+                        clamp_to(kExtinctionNodes, 1, device_));
+}
+
 void LightVolumes::fill_extinction(medium::MediaSet& media, LightSet& lights)
 {
     const medium::VoxelFrame frame = media.voxel_frame();
-    extinction_lattice_ = make_lattice(frame.voxel_from_world, frame.marched, 1.0,
-                                       clamp_to(kExtinctionNodes, 1, device_));
+    extinction_lattice_ = extinction_lattice(frame);
     const GLenum format = rgb_ ? GL_RGBA32F : GL_R32F;
     extinction_ = make_volume(device_, "marched extinction", extinction_lattice_, 1, format);
     const glm::dvec3 voxels =
@@ -381,6 +563,7 @@ void LightVolumes::fill_extinction(medium::MediaSet& media, LightSet& lights)
     begin_fill(centre_of(extinction_lattice_), media, lights);
     dispatch("light/extinction.comp", fill_defines(media, write_lights({})), extinction_, format,
              extinction_lattice_.count);
+    ++fills_.extinction;
 }
 
 void LightVolumes::fill_depth(const gl::Texture& depth, int layer, const LightPosition& light,
@@ -389,7 +572,10 @@ void LightVolumes::fill_depth(const gl::Texture& depth, int layer, const LightPo
     params_.layer = layer;
     params_.first_slice = first_slice;
     params_.light_has_place = light.far ? 0.0f : 1.0f;
-    params_.light = glm::vec3(light.far ? light.at : light.at - eye);
+    params_.light =
+        glm::vec3(light.far ? light.at : light.at + (key_of(depth_lattice_).origin - eye));
+    if (first_slice == 0)
+        ++fills_.depth_layers;
     write_block(eye);
     extinction_.bind(EXTINCTION_VOLUME_UNIT);
     dispatch("light/depth.comp", depth_defines_, depth, rgb_ ? GL_RGBA16F : GL_R16F,

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,6 +26,13 @@ namespace fumarole::light {
 struct Lattice {
     glm::dmat4 node_from_world{1.0};
     glm::ivec3 count{0};  ///< nodes along each axis, at least 2
+};
+
+/// What has been filled so far.
+struct LightVolumeFills {
+    int extinction = 0;    ///< the volume that the others are filled from
+    int depth_layers = 0;  ///< optical depth, a layer a light
+    int world = 0;         ///< the world's light, in media and on surfaces
 };
 
 /// Volumes in front of what would be marched at each sample:
@@ -73,28 +82,34 @@ public:
     /// Likewise for glsl/pass/surface.frag.
     [[nodiscard]] gl::Defines surface_defines() const;
 
+    [[nodiscard]] const LightVolumeFills& fills() const { return fills_; }
     [[nodiscard]] bool has_depth() const { return static_cast<bool>(depth_); }
     [[nodiscard]] bool has_world() const { return static_cast<bool>(world_); }
 
 private:
-    /// What a volume was filled from.
-    struct MediaKey {
-        std::vector<Medium> media;
-        double time = 0;
-        medium::Layout layout{};
-        medium::Storage storage{};
-        bool operator==(const MediaKey&) const = default;
+    /// A surface without its albedo.
+    struct Obstacle {
+        std::size_t kind = 0;  ///< into Surface
+        std::shared_ptr<const Mesh> mesh;
+        std::array<glm::dvec3, 2> place{};  ///< points that pin where it lies, metres, world
+    };
+    /// What a volume was filled from. All of it may be moved as a whole with its lattice, and the
+    /// volume stays.
+    struct DepthKey {
+        std::vector<medium::Extinction> media;  ///< those that are marched
+        glm::dvec3 origin{0};                   ///< of the lattice's first node, metres, world
+        glm::dmat3 edges{1.0};                  ///< from node to node along each axis [m]
+        glm::ivec3 count{0};                    ///< nodes
+        bool rgb = false;
     };
     struct WorldKey {
-        MediaKey media;
-        std::vector<Surface> surfaces;
+        std::vector<medium::Extinction> media;  ///< that dim it
+        std::vector<Obstacle> surfaces;
         World world;
-        int nodes = 0, directions = 0;
-        bool scatters = true;  ///< in the media too
-        bool dims = true;      ///< the media do
-        bool operator==(const WorldKey&) const = default;
+        int nodes = 0, directions = 0, bands = 0;  ///< bands: 0 where no medium scatters
+        bool dims = true;                          ///< the media do
+        DepthKey in_media, on_surfaces;            ///< their lattices alone
     };
-
     /// Depths towards lights that have moved, and that take the place of depth_ once all are
     /// filled.
     struct Refill {
@@ -105,17 +120,23 @@ private:
         int done = 0;             ///< of them, in all those layers
     };
 
-    void set_depth(const MediaKey& key, const SceneSettings& settings, medium::MediaSet& media,
-                   LightSet& lights);
+    static DepthKey key_of(const Lattice& lattice);
+    static Obstacle obstacle_of(const Surface& surface);
+    static bool is_moved(const DepthKey& then, const DepthKey& now);
+    static bool is_moved(const WorldKey& then, const WorldKey& now);
+    [[nodiscard]] bool is_same(const LightPosition& a, const LightPosition& b) const;
+    void set_depth(const SceneSettings& settings, medium::MediaSet& media, LightSet& lights);
     void begin_refill();
-    void set_world(const WorldKey& key, medium::MediaSet& media,
-                   const surface::SurfaceSet& surfaces, LightSet& lights);
+    void set_world(WorldKey key, medium::MediaSet& media, const surface::SurfaceSet& surfaces,
+                   LightSet& lights);
+    [[nodiscard]] Lattice extinction_lattice(const medium::VoxelFrame& frame) const;
     void fill_extinction(medium::MediaSet& media, LightSet& lights);
     void fill_depth(const gl::Texture& depth, int layer, const LightPosition& light,
                     int first_slice, int slices, glm::dvec3 eye);
     void clear_world();
-    void plan_world(const WorldKey& key, const medium::MediaSet& media,
+    void plan_world(WorldKey& key, const medium::MediaSet& media,
                     const surface::SurfaceSet& surfaces);
+    void make_world(const WorldKey& key, bool surfaces);
     gl::Texture draw_world(const WorldKey& key, const surface::SurfaceSet& surfaces,
                            glm::dvec3 eye);
     void fill_world(const Lattice& lattice, const gl::Texture& coefficients, int bands, bool dims,
@@ -144,16 +165,20 @@ private:
     int bands_ = 1;                                 ///< of the world's light in the media
     glm::dvec4 turned_to_{0};  ///< eye, or direction and 1, that world_ was worked out for
     bool turned_ = false;
+    float turned_g_ = 0;       ///< that world_ was worked out with
+    glm::dvec3 turned_at_{0};  ///< where its first node was then, metres, world
 
-    MediaKey depth_key_;
-    std::vector<LightPosition>
-        depth_lights_;  ///< of each layer: one that flickers throws the same shadow
+    DepthKey depth_key_;
+    // Where lights are, from the lattice's first node, whatever their colour: one that flickers
+    // throws the same shadow.
+    std::vector<LightPosition> depth_lights_;   ///< of each layer
     std::vector<LightPosition> wanted_lights_;  ///< as the scene has them now
     int refill_frames_ = 1;
     gl::Defines depth_defines_;  ///< of the shader that fills it
     std::optional<Refill> refill_;
     WorldKey world_key_;
     std::optional<double> depth_ms_, world_ms_;  ///< that filling them took, if that was measured
+    LightVolumeFills fills_;
 };
 
 }  // namespace fumarole::light

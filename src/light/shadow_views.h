@@ -25,6 +25,8 @@ struct View {
     glm::dvec3 axis{0};    ///< a sun's direction of travel, else 0
     double range = 1;      ///< metres
     double bias = 0;       ///< metres, or metres per metre of distance
+
+    bool operator==(const View&) const = default;
 };
 
 /// Right, up and the direction of travel of parallel light: z grows on its way.

@@ -89,6 +89,7 @@ int MediaSet::upload(const std::shared_ptr<const VoxelGrid>& grid, const SceneSe
                                         format.internal, gl::Filter::linear);
     added.texels.stage(format.format, format.type, added.plan.texels.data(),
                        added.plan.texels.size());
+    ++uploads_;
     if (added.plan.layout == Layout::bricks) {
         added.pages = gl::Texture::make_3d(device_, grid->name + " pages", added.plan.page_count,
                                            GL_R32UI, gl::Filter::nearest);
@@ -300,6 +301,7 @@ void MediaSet::set(const Scene& scene, const SceneSettings& settings)
         traits_.most_g = std::max(traits_.most_g, std::abs(entry.params.g));
         g = entry.params.g;
     }
+    traits_.g = g;
     // A shader that knows one g alone reads it from the first medium.
     if (!traits_.mixed_g && !media_.empty())
         media_.front().params.g = g;
@@ -443,11 +445,74 @@ std::optional<glm::vec3> MediaSet::marched_color() const
     return color;
 }
 
-bool MediaSet::moves() const
+std::vector<Extinction> MediaSet::extinction() const
 {
-    return std::any_of(media_.begin(), media_.end(), [](const Entry& entry) {
-        return entry.is_noise() && entry.noise.drift != glm::dvec3(0);
-    });
+    std::vector<Extinction> all;
+    for (const Entry& entry : media_) {
+        if (is_zero(glm::vec3(entry.params.sigma_t)))
+            continue;
+        Extinction one;
+        one.sigma_t = glm::vec3(entry.params.sigma_t);
+        one.marched = entry.is_marched();
+        glm::dmat4 world_from_field(1.0);
+        Bounds pinned{glm::dvec3(0), glm::dvec3(1024)};  // voxels: about as many as a grid has
+        if (entry.density >= 0) {
+            const PlacedGrid& placed = placed_[static_cast<std::size_t>(entry.density)];
+            const Grid& grid = grids_[static_cast<std::size_t>(placed.texture)];
+            one.grid = grid.source;
+            one.layout = grid.asked_layout;
+            one.storage = grid.asked_storage;
+            world_from_field = glm::inverse(placed.index_from_world);
+        }
+        if (entry.is_box) {
+            pinned = entry.bounds;
+            world_from_field = glm::inverse(entry.bounds_from_world);
+        }
+        one.profile = entry.profile;
+        switch (entry.profile) {
+        case Profile::grid:
+        case Profile::homogeneous:
+            one.place[4] = glm::dvec3(world_from_field * glm::dvec4(pinned.min, 1.0));
+            break;
+        case Profile::exp_height:  // only height counts
+            one.per_height = entry.params.inverse_scale_height;
+            one.place[4] = glm::dvec3(glm::dvec2(pinned.min), entry.height);
+            break;
+        case Profile::noise:
+            one.noise = entry.noise;
+            one.noise.drift = glm::dvec3(0);
+            one.place[4] = time_ * entry.noise.drift;
+            break;
+        }
+        constexpr std::array kCorners{0, 1, 2, 4};
+        for (std::size_t i = 0; i < kCorners.size(); ++i)
+            one.place.at(i) =
+                glm::dvec3(world_from_field * glm::dvec4(pinned.corner(kCorners.at(i)), 1.0));
+        all.push_back(std::move(one));
+    }
+    return all;
+}
+
+bool is_same_place(glm::dvec3 a, glm::dvec3 b, double tolerance)
+{
+    constexpr double kRounding = 1e-14;  // of a few operations in double
+    return glm::length(a - b) <= tolerance + kRounding * std::max(glm::length(a), glm::length(b));
+}
+
+bool is_moved(const Extinction& then, const Extinction& now, glm::dvec3 moved, double tolerance)
+{
+    if (then.grid != now.grid || then.layout != now.layout || then.storage != now.storage ||
+        then.profile != now.profile || then.noise != now.noise ||
+        then.per_height != now.per_height || then.marched != now.marched)
+        return false;
+    constexpr float kSame = 1e-6f;  // a sum of sigma_s and sigma_a rounds
+    for (int c = 0; c < 3; ++c)
+        if (std::abs(then.sigma_t[c] - now.sigma_t[c]) > kSame * std::abs(then.sigma_t[c]))
+            return false;
+    for (std::size_t i = 0; i < then.place.size(); ++i)
+        if (!is_same_place(then.place.at(i) + moved, now.place.at(i), tolerance))
+            return false;
+    return true;
 }
 
 std::vector<Occupied> MediaSet::kept_boxes() const

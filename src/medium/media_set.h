@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -35,6 +36,7 @@ struct MediaTraits {
     bool mixed_g = false;
     bool isotropic = true;
     bool scatters = false;
+    float g = 0;       ///< of all media that scatter, unless they differ
     float most_g = 0;  ///< |g| of the medium that scatters the most to one side
 };
 
@@ -45,6 +47,28 @@ struct VoxelFrame {
     Bounds marched;     ///< voxels: what the marched media fill
     Bounds scattering;  ///< voxels: what the media fill that scatter
 };
+
+/// What the extinction of one medium depends on, and nothing else of it: media that differ in g,
+/// emission, tint, or albedo at the same sigma_t have equal ones.
+struct Extinction {
+    std::shared_ptr<const VoxelGrid> grid;  ///< null where the profile is evaluated
+    Layout layout = Layout::automatic;      ///< as asked for the grid
+    Storage storage = Storage::automatic;   ///< as asked for the grid
+    MediumSource::Profile profile{};
+    NoiseProfile noise;    ///< its drift left out
+    float per_height = 0;  ///< 1 / scale height [1/m]
+    glm::vec3 sigma_t{0};  ///< [1/m], times the field
+    bool marched = false;  ///< it has no closed form
+    /// Points that pin where the field lies, metres, world: a corner and the ends of three edges,
+    /// the origin of its profile, which drift moves.
+    std::array<glm::dvec3, 5> place{};
+};
+
+/// Whether two points are one to within `tolerance` [m] and what rounding leaves so far out.
+bool is_same_place(glm::dvec3 a, glm::dvec3 b, double tolerance);
+
+/// Whether `now` is `then` moved by `moved` [m] as a whole, to within `tolerance` [m].
+bool is_moved(const Extinction& then, const Extinction& now, glm::dvec3 moved, double tolerance);
 
 /// What of the world a part of a medium may fill, and how fine it is there.
 struct Occupied {
@@ -83,8 +107,8 @@ public:
     /// Whether those that scatter are all marched: a point that does is in the volume of their
     /// optical depth.
     [[nodiscard]] bool marched_alone() const;
-    /// Whether a medium changes with the scene's time.
-    [[nodiscard]] bool moves() const;
+    /// Of all media that dim light, in the scene's order.
+    [[nodiscard]] std::vector<Extinction> extinction() const;
 
     /// What is kept of each medium that dims or glows, of its density where it has a flame too;
     /// most: the mean of the channels.
@@ -98,6 +122,8 @@ public:
 
     /// One line a grid: its layout, storage and bytes.
     [[nodiscard]] std::vector<std::string> describe() const;
+    /// Grids sent to the GPU so far.
+    [[nodiscard]] int uploads() const { return uploads_; }
     [[nodiscard]] int texture_units() const { return static_cast<int>(placed_.size()) * 2; }
 
 private:
@@ -167,6 +193,7 @@ private:
     std::vector<NoiseGrid> noise_grids_;
     std::vector<NoiseGrid> old_noise_grids_;  ///< of the scene before, while set() runs
     MediaTraits traits_;
+    int uploads_ = 0;
     double time_ = 0;
     gl::UniformBuffer<shared::MediaParams> block_;
 };

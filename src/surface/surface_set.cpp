@@ -74,8 +74,9 @@ glm::dmat4 place(glm::dvec3 translate, glm::dvec3 scale)
 
 }  // namespace
 
-SurfaceSet::GpuMesh SurfaceSet::upload(const Mesh& mesh, std::string_view label) const
+SurfaceSet::GpuMesh SurfaceSet::upload(const Mesh& mesh, std::string_view label)
 {
+    ++uploads_;
     std::vector<glm::vec3> vertices;
     GpuMesh gpu;
     for (std::size_t i = 0; i < mesh.positions.size(); ++i) {

@@ -30,6 +30,8 @@ public:
     [[nodiscard]] std::span<const Instance> instances() const { return instances_; }
     [[nodiscard]] bool empty() const { return instances_.empty(); }
     [[nodiscard]] Bounds bounds() const;
+    /// Meshes sent to the GPU so far.
+    [[nodiscard]] int uploads() const { return uploads_; }
 
     /// Issues the draw of one instance; program and state are the caller's.
     void draw(const Instance& instance) const;
@@ -42,13 +44,14 @@ private:
         GLsizei index_count = 0;
         Bounds bounds;  ///< object space
     };
-    GpuMesh upload(const Mesh& mesh, std::string_view label) const;
+    GpuMesh upload(const Mesh& mesh, std::string_view label);
     int mesh_index(const std::shared_ptr<const Mesh>& mesh);
 
     const gl::Device& device_;
     std::vector<GpuMesh> meshes_;
     std::vector<GpuMesh> old_meshes_;  ///< of the scene before, while set() runs
     std::vector<Instance> instances_;
+    int uploads_ = 0;
 };
 
 }  // namespace fumarole::surface

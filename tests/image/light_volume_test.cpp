@@ -254,6 +254,42 @@ TEST_F(LightVolume, IsFilledOverFramesWhereThatIsAsked)
     EXPECT_TRUE(images_near(next_frame(), at_once(), 1e-3, 1e-4, "16-bit depths of other sums"));
 }
 
+TEST_F(LightVolume, MovesWithItsMediumWhileItIsFilled)
+{
+    Scene scene = empty_scene(16);
+    scene.lights = {PointLight{{0.6, -4, 1.5}, glm::vec3(20)}};
+    scene.media = {turned_lump(glm::dmat4(1.0))};
+    auto& light = std::get<PointLight>(scene.lights[0]);
+    Settings settings = plain_settings();
+    settings.shadow_fill = 3;
+    Renderer renderer(get_proc());
+    HostPicture host(gl(), glm::ivec2(16));
+    const auto next_frame = [&](Renderer& by) {
+        View view = by.make_view();
+        host.look(scene.camera);
+        host.fill(glm::vec3(0), scene.camera.near, [](int, int) { return 0.0; });
+        by.composite(view, host.frame, settings);
+        return host.read();
+    };
+    renderer.set_scene(scene, settings);
+    light.position.x += 1.5;
+    renderer.set_scene(scene, settings);
+    next_frame(renderer);
+    renderer.take_report();
+    const glm::dvec3 by{4, 3, -2};
+    light.position += by;
+    std::get<GridMedium>(scene.media[0]).translate += by;
+    scene.camera.position += by;
+    scene.camera.look_at += by;
+    renderer.set_scene(scene, settings);
+    for (int i = 0; i < 3; ++i)
+        next_frame(renderer);
+    EXPECT_EQ(renderer.take_report().work, SceneWork{}) << "it goes on where it was";
+    Renderer fresh(get_proc());
+    fresh.set_scene(scene, settings);
+    EXPECT_TRUE(images_near(next_frame(renderer), next_frame(fresh), 2e-3, 2e-4, "moved"));
+}
+
 TEST_F(LightVolume, IsFilledAgainOnlyForWhatChanged)
 {
     Scene scene = empty_scene(16);
@@ -284,13 +320,205 @@ TEST_F(LightVolume, IsFilledAgainOnlyForWhatChanged)
     std::swap(scene.lights[0], scene.lights[1]);
     scene.lights.pop_back();
     matches_a_fresh_one();
-    std::get<GridMedium>(scene.media[0]).translate.z += 0.3;
-    matches_a_fresh_one();
-    EXPECT_NE(volumes(renderer.renderer())[1], first[1]) << "the medium moved";
     scene.world.radiance = glm::vec3(0);
     scene.lights.clear();
     renderer.render(scene, settings, {});
     EXPECT_TRUE(volumes(renderer.renderer()).empty()) << "nothing is kept that nothing needs";
+}
+
+/// Everything that a volume can depend on: two lights and the world, smoke that glows, haze, a
+/// ball.
+Scene living_scene()
+{
+    Scene scene;
+    scene.resolution = {16, 16};
+    scene.camera.position = {0, 0, 0};
+    scene.camera.look_at = {0, -1, 0};
+    scene.camera.vfov_deg = 40;
+    scene.lights = {SunLight{{0.5, 0.5, 0.7}, glm::vec3(4)},
+                    PointLight{{0.6, -4, 1.5}, glm::vec3(20)}};
+    scene.world.radiance = glm::vec3(0.3f);
+    GridMedium smoke = turned_lump(glm::dmat4(1.0));
+    smoke.emission = smoke.density;
+    smoke.emission_per_unit = glm::vec3(0.1f);
+    BoxMedium haze;
+    haze.min = {-4, -9, -4};
+    haze.max = {4, -1, 4};
+    haze.sigma_s = glm::vec3(0.02f);
+    haze.g = 0.3f;
+    scene.media = {smoke, haze};
+    scene.surfaces = {SphereSurface{{1.2, -4.2, -0.8}, 0.5, glm::vec3(0.5f)}};
+    return scene;
+}
+
+struct Change {
+    const char* name;
+    void (*change)(Scene& scene);
+    SceneWork work;  ///< what it takes
+    float near = 0;  ///< how much of a value the picture may differ from one without a past
+};
+
+void PrintTo(const Change& change, std::ostream* out)
+{
+    *out << change.name;
+}
+
+GridMedium& smoke_of(Scene& scene)
+{
+    return std::get<GridMedium>(scene.media[0]);
+}
+
+void move_all(Scene& scene, glm::dvec3 by)
+{
+    smoke_of(scene).translate += by;
+    auto& haze = std::get<BoxMedium>(scene.media[1]);
+    haze.min += by;
+    haze.max += by;
+    std::get<SphereSurface>(scene.surfaces[0]).center += by;
+    std::get<PointLight>(scene.lights[1]).position += by;
+    scene.camera.position += by;
+    scene.camera.look_at += by;
+}
+
+// A sun has 2 views of the ball, a point light 6. Where the volumes are not filled anew they lie in
+// 16-bit floats as they were rounded elsewhere.
+constexpr float kRounded = 2e-3f;
+
+const std::array kChanges{
+    Change{"nothing", [](Scene&) {}, {}},
+    Change{"g", [](Scene& scene) { smoke_of(scene).g = 0.6f; }, {}},
+    Change{"one_g_for_all", [](Scene& scene) { std::get<BoxMedium>(scene.media[1]).g = 0.6f; }, {}},
+    Change{"emission",
+           [](Scene& scene) {
+               smoke_of(scene).emission_per_unit = {1, 2, 3};
+           },
+           {}},
+    Change{"albedo_at_the_same_extinction",
+           [](Scene& scene) {
+               std::swap(smoke_of(scene).sigma_s_per_density, smoke_of(scene).sigma_a_per_density);
+           },
+           {}},
+    Change{"a_tint",  // it takes from what is scattered and adds it to what is absorbed
+           [](Scene& scene) {
+               auto tint = std::make_shared<VoxelGrid>(*smoke_of(scene).density);
+               for (float& value : tint->values)
+                   value *= 0.5f;
+               smoke_of(scene).color = tint;
+           },
+           {.grids_uploaded = 1}},
+    Change{"a_colour_of_a_surface",
+           [](Scene& scene) {
+               std::get<SphereSurface>(scene.surfaces[0]).albedo = {1, 0, 0};
+           },
+           {}},
+    Change{"a_light_s_colour",
+           [](Scene& scene) {
+               std::get<PointLight>(scene.lights[1]).radiant_intensity = {30, 10, 5};
+               std::get<SunLight>(scene.lights[0]).irradiance = {1, 2, 3};
+           },
+           {}},
+    Change{"the_clock", [](Scene& scene) { scene.time += 3; }, {}},
+    Change{"a_light_moved",
+           [](Scene& scene) { std::get<PointLight>(scene.lights[1]).position.x += 0.5; },
+           {.shadow_views = 8, .extinctions = 1, .depth_layers = 1}},
+    Change{"a_light_added",
+           [](Scene& scene) {
+               scene.lights.insert(scene.lights.begin(), SunLight{{-0.5, 0.5, 0.7}, glm::vec3(2)});
+           },
+           {.shadow_views = 10, .extinctions = 1, .depth_layers = 1}},
+    Change{"a_light_removed",
+           [](Scene& scene) { scene.lights.erase(scene.lights.begin()); },
+           {.shadow_views = 6}},
+    Change{"all_moved_together",
+           [](Scene& scene) {
+               move_all(scene, {0.37, -0.21, 1.13});
+           },
+           {.shadow_views = 8},
+           kRounded},
+    Change{"the_haze_alone",  // it has a closed form towards the lights, none towards the world
+           [](Scene& scene) { std::get<BoxMedium>(scene.media[1]).sigma_s = glm::vec3(0.04f); },
+           {.extinctions = 1, .world_volumes = 1}},
+    Change{"the_world",
+           [](Scene& scene) {
+               scene.world.radiance = {0.1f, 0.2f, 0.3f};
+           },
+           {.extinctions = 1, .world_volumes = 1}},
+    Change{"a_surface_moved",
+           [](Scene& scene) { std::get<SphereSurface>(scene.surfaces[0]).center.z -= 0.3; },
+           {.shadow_views = 8, .extinctions = 1, .world_volumes = 1}},
+    Change{"extinction",
+           [](Scene& scene) { smoke_of(scene).sigma_a_per_density *= 2.0f; },
+           {.extinctions = 1, .depth_layers = 2, .world_volumes = 1}},
+    Change{"a_medium_moved_alone",  // within the haze, and suns are everywhere as far
+           [](Scene& scene) { smoke_of(scene).translate.x += 0.25; },
+           {.extinctions = 1, .depth_layers = 1, .world_volumes = 1},
+           kRounded},
+};
+
+class LightVolumeChange : public LightVolume, public testing::WithParamInterface<Change> {};
+
+TEST_P(LightVolumeChange, FillsWhatDependsOnIt)
+{
+    const Change& change = GetParam();
+    const Settings settings = plain_settings();
+    Renderer renderer(get_proc());
+    HostPicture host(gl(), glm::ivec2(16));
+    const auto picture = [&](Renderer& by, const Scene& scene) {
+        View view = by.make_view();
+        host.look(scene.camera);
+        by.wait_until_ready();
+        by.draw_surfaces(host.frame, settings, true);
+        by.composite(view, host.frame, settings);
+        return host.read();
+    };
+    Scene scene = living_scene();
+    renderer.set_scene(scene, settings);
+    picture(renderer, scene);
+    const SceneWork all = renderer.take_report().work;
+    EXPECT_EQ(all.depth_layers, 2);
+    EXPECT_EQ(all.world_volumes, 1);
+
+    change.change(scene);
+    renderer.set_scene(scene, settings);
+    const Image kept = picture(renderer, scene);
+    const SceneWork work = renderer.take_report().work;
+    EXPECT_EQ(work.grids_uploaded, change.work.grids_uploaded);
+    EXPECT_EQ(work.meshes_uploaded, change.work.meshes_uploaded);
+    EXPECT_EQ(work.shadow_views, change.work.shadow_views);
+    EXPECT_EQ(work.extinctions, change.work.extinctions);
+    EXPECT_EQ(work.depth_layers, change.work.depth_layers);
+    EXPECT_EQ(work.world_volumes, change.work.world_volumes);
+    Renderer fresh(get_proc());
+    fresh.set_scene(scene, settings);
+    EXPECT_TRUE(images_near(kept, picture(fresh, scene), change.near, 0.1f * change.near,
+                            "a renderer made anew"));
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, LightVolumeChange, testing::ValuesIn(kChanges),
+                         [](const auto& change) { return std::string(change.param.name); });
+
+// The clock moves noise that drifts, and a grid's shadow stays.
+TEST_F(LightVolume, TheClockMattersToNoiseThatDrifts)
+{
+    Scene scene = living_scene();
+    BoxMedium noise;
+    noise.min = {-1, -6, -1};
+    noise.max = {1, -4, 1};
+    noise.sigma_s = glm::vec3(1);
+    noise.profile = NoiseProfile{.feature_size = 1.0, .octaves = 2, .seed = 5};
+    const Settings settings = plain_settings();
+    for (const double drift : {0.0, 0.5}) {
+        std::get<NoiseProfile>(noise.profile).drift.x = drift;
+        scene.media = {noise};
+        Renderer renderer(get_proc());
+        renderer.set_scene(scene, settings);
+        renderer.take_report();
+        scene.time += 1;
+        renderer.set_scene(scene, settings);
+        const SceneWork work = renderer.take_report().work;
+        EXPECT_EQ(work.depth_layers, drift > 0 ? 2 : 0);
+        EXPECT_EQ(work.world_volumes, drift > 0 ? 1 : 0);
+    }
 }
 
 // -- the world -----------------------------------------------------------------------------------

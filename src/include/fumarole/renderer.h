@@ -32,6 +32,18 @@ struct LayerImages {
     std::vector<float> transmittance;  ///< RGB, 0..1
 };
 
+/// What was worked out anew because the scene changed: what still holds is kept.
+struct SceneWork {
+    int grids_uploaded = 0;
+    int meshes_uploaded = 0;
+    int shadow_views = 0;   ///< of the surfaces' shadow map, drawn
+    int extinctions = 0;    ///< volumes of the media's extinction, filled
+    int depth_layers = 0;   ///< optical depths from all points towards a light, filled
+    int world_volumes = 0;  ///< the world's light in the media and on surfaces, filled
+
+    bool operator==(const SceneWork&) const = default;
+};
+
 /// What a frame cost and did.
 struct FrameReport {
     /// Milliseconds of each pass of one frame: the last whose times are known. Empty where no
@@ -42,6 +54,7 @@ struct FrameReport {
     std::uint64_t gpu_bytes = 0;    ///< textures and buffers of the renderer
     std::uint64_t allocations = 0;  ///< textures and buffers that it has made so far
     std::string history;            ///< View::history() of the view that was drawn last
+    SceneWork work;                 ///< since the last report
 };
 
 /// The volumetric post-process. One for each GL context, which must be current in every call, the
@@ -56,9 +69,9 @@ public:
     Renderer& operator=(Renderer&&) noexcept;
 
     /// Media, lights, world and surfaces; here surfaces only hide light from the media (and are
-    /// drawn by draw_surfaces). A grid or a mesh is uploaded once, known by its pointer; the shadow
-    /// map is drawn anew: call this when the scene changes, not every frame. The camera and the
-    /// resolution of the scene are not used.
+    /// drawn by draw_surfaces). A grid or a mesh is uploaded once, known by its pointer, and what
+    /// does not depend on what changed is kept (FrameReport::work tells): call this when the scene
+    /// changes. The camera and the resolution of the scene are not used.
     /// @throws Error if the scene needs more than this GL has (texture units, sizes, memory),
     /// naming both; the renderer then holds no scene.
     void set_scene(const Scene& scene, const SceneSettings& settings);
