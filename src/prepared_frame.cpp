@@ -258,6 +258,8 @@ PreparedFrame prepare_frame(const Frame& frame, const FrameSettings& settings,
     out.settings = settings;
     out.keeps_history = history && settings.keeps_history();
     out.scene_id = scene.id;
+    out.media_id = scene.media_id;
+    out.life_id = scene.life_id;
     out.eye = make_eye(frame);
     out.rays = camera_rays(frame, out.eye);
     out.media = scene.media;

@@ -1,9 +1,12 @@
 #include <fumarole/renderer.h>
 
+#include <algorithm>
 #include <array>
 #include <fmt/format.h>
+#include <functional>
 #include <glm/gtc/matrix_transform.hpp>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "explain.h"
@@ -89,9 +92,22 @@ struct Renderer::Parts {
     gl::Sampler depth_sampler;
     gl::Texture blue_noise;
     pass::SunShades sun_shades;
-    std::uint64_t scene_id = 0;
-    bool prepares = false;  ///< while prepare() draws
-    SceneWork reported;     ///< as far as take_report() has told
+    /// For prepare(): frames of a view that has a history, as if the scene had changed before each.
+    void draw_changes(View& view, const std::function<void(const Frame&)>& draw, const Frame& still,
+                      const Frame& moved);
+    /// Takes note of what differs from the scene that was there before, media and all.
+    void note_change(const Scene& now, const SceneSettings& settings);
+
+    /// What is drawn, and what of it dims.
+    struct Drawn {
+        Scene scene;
+        SceneSettings settings;
+        std::vector<medium::Extinction> extinction;
+    };
+    std::optional<Drawn> drawn;
+    std::uint64_t scene_id = 0, media_id = 0, life_id = 0;  ///< FrameScene's
+    bool prepares = false;                                  ///< while prepare() draws
+    SceneWork reported;                                     ///< as far as take_report() has told
     SceneSettings scene_settings;
     surface::SurfacePainter surface_painter;
     const Toolbox tools{device,      programs,      timers,         media,
@@ -103,7 +119,8 @@ struct Renderer::Parts {
 FrameScene Renderer::Parts::frame_scene() const
 {
     const double detail = lights.has_edges() ? 0 : media.detail();
-    return {media.bounds(), detail, static_cast<double>(media.traits().most_g), scene_id};
+    return {media.bounds(), detail,   static_cast<double>(media.traits().most_g),
+            scene_id,       media_id, life_id};
 }
 
 PreparedFrame Renderer::Parts::begin(const View::State& view, const Frame& frame,
@@ -156,6 +173,41 @@ Renderer::Renderer(gl::GetProc get_proc, Log log)
     : parts_{std::make_unique<Parts>(get_proc, std::move(log))}
 {
 }
+
+void Renderer::Parts::draw_changes(View& view, const std::function<void(const Frame&)>& draw,
+                                   const Frame& still, const Frame& moved)
+{
+    const std::uint64_t real_scene = scene_id, real_media = media_id;
+    for (const bool is_media : {false, true}) {
+        view.reset_history();
+        draw(moved);
+        for (const Frame* one : {&moved, &still, &still}) {
+            ++scene_id;
+            media_id += is_media ? 1u : 0u;
+            draw(*one);
+        }
+        draw(still);
+        draw(moved);
+    }
+    scene_id = real_scene;
+    media_id = real_media;
+}
+
+void Renderer::Parts::note_change(const Scene& now, const SceneSettings& settings)
+{
+    std::vector<medium::Extinction> extinction = media.extinction();
+    const auto is_same = [](const medium::Extinction& a, const medium::Extinction& b) {
+        return medium::is_moved(a, b, glm::dvec3(0), 0);
+    };
+    if (!drawn || !same_content(drawn->scene, now))
+        ++scene_id;
+    if (!drawn || !std::equal(extinction.begin(), extinction.end(), drawn->extinction.begin(),
+                              drawn->extinction.end(), is_same))
+        ++media_id;
+    if (media.empty() || !drawn || drawn->settings != settings)
+        ++life_id;
+    drawn.emplace(Drawn{now, settings, std::move(extinction)});
+}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
@@ -164,7 +216,6 @@ void Renderer::set_scene(const Scene& scene, const SceneSettings& settings)
 {
     check(settings);
     const gl::StateGuard guard(parts_->device, GRID_UNIT, BLOCK_COUNT, 0);
-    ++parts_->scene_id;
     parts_->scene_settings = settings;
     try {
         parts_->media.set(scene, settings);
@@ -174,11 +225,13 @@ void Renderer::set_scene(const Scene& scene, const SceneSettings& settings)
         const gl::StateGuard all_units(parts_->device, parts_->texture_units(), BLOCK_COUNT,
                                        IMAGE_COUNT);
         parts_->volumes.set(scene, settings, parts_->media, parts_->surfaces, parts_->lights);
+        parts_->note_change(scene, settings);
     } catch (...) {  // half a scene is none
         parts_->media.clear();
         parts_->surfaces.set({});
         parts_->lights.clear();
         parts_->volumes.clear();
+        parts_->drawn.reset();
         throw;
     }
 }
@@ -367,11 +420,15 @@ void Renderer::prepare(const Frame& frame, const FrameSettings& settings)
     for (const int scale : scales) {
         FrameSettings s = settings;
         s.resolution = scale;
-        for (Frame* one : {&still, &still, &moved}) {
-            composite(view, *one, s);
+        const auto draw = [&](const Frame& one) {
+            composite(view, one, s);
             ++still.index;
             ++moved.index;
-        }
+        };
+        for (const Frame* one : {&still, &still, &moved})
+            draw(*one);
+        if (s.keeps_history())
+            parts.draw_changes(view, draw, still, moved);
         view.reset_history();
     }
     parts.prepares = false;

@@ -15,8 +15,13 @@
 #include "scene/in_scattering.glsl"
 #include "scene/turned_to_eye.glsl"
 extinction_t light_depth(int i, vec3 p, LightSample light) { return extinction_t(0.0); }
+const bool kMoved = true;
+#else
+const bool kMoved = false;
 #endif
-const bool kHistory = false;  // last frame's layer is there
+const bool kHistory = false;       // last frame's layer is there
+const bool kLightChanged = false;  // the scene is not last frame's;
+const bool kMediaChanged = false;  // what its media dim is another too
 
 layout(binding = LAYER_DEPTH_UNIT) uniform sampler2D u_layer_depth_tx;
 layout(binding = SCATTERING_UNIT) uniform sampler2D u_scattering_tx;
@@ -154,8 +159,11 @@ vec2 old_position(vec3 p)
     return clamp(position, vec2(-2.0), u_frame.layer_size + 1.0);  // or no integer has it
 }
 
-Kept history_of(ivec2 texel, vec2 media_depth, float scene_z)
+// What is kept of a ray, and where last frame's layer has it, in texels; old_scene_z: where that ray ended.
+Kept history_of(ivec2 texel, vec2 media_depth, float scene_z, out vec2 position, out float old_scene_z)
 {
+    position = vec2(-2.0);
+    old_scene_z = scene_z;
     Kept mean = Kept(Sight(vec3(0.0), transmittance_t(0.0)), 0.0, 0.0);
     vec2 pixel = (vec2(texel) + 0.5 + u_frame.layer_offset) * float(kLayerScale);
     Ray ray = camera_ray(pixel * u_frame.inverse_full_size * 2.0 - 1.0);
@@ -164,8 +172,8 @@ Kept history_of(ivec2 texel, vec2 media_depth, float scene_z)
     vec2 view_z = u_frame.media_range.x + (u_frame.media_range.y - u_frame.media_range.x) *
                   (media_depth.x + media_depth.y * vec2(-1.0, 1.0));
     vec3 p = ray.origin + ray.direction * (0.5 * (view_z.x + view_z.y));
-    float old_scene_z = dot(u_history.view_z_from_world, vec4(ray.origin + ray.direction * scene_z, 1.0));
-    vec2 position = old_position(p);
+    old_scene_z = dot(u_history.view_z_from_world, vec4(ray.origin + ray.direction * scene_z, 1.0));
+    position = old_position(p);
     ivec2 first = ivec2(floor(position));
     ivec2 last = ivec2(u_frame.layer_size) - 1;
     float share = 0.0;
@@ -204,9 +212,23 @@ Kept history_of(ivec2 texel, vec2 media_depth, float scene_z)
     return mean;
 }
 
-// Holds what was reprojected to what this frame sees around the texel, before the same surface: its mean and
-// a standard deviation, as Salvi 2016 has it.
-void hold(ivec2 texel, float scene_z, inout Sight sight)
+#else
+Kept history_of(ivec2 texel, vec2 media_depth, float scene_z, out vec2 position, out float old_scene_z)
+{
+    position = vec2(texel);
+    old_scene_z = scene_z;
+    Kept kept = kept_at(texel);
+    kept.frames *= match_of(kept, scene_z);
+    return kept;
+}
+#endif
+
+// What this frame sees around a texel, before the same surface: the mean and a standard deviation.
+struct Around {
+    Sight mean, reach;
+};
+
+Around around(ivec2 texel, float scene_z)
 {
     float reach = u_frame.media_depth > 0.0 ? u_frame.media_depth : scene_z;
     ivec2 last = ivec2(u_frame.layer_size) - 1;
@@ -223,22 +245,59 @@ void hold(ivec2 texel, float scene_z, inout Sight sight)
         weights += weight;
     }
     vec3 s = sum.scattering / weights;
-    vec3 s_reach = sqrt(max(squares.scattering / weights - s * s, 0.0));
-    sight.scattering = clamp(sight.scattering, s - s_reach, s + s_reach);
     transmittance_t t = sum.transmittance / weights;
-    transmittance_t t_reach = sqrt(max(squares.transmittance / weights - t * t, 0.0));
-    sight.transmittance = clamp(sight.transmittance, t - t_reach, t + t_reach);
-}
-#else
-Kept history_of(ivec2 texel, vec2 media_depth, float scene_z)
-{
-    Kept kept = kept_at(texel);
-    kept.frames *= match_of(kept, scene_z);
-    return kept;
+    return Around(Sight(s, t), Sight(sqrt(max(squares.scattering / weights - s * s, 0.0)),
+                                     sqrt(max(squares.transmittance / weights - t * t, 0.0))));
 }
 
-void hold(ivec2 texel, float scene_z, inout Sight sight) {}
-#endif
+// Clips what is kept to that, as Salvi 2016 has it.
+void clip(Around now, bool transmittance_too, inout Sight sight)
+{
+    sight.scattering = clamp(sight.scattering, now.mean.scattering - now.reach.scattering,
+                             now.mean.scattering + now.reach.scattering);
+    if (transmittance_too)
+        sight.transmittance = clamp(sight.transmittance, now.mean.transmittance - now.reach.transmittance,
+                                    now.mean.transmittance + now.reach.transmittance);
+}
+
+// What last frame has around a place, behind which a ray ended at old_scene_z.
+Sight kept_around(vec2 position, float old_scene_z)
+{
+    ivec2 middle = ivec2(floor(position + 0.5)), last = ivec2(u_frame.layer_size) - 1;
+    Sight sum = Sight(vec3(0.0), transmittance_t(0.0));
+    float weights = 1e-30;
+    for (int i = 0; i < 9; ++i) {
+        Kept near = kept_at(clamp(middle + ivec2(i % 3, i / 3) - 1, ivec2(0), last));
+        float weight = match_of(near, old_scene_z);
+        if (weight <= 0.0)
+            continue;  // 0 times an infinity
+        sum.scattering += weight * near.sight.scattering;
+        sum.transmittance += weight * near.sight.transmittance;
+        weights += weight;
+    }
+    return Sight(sum.scattering / weights, sum.transmittance / weights);
+}
+
+// The scene is another one. What is kept is brought to the mean of what this frame sees around the texel, and is
+// worth the fewer frames the less it looks like it.
+void adapt(Around now, Sight before, inout Kept history)
+{
+    // Frames that what was gathered before a change is worth behind it, at most; and natural logarithms of a change
+    // of the mean: history holds its worth up to the first, and has none from the second on. Media that move are
+    // told by far less than light that does: their edges differ, and hardly their mean.
+    const float kMostFrames = kMediaChanged ? 0.5 : 2.0;
+    const vec2 kAlike = kMediaChanged ? vec2(0.003, 0.03) : vec2(0.05, 0.5);
+    const float kMost = 4.0;
+    vec3 s = now.mean.scattering, b = before.scattering;
+    float dim = 1e-2 * max(max(max(s.r, b.r), max(s.g, b.g)), max(max(s.b, b.b), 1e-30));
+    vec3 brighter = (s + dim) / (b + dim);
+    history.sight.scattering *= clamp(brighter, 1.0 / kMost, kMost);
+    vec3 change = abs(log(brighter));
+    if (kMediaChanged)
+        change = max(change, vec3(abs(log(max(now.mean.transmittance, 1e-3) / max(before.transmittance, 1e-3)))));
+    float most = max(change.r, max(change.g, change.b));
+    history.frames = min(history.frames, kMostFrames) * (1.0 - smoothstep(kAlike.x, kAlike.y, most));
+}
 
 // Of a frame and of what was gathered, `weight` its share. What few steps err of an optical depth is of either
 // sign, so the mean of transmittances is too large: depths are averaged, unless they differ so much that the ray
@@ -267,10 +326,17 @@ void main()
     float scene_z = scene_z_at(texel);
     float frames = is_sound(sight) ? 1.0 : 0.0;
     Kept history = Kept(sight, 0.0, 0.0);
+    vec2 position = vec2(texel);
+    float old_scene_z = scene_z;
     if (kHistory)
-        history = history_of(texel, media_depth, scene_z);
+        history = history_of(texel, media_depth, scene_z, position, old_scene_z);
     if (history.frames > 0.0) {
-        hold(texel, scene_z, history.sight);
+        if (kMoved || kLightChanged) {
+            Around now = around(texel, scene_z);
+            if (kLightChanged)
+                adapt(now, kept_around(position, old_scene_z), history);
+            clip(now, kMoved || kMediaChanged, history.sight);
+        }
         float weight = min(history.frames / (history.frames + 1.0), u_history.weight);
         Sight mean = mean_of(sight, history.sight, weight);
         if (is_sound(mean)) {

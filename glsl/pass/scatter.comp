@@ -6,24 +6,21 @@
 // from frame to frame average over the froxel. Each froxel is worked out in every frame, seen or hidden by
 // a surface: none of them can have been hidden, so a surface that moves away uncovers nothing unknown.
 #include "scene/froxel_sample.glsl"
+#include "scene/v_buffer.glsl"
 #include "scene/in_scattering.glsl"
-#include "scene/turned_to_eye.glsl"
+#include "scene/froxel_history.glsl"
 
 // Variant, besides kCountSamples: write the number of media evaluations of both steps instead
 const bool kGridShadows = false;   // light is dimmed by the V-buffer, marched in the view's frustum, as in 2017: what
                                    // lies outside of the view throws no shadow; else by the media themselves
 const bool kHistory = false;       // last frame's froxels are there;
 const bool kHistoryStill = false;  // they are these, one for one
+const bool kMiddleLight = false;   // light is looked up in a froxel's middle: all froxels have one jitter, so a frame whose
+                                   // light is to stand for others errs to one side, 10 % in a smoke of a few froxels
 
 layout(local_size_x = FROXEL_GROUP_X, local_size_y = FROXEL_GROUP_Y, local_size_z = FROXEL_GROUP_Z) in;
 layout(binding = FROXEL_SOURCE_IMAGE) writeonly uniform image3D u_source_img;
 layout(binding = FROXEL_EXTINCTION_IMAGE) writeonly uniform image3D u_extinction_img;
-layout(binding = V_BUFFER_SIGMA_S_UNIT) uniform sampler3D u_sigma_s_tx;
-layout(binding = V_BUFFER_SIGMA_T_UNIT) uniform sampler3D u_sigma_t_tx;
-layout(binding = V_BUFFER_EMISSION_UNIT) uniform sampler3D u_emission_tx;
-layout(binding = V_BUFFER_PHASE_UNIT) uniform sampler3D u_phase_tx;
-layout(binding = FROXEL_HISTORY_UNIT) uniform sampler3D u_history_tx;
-layout(binding = FROXEL_HISTORY_EXTINCTION_UNIT) uniform sampler3D u_history_extinction_tx;
 
 // Over as far as the grid is deep, or to the light; midpoints, as many as the media's own shadows take.
 extinction_t grid_depth(vec3 p, LightSample light)
@@ -51,36 +48,11 @@ extinction_t light_depth(int i, vec3 p, LightSample light)
     return kGridShadows ? grid_depth(p, light) : depth_to_light(i, p, light);
 }
 
-vec4 kept_extinction(ivec3 froxel)
-{
-    if (kExtinctionInAlpha)
-        return vec4(texelFetch(u_sigma_s_tx, froxel, 0).a);
-    return texelFetch(u_sigma_t_tx, froxel, 0);
-}
-
-// What a froxel holds of media.
-struct Medium {
-    vec3 sigma_s, emission;
-    float g;
-};
-
-Medium medium_of(ivec3 froxel)
-{
-    Medium medium = Medium(texelFetch(u_sigma_s_tx, froxel, 0).rgb, vec3(0.0), u_media.media[0].g);
-    if (kEmission)
-        medium.emission = texelFetch(u_emission_tx, froxel, 0).rgb;
-    if (kMixedG) {
-        vec2 phase = texelFetch(u_phase_tx, froxel, 0).xy;
-        medium.g = phase.y > 0.0 ? phase.x / phase.y : 0.0;
-    }
-    return medium;
-}
-
 vec3 source_of(ivec3 froxel, Medium medium)
 {
     if (medium.sigma_s == vec3(0.0))
         return medium.emission;
-    FroxelSample at = froxel_sample(froxel);
+    FroxelSample at = froxel_sample(froxel, kMiddleLight ? vec3(0.5) : u_froxels.jitter);
     return medium.emission + medium.sigma_s * in_scattering_at(at.p, at.wo, medium.g);
 }
 
@@ -90,24 +62,18 @@ void add_history(ivec3 froxel, Medium medium, inout vec3 source, inout vec4 exti
     vec4 old_source, old_extinction;
     if (kHistoryStill) {
         old_source = texelFetch(u_history_tx, froxel, 0);
-        old_extinction = texelFetch(u_history_extinction_tx, froxel, 0);
+        old_extinction = kExtinctionInAlpha ? old_source.aaaa : texelFetch(u_history_extinction_tx, froxel, 0);
     } else {
-        Ray ray = column_ray(froxel.xy, vec2(0.5));
-        float s = (float(froxel.z) + 0.5) / u_froxels.slices.count;
-        vec3 middle = ray.origin + ray.direction * slice_view_z(s, u_froxels.slices);
-        vec3 uvw = froxel_uvw(middle, u_froxels.history_clip_from_world, u_froxels.history_view_z_from_world,
-                              u_froxels.history_slices);
-        if (!is_inside(uvw))
+        HistoryPlace place = history_place(froxel);
+        if (!is_inside(place.uvw))
             return;
-        float rescale = u_froxels.history_slices.rescale;
-        old_source = textureLod(u_history_tx, uvw, 0.0) * rescale;
-        old_source.rgb *= turned_to_eye(middle, -normalize(ray.direction), u_froxels.history_eye, medium.sigma_s,
-                                        medium.emission, medium.g);
-        old_extinction = textureLod(u_history_extinction_tx, uvw, 0.0) * rescale;
+        old_source = history_source(place.uvw);
+        old_source.rgb *= history_turn(place, medium);
+        old_extinction = history_extinction(place.uvw);
     }
     float weight = u_froxels.history_weight;
     source = mix(source, old_source.rgb, weight);
-    extinction = mix(extinction, kExtinctionInAlpha ? old_source.aaaa : old_extinction, weight);
+    extinction = mix(extinction, old_extinction, weight);
 }
 
 void main()

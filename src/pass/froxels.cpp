@@ -223,18 +223,59 @@ void Froxels::scatter(const PreparedFrame& frame, View& view, HistoryUse use) co
     const FroxelPlan& plan = view.plan;
     gl::Defines defines = scatter_defines(tools_, frame.settings, plan);
     if (plan.history) {
-        view.source.at(view.current).bind(FROXEL_HISTORY_UNIT);
-        view.extinction.at(view.current).bind(FROXEL_HISTORY_EXTINCTION_UNIT);
+        bind_history(view);
         view.current = 1 - view.current;
     }
-    if (has_history(use))
+    const bool apart = static_cast<bool>(view.frame_source);
+    if (has_history(use) && !apart)
         defines.emplace_back("kHistory", "");
-    if (use == HistoryUse::still)
+    if (use == HistoryUse::still && !apart)
         defines.emplace_back("kHistoryStill", "");
+    if (change_ != SceneChange::none)
+        defines.emplace_back("kMiddleLight", "");
     bind_v_buffer(view);
-    bind_image(gl, FROXEL_SOURCE_IMAGE, view.source.at(view.current), plan.source_format);
+    bind_image(gl, FROXEL_SOURCE_IMAGE, apart ? view.frame_source : view.source.at(view.current),
+               plan.source_format);
     bind_image(gl, FROXEL_EXTINCTION_IMAGE, view.extinction.at(view.current), plan.source_format);
     dispatch("pass/scatter.comp", defines, plan.count, kFroxelGroup);
+}
+
+void Froxels::bind_history(const View& view) const
+{
+    view.source.at(view.current).bind(FROXEL_HISTORY_UNIT);
+    view.extinction.at(view.current).bind(FROXEL_HISTORY_EXTINCTION_UNIT);
+}
+
+void Froxels::make_counts(View& view) const
+{
+    const FroxelPlan& plan = view.plan;
+    view.frame_source = gl::Texture::make_3d(tools_.device, "froxel source of a frame", plan.count,
+                                             plan.source_format, gl::Filter::nearest);
+    for (gl::Texture& counts : view.counts)
+        counts = gl::Texture::make_3d(tools_.device, "froxel frames", plan.count, GL_RG16F,
+                                      gl::Filter::linear);
+}
+
+void Froxels::add_history(const PreparedFrame& frame, View& view, SceneChange change) const
+{
+    const gl::Device& gl = tools_.device;
+    const FroxelPlan& plan = view.plan;
+    gl::Defines defines = sampling_defines(tools_, frame.settings, plan);
+    const auto add = [&](bool condition, const char* name) {
+        if (condition)
+            defines.emplace_back(name, "");
+    };
+    add(view.counted, "kCounted");
+    add(change != SceneChange::none, "kLightChanged");
+    add(change == SceneChange::media, "kMediaChanged");
+    const int now = view.current;
+    view.frame_source.bind(FROXEL_FRAME_SOURCE_UNIT);
+    view.counts.at(1 - now).bind(FROXEL_COUNTS_UNIT);
+    bind_image(gl, FROXEL_SOURCE_IMAGE, view.source.at(now), plan.source_format);
+    bind_image(gl, FROXEL_EXTINCTION_IMAGE, view.extinction.at(now), plan.source_format);
+    bind_image(gl, FROXEL_COUNTS_IMAGE, view.counts.at(now), GL_RG16F);
+    dispatch("pass/froxel_history.comp", defines, plan.count, kFroxelGroup);
+    view.counted = true;
 }
 
 void Froxels::integrate(const PreparedFrame& frame, const View& view) const
@@ -257,6 +298,14 @@ void Froxels::draw(const PreparedFrame& frame)
     View& view = view_of(frame);
     const HistoryView now = make_history_view(frame);
     use_ = judge_history(view.plan.history, view.last, now);
+    change_ = has_history(use_) ? change_since(view.last, now) : SceneChange::none;
+    if (!has_history(use_)) {
+        view.frame_source = {};
+        view.counts = {};
+        view.counted = false;
+    } else if (change_ != SceneChange::none && !view.frame_source) {
+        make_counts(view);
+    }
     write_block(frame, view, view.weight.next(use_, frame.settings.history));
     {
         const auto time = tools_.timers.scope("froxel media");
@@ -265,6 +314,10 @@ void Froxels::draw(const PreparedFrame& frame)
     {
         const auto time = tools_.timers.scope("froxel light");
         scatter(frame, view, use_);
+    }
+    if (view.frame_source) {
+        const auto time = tools_.timers.scope("froxel history");
+        add_history(frame, view, change_);
     }
     {
         const auto time = tools_.timers.scope("froxel integration");

@@ -54,7 +54,7 @@ public:
 
     /// Lets the next frame be a first one.
     void forget() { view_.last.reset(); }
-    [[nodiscard]] const char* history_use() const { return to_string(use_); }
+    [[nodiscard]] const char* history_use() const { return to_string(use_, change_); }
 
 private:
     struct View {
@@ -62,8 +62,13 @@ private:
         gl::Texture sigma_s, sigma_t, emission, phase;
         /// Two of each where there is a history: one is read while the other is written.
         std::array<gl::Texture, 2> source, extinction;
+        /// Once the scene has changed under a history: this frame's source alone, and how many
+        /// frames what is kept of each froxel is worth.
+        gl::Texture frame_source;
+        std::array<gl::Texture, 2> counts;
+        bool counted = false;                   ///< last frame's counts are there
         gl::Texture scattering, transmittance;  ///< integrated
-        int current = 0;                        ///< into source, extinction: of the last frame
+        int current = 0;                        ///< into those pairs: of the last frame
         std::optional<HistoryView> last;
         HistoryWeight weight;
     };
@@ -73,6 +78,9 @@ private:
     void draw_v_buffer(const PreparedFrame& frame, const View& view) const;
     void bind_v_buffer(const View& view) const;
     void scatter(const PreparedFrame& frame, View& view, HistoryUse use) const;
+    void bind_history(const View& view) const;
+    void make_counts(View& view) const;
+    void add_history(const PreparedFrame& frame, View& view, SceneChange change) const;
     void integrate(const PreparedFrame& frame, const View& view) const;
     void dispatch(const char* file, const gl::Defines& defines, glm::ivec3 invocations,
                   glm::ivec3 group) const;
@@ -80,6 +88,7 @@ private:
     gl::UniformBuffer<shared::FroxelParams> block_;
     View view_;
     HistoryUse use_ = HistoryUse::off;
+    SceneChange change_ = SceneChange::none;
 };
 
 /// What of the scene the froxels keep and why: a line each.

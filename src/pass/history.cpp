@@ -39,7 +39,9 @@ HistoryView make_history_view(const PreparedFrame& frame)
             frame.eye.forward,
             range,
             frame.settings,
-            frame.scene_id};
+            frame.scene_id,
+            frame.media_id,
+            frame.life_id};
 }
 
 glm::dvec4 view_z_from_eye(const HistoryView& view, glm::dvec3 eye)
@@ -58,12 +60,26 @@ glm::vec4 eye_from_eye(const HistoryView& view, const Eye& now)
                            : glm::vec4(glm::vec3(-view.forward), 0.0f);
 }
 
-const char* to_string(HistoryUse use)
+SceneChange change_since(const std::optional<HistoryView>& last, const HistoryView& now)
 {
+    if (!last || last->scene_id == now.scene_id)
+        return SceneChange::none;
+    return last->media_id == now.media_id ? SceneChange::light : SceneChange::media;
+}
+
+const char* to_string(HistoryUse use, SceneChange change)
+{
+    if (has_history(use) && change != SceneChange::none) {
+        const bool light = change == SceneChange::light;
+        if (use == HistoryUse::still)
+            return light ? "kept, clipped: light changed" : "kept, clipped: media changed";
+        return light ? "reprojected, clipped: light changed"
+                     : "reprojected, clipped: media changed";
+    }
     constexpr std::array kNames{"off",
                                 "none: first frame",
                                 "dropped: a cut",
-                                "dropped: scene, light or media changed",
+                                "dropped: another scene",
                                 "dropped: settings changed",
                                 "reprojected",
                                 "kept: nothing moved"};
@@ -81,8 +97,8 @@ HistoryUse judge_history(bool keeps, const std::optional<HistoryView>& last, con
         return HistoryUse::off;
     if (!last)
         return HistoryUse::first;
-    if (last->scene_id != now.scene_id)
-        return HistoryUse::scene_changed;
+    if (last->life_id != now.life_id)
+        return HistoryUse::other_scene;
     if (last->settings != now.settings)
         return HistoryUse::settings_changed;
     if (is_cut(*last, now))

@@ -17,7 +17,7 @@ struct HistoryView {
     glm::dvec3 eye{0}, forward{0};  ///< metres, world; unit length
     glm::dvec2 range{0};            ///< view_z [m] of the steps' or slices' ends
     FrameSettings settings;
-    std::uint64_t scene_id = 0;
+    std::uint64_t scene_id = 0, media_id = 0, life_id = 0;  ///< PreparedFrame's
 };
 
 HistoryView make_history_view(const PreparedFrame& frame);
@@ -31,9 +31,19 @@ glm::vec4 eye_from_eye(const HistoryView& view, const Eye& now);
 
 /// Why last frame's history was or was not used. What lies out of last frame's view is told apart
 /// in the shaders.
-enum class HistoryUse { off, first, cut, scene_changed, settings_changed, moved, still };
-const char* to_string(HistoryUse use);
+enum class HistoryUse { off, first, cut, other_scene, settings_changed, moved, still };
 bool has_history(HistoryUse use);
+
+/// What has changed in the scene since last frame. Its history is then clipped to what this frame
+/// has around each place, and counts for fewer frames the less it looks like that.
+enum class SceneChange {
+    none,
+    light,  ///< lights, surfaces, how media scatter or glow: how they dim is as it was
+    media,  ///< how media dim too
+};
+SceneChange change_since(const std::optional<HistoryView>& last, const HistoryView& now);
+
+const char* to_string(HistoryUse use, SceneChange change);
 
 /// @param keeps whether anything is kept of such a frame
 HistoryUse judge_history(bool keeps, const std::optional<HistoryView>& last,

@@ -61,7 +61,7 @@ public:
     }
     [[nodiscard]] const char* history_use() const override
     {
-        return history_ ? to_string(history_->use()) : "";
+        return history_ ? history_->use() : "";
     }
 
 private:

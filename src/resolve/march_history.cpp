@@ -7,7 +7,7 @@
 
 namespace fumarole::resolve {
 
-using pass::HistoryUse, pass::HistoryView;
+using pass::HistoryUse, pass::HistoryView, pass::SceneChange;
 
 namespace {
 
@@ -73,6 +73,7 @@ void MarchHistory::add(const PreparedFrame& frame, const pass::MarchedLayer& mar
     use_ = pass::judge_history(true, view.last, now);
     if (use_ == HistoryUse::still && view.last_offset != frame.host.layer_offset)
         use_ = HistoryUse::moved;
+    change_ = has_history(use_) ? change_since(view.last, now) : SceneChange::none;
     gl::Defines defines;
     if (use_ == HistoryUse::moved)
         defines = tools_.scattering_defines(frame.settings);
@@ -84,6 +85,8 @@ void MarchHistory::add(const PreparedFrame& frame, const pass::MarchedLayer& mar
     add_define(view.shape.monochrome, "MONOCHROME");
     add_define(pass::has_history(use_), "kHistory");
     add_define(use_ == HistoryUse::moved, "HISTORY_MOVED");
+    add_define(change_ != SceneChange::none, "kLightChanged");
+    add_define(change_ == SceneChange::media, "kMediaChanged");
     const float weight = view.weight.next(use_, frame.settings.history);
     if (view.last)
         write_block(frame, view, weight);

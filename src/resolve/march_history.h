@@ -27,7 +27,8 @@ public:
 
     /// Lets the next frame be a first one.
     void forget() { view_.last.reset(); }
-    [[nodiscard]] pass::HistoryUse use() const { return use_; }
+    /// What add() did with what was kept, in words.
+    [[nodiscard]] const char* use() const { return to_string(use_, change_); }
 
 private:
     /// Two targets, scattering and what march_history.frag keeps beside it; coloured: transmittance
@@ -59,6 +60,7 @@ private:
     gl::UniformBuffer<shared::MarchHistoryParams> block_;
     View view_;
     pass::HistoryUse use_ = pass::HistoryUse::off;
+    pass::SceneChange change_ = pass::SceneChange::none;
 };
 
 }  // namespace fumarole::resolve

@@ -152,7 +152,7 @@ class StabilityView {
 public:
     StabilityView(const StabilityBench& bench, Settings settings);
 
-    /// What ends a history: another light, another medium.
+    /// What a history has to outlive: another light, another medium.
     void set_scene(const Scene& scene);
     /// The next frame of it: surfaces, and the media over them.
     Picture draw(const Camera& camera, glm::uvec2 size);

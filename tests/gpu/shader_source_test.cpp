@@ -188,9 +188,11 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         for (unsigned set = 0; set < 2; ++set)
             variants.add("pass/layer_depth.frag", at_scale + flags(set, {"kCheckerboard"}));
         variants.add("pass/inspect_rays.frag", at_scale);
-        for (unsigned set = 0; set < 4; ++set)
-            variants.add("pass/march_history.frag",
-                         at_scale + flags(set, {"MONOCHROME", "kHistory"}));
+        for (const unsigned history : {0b000u, 0b001u, 0b011u, 0b111u})
+            for (unsigned set = 0; set < 2; ++set)
+                variants.add("pass/march_history.frag",
+                             at_scale + flags(set, {"MONOCHROME"}) +
+                                 flags(history, {"kHistory", "kLightChanged", "kMediaChanged"}));
         for (const char* taps : {"1", "2", "4"})
             for (unsigned set = 0; set < 2; ++set)
                 for (const Defines& targets : {Defines{}, Defines{{"BOTH", ""}}})
@@ -234,7 +236,12 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         variants.add("pass/v_buffer.comp", media + lights + sampling);
         variants.add("pass/scatter.comp", media + lights + sampling +
                                               flags(set >> 6, {"kGridShadows", "kHistory",
-                                                               "kHistoryStill", "kCountSamples"}));
+                                                               "kHistoryStill", "kCountSamples"}) +
+                                              flags(set >> 5, {"kMiddleLight"}));
+        const unsigned changes[] = {0b000, 0b001, 0b011, 0b100, 0b101, 0b111};
+        variants.add("pass/froxel_history.comp",
+                     media + lights + sampling +
+                         flags(changes[set % 6], {"kLightChanged", "kMediaChanged", "kCounted"}));
     };
     constexpr unsigned kFroxelSets = 1u << 10;
 
@@ -249,7 +256,8 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                          Defines{{"kLayerScale", "2"}});
         variants.add("pass/march_history.frag",
                      media + lights + flags(set, {"kWorldLight", "MONOCHROME", "kVolumeShadows"}) +
-                         Defines{{"kLayerScale", "2"}, {"kHistory", ""}, {"HISTORY_MOVED", ""}});
+                         Defines{{"kLayerScale", "2"}, {"kHistory", ""}, {"HISTORY_MOVED", ""}} +
+                         flags(set >> 3, {"kLightChanged"}) + flags(set >> 4, {"kMediaChanged"}));
     };
     constexpr unsigned kDefault = 0b1100000111, kSets = 1u << 10;
     medium::MediaSet media(gl());

@@ -310,6 +310,7 @@ TEST_F(Froxel, AMovingViewIsReprojected)
     };
     for (const Way& way : ways) {
         renderer.set_scene(scene, settings);
+        view.reset_history();
         FrameReport report;
         for (int i = 0; i < 24; ++i) {
             scene.camera.position = way.travel * double(i);
@@ -342,7 +343,6 @@ TEST_F(Froxel, ViewsKeepTheirOwnHistory)
     run(renderer, view, scene, settings, 4);
     const LayerImages alone = layers;
 
-    renderer.set_scene(scene, settings);
     HostPicture left(gl(), glm::ivec2(24)), right(gl(), glm::ivec2(24));
     left.look(scene.camera);
     right.look(other.camera);

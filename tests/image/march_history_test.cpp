@@ -297,8 +297,6 @@ TEST_F(MarchHistory, ViewsKeepTheirOwn)
     renderer.wait_until_ready();
     run(renderer, view, scene, settings, 4);
     const LayerImages alone = layers;
-    renderer.set_scene(scene, settings);
-    renderer.wait_until_ready();
     HostPicture left(gl(), glm::ivec2(48)), right(gl(), glm::ivec2(48));
     View left_view = renderer.make_view(), right_view = renderer.make_view();
     for (std::uint64_t i = 0; i < 4; ++i) {

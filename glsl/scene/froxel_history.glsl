@@ -1,0 +1,37 @@
+// Last frame's froxels, looked up where this frame's lie. Needs scene/in_scattering.glsl, scene/v_buffer.glsl.
+#include "scene/turned_to_eye.glsl"
+
+layout(binding = FROXEL_HISTORY_UNIT) uniform sampler3D u_history_tx;
+layout(binding = FROXEL_HISTORY_EXTINCTION_UNIT) uniform sampler3D u_history_extinction_tx;
+
+// A froxel's unjittered middle.
+struct HistoryPlace {
+    vec3 p;    // eye-centred world [m]
+    vec3 wo;   // to the eye, unit length
+    vec3 uvw;  // in last frame's grid; outside of 0..1 it is not there
+};
+
+HistoryPlace history_place(ivec3 froxel)
+{
+    Ray ray = column_ray(froxel.xy, vec2(0.5));
+    float s = (float(froxel.z) + 0.5) / u_froxels.slices.count;
+    vec3 p = ray.origin + ray.direction * slice_view_z(s, u_froxels.slices);
+    vec3 uvw = froxel_uvw(p, u_froxels.history_clip_from_world, u_froxels.history_view_z_from_world,
+                          u_froxels.history_slices);
+    return HistoryPlace(p, -normalize(ray.direction), uvw);
+}
+
+vec4 history_source(vec3 uvw) { return textureLod(u_history_tx, uvw, 0.0) * u_froxels.history_slices.rescale; }
+
+vec4 history_extinction(vec3 uvw)
+{
+    if (kExtinctionInAlpha)
+        return history_source(uvw).aaaa;
+    return textureLod(u_history_extinction_tx, uvw, 0.0) * u_froxels.history_slices.rescale;
+}
+
+// How much brighter a medium at a place is from here than from where the eye was.
+vec3 history_turn(HistoryPlace place, Medium medium)
+{
+    return turned_to_eye(place.p, place.wo, u_froxels.history_eye, medium.sigma_s, medium.emission, medium.g);
+}
