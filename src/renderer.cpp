@@ -215,11 +215,17 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 void Renderer::set_scene(const Scene& scene, const SceneSettings& settings)
 {
     check(settings);
+    const auto& drawn = parts_->drawn;
+    const bool anew = !drawn || drawn->settings != settings;
+    if (!anew && same_content(drawn->scene, scene))
+        return;
     const gl::StateGuard guard(parts_->device, GRID_UNIT, BLOCK_COUNT, 0);
     parts_->scene_settings = settings;
     try {
-        parts_->media.set(scene, settings);
-        parts_->surfaces.set(scene.surfaces);
+        if (anew || drawn->scene.media != scene.media || drawn->scene.time != scene.time)
+            parts_->media.set(scene, settings);
+        if (anew || drawn->scene.surfaces != scene.surfaces)
+            parts_->surfaces.set(scene.surfaces);
         parts_->lights.set(scene, parts_->surfaces, parts_->media.bounds(), settings.shadow_map,
                            parts_->media.traits().marched > 0);
         const gl::StateGuard all_units(parts_->device, parts_->texture_units(), BLOCK_COUNT,

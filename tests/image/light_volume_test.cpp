@@ -11,6 +11,7 @@
 #include "image_test.h"
 #include "study/metrics.h"
 #include "study/reference.h"
+#include <fumarole/live_scene.h>
 
 namespace fumarole::test {
 namespace {
@@ -496,6 +497,81 @@ TEST_P(LightVolumeChange, FillsWhatDependsOnIt)
 
 INSTANTIATE_TEST_SUITE_P(Scenes, LightVolumeChange, testing::ValuesIn(kChanges),
                          [](const auto& change) { return std::string(change.param.name); });
+
+// What a host that edits its scene by ids pays for.
+TEST_F(LightVolume, EditsOfALiveSceneCostWhatDependsOnThem)
+{
+    const Settings settings = plain_settings();
+    Renderer renderer(get_proc());
+    LiveScene live(living_scene());
+    const MediumId smoke = live.media()[0], haze = live.media()[1];
+    const LightId sun = live.lights()[0], lamp = live.lights()[1];
+    const SurfaceId ball = live.surfaces()[0];
+    const auto work = [&] {
+        renderer.set_scene(live.scene(), settings);
+        return renderer.take_report().work;
+    };
+    const auto all = work();
+    EXPECT_EQ(all.grids_uploaded, 1);
+    EXPECT_EQ(all.depth_layers, 2);
+    EXPECT_EQ(work(), SceneWork{}) << "no edit";
+
+    auto cloud = std::get<GridMedium>(live.at(smoke));
+    cloud.g = 0.7f;
+    cloud.emission_per_unit = {1, 2, 3};
+    live.update(smoke, cloud);
+    EXPECT_EQ(work(), SceneWork{}) << "g and emission";
+    auto point = std::get<PointLight>(live.at(lamp));
+    point.position.y += 0.5;
+    live.update(lamp, point);
+    EXPECT_EQ(work(), (SceneWork{.shadow_views = 8, .extinctions = 1, .depth_layers = 1}))
+        << "a light moved";
+    live.remove(ball);
+    EXPECT_EQ(work(), (SceneWork{.extinctions = 1, .world_volumes = 1}))
+        << "without surfaces there is no shadow map; the ball had hidden the world";
+    live.set_world({});
+    EXPECT_EQ(work(), SceneWork{}) << "no light of the world";
+    const SurfaceId box = live.add(BoxSurface{{-1, -4, -1}, {1, -3.5, -0.5}, glm::vec3(0.5f)});
+    const SurfaceId other = live.add(SphereSurface{{1.2, -4.2, -0.8}, 0.5, glm::vec3(0.5f)});
+    EXPECT_EQ(work().shadow_views, 8);
+    live.remove(box);
+    EXPECT_EQ(work(), SceneWork{.shadow_views = 8}) << "a surface removed";
+    live.update(other, SphereSurface{{1.2, -4.2, -0.8}, 0.5, glm::vec3(0.9f)});
+    EXPECT_EQ(work(), SceneWork{}) << "a surface's colour";
+
+    const glm::dvec3 by{0.3, 0.2, -0.1};
+    cloud.translate += by;
+    point.position += by;
+    auto fog = std::get<BoxMedium>(live.at(haze));
+    fog.min += by;
+    fog.max += by;
+    live.update(smoke, cloud);
+    live.update(lamp, point);
+    live.update(haze, fog);
+    SceneWork together = work();
+    together.shadow_views = 0;  // the ball stays where it is
+    EXPECT_EQ(together, SceneWork{}) << "media moved with their lamp";
+    cloud.density = std::make_shared<VoxelGrid>(*cloud.density);
+    cloud.emission = cloud.density;
+    live.update(smoke, cloud);
+    EXPECT_EQ(work(), (SceneWork{.grids_uploaded = 1, .extinctions = 1, .depth_layers = 2}))
+        << "the next frame's grid";
+    live.remove(sun);
+    EXPECT_EQ(work(), SceneWork{.shadow_views = 6}) << "the lamp's layer goes on";
+
+    HostPicture host(gl(), glm::ivec2(16));
+    const auto picture = [&](Renderer& by_whom) {
+        View view = by_whom.make_view();
+        host.look(live.scene().camera);
+        by_whom.wait_until_ready();
+        by_whom.draw_surfaces(host.frame, settings, true);
+        by_whom.composite(view, host.frame, settings);
+        return host.read();
+    };
+    Renderer fresh(get_proc());
+    fresh.set_scene(live.scene(), settings);
+    EXPECT_TRUE(images_near(picture(renderer), picture(fresh), 2e-3, 2e-4, "given at once"));
+}
 
 // The clock moves noise that drifts, and a grid's shadow stays.
 TEST_F(LightVolume, TheClockMattersToNoiseThatDrifts)

@@ -2,6 +2,7 @@
 
 // A host's picture and depth. Whoever includes this has included a GL loader before.
 
+#include <fumarole/live_scene.h>
 #include <fumarole/renderer.h>
 
 #include <cstdio>
@@ -63,11 +64,17 @@ inline int draw_ball(fumarole::gl::GetProc get_proc, const char* host)
     fumarole::GridMedium smoke;
     smoke.density = std::make_shared<fumarole::VoxelGrid>(ball());
     smoke.sigma_s_per_density = {6, 6, 6};
-    fumarole::Scene scene;
-    scene.media = {smoke};
-    scene.lights = {fumarole::SunLight{.direction_to_light = {-1, -1, 1}, .irradiance = {5, 5, 4}}};
+    fumarole::LiveScene scene;
+    const fumarole::MediumId ball_of_smoke = scene.add(smoke);
+    scene.add(fumarole::SunLight{.direction_to_light = {-1, -1, 1}, .irradiance = {5, 5, 4}});
     fumarole::Renderer renderer(get_proc);
-    renderer.set_scene(scene, fumarole::SceneSettings{});
+    renderer.set_scene(scene.scene(), fumarole::SceneSettings{});
+    renderer.take_report();
+    smoke.g = 0.5f;
+    scene.update(ball_of_smoke, smoke);
+    renderer.set_scene(scene.scene(), fumarole::SceneSettings{});
+    if (renderer.take_report().work != fumarole::SceneWork{})
+        return 1;  // another g fills nothing anew
     fumarole::Frame frame;
     frame.color = {picture.color, {picture.size, 1}};
     frame.depth = {picture.depth, {picture.size, 1}};

@@ -71,7 +71,8 @@ public:
     /// Media, lights, world and surfaces; here surfaces only hide light from the media (and are
     /// drawn by draw_surfaces). A grid or a mesh is uploaded once, known by its pointer, and what
     /// does not depend on what changed is kept (FrameReport::work tells): call this when the scene
-    /// changes. The camera and the resolution of the scene are not used.
+    /// changes. LiveScene (live_scene.h) changes one part by part. The camera and the resolution of
+    /// the scene are not used.
     /// @throws Error if the scene needs more than this GL has (texture units, sizes, memory),
     /// naming both; the renderer then holds no scene.
     void set_scene(const Scene& scene, const SceneSettings& settings);
