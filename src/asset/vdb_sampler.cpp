@@ -379,6 +379,27 @@ glm::dvec3 VdbSampler::sample(glm::dvec3 p) const
         impl_->tree);
 }
 
+glm::dvec3 VdbSampler::value(glm::dvec3 p) const
+{
+    if (!(glm::all(glm::greaterThan(p, impl_->low)) && glm::all(glm::lessThan(p, impl_->high))))
+        return glm::dvec3(0);
+    const glm::ivec3 at(glm::floor(p)), brick = at >> 3;
+    const std::int32_t number = impl_->index.root().getValue(to_coord(brick));
+    if (number == kEmptyBrick)
+        return glm::dvec3(0);
+    return std::visit(
+        [&]<class Tree>(const std::unique_ptr<Tree>& tree) {
+            CellOf<Tree> cell;
+            if (number > 0)
+                cell.fetch(impl_->padded[static_cast<std::size_t>(number - 1)],
+                           at - brick * kBrickDim);
+            else
+                cell.fetch(Accessor<Tree>(*tree), at);
+            return glm::dvec3(cell.at(p - glm::dvec3(at)));
+        },
+        impl_->tree);
+}
+
 void VdbSampler::spans(glm::dvec3 origin, glm::dvec3 direction, double begin, double end,
                        double most, std::vector<Span>& out) const
 {

@@ -29,6 +29,10 @@ public:
     /// openvdb::tools::BoxSampler at a point of index space. A scalar grid answers in all three.
     [[nodiscard]] glm::dvec3 sample(glm::dvec3 p_index) const;
 
+    /// The same in double precision throughout and several times as fast: what `spans` and `column`
+    /// see at a point.
+    [[nodiscard]] glm::dvec3 value(glm::dvec3 p_index) const;
+
     /// What a ray meets in one cell between eight voxel centres. There the trilinear field is a
     /// cubic polynomial of the ray's parameter: field(t) = sum over k of c[k] * (t - begin)^k.
     struct Span {
