@@ -316,6 +316,7 @@ private:
         sized.resolution = {480, 270};
         study::ReferenceOptions wanted_reference;
         wanted_reference.tolerance = kReferenceTolerance;
+        wanted_reference.bounces = study::kMeasuredBounces;
         wanted_reference.cancel = Interruption::flag();
         wanted_reference.progress = [&](double share) {
             progress_.show("reference of " + scene.name, share);

@@ -279,6 +279,7 @@ private:
     void get_reference()
     {
         study::ReferenceOptions wanted;
+        wanted.bounces = study::kMeasuredBounces;
         wanted.tolerance = effort_.tolerance;
         wanted.cancel = Interruption::flag();
         progress_.show("reference: preparing");

@@ -223,6 +223,7 @@ private:
         progress_.show("reference: preparing");
         study::ReferenceOptions wanted;
         wanted.tolerance = options_.tolerance;
+        wanted.bounces = study::kMeasuredBounces;
         wanted.aa = options_.aa;
         wanted.cancel = Interruption::flag();
         wanted.progress = [&](double share) { progress_.show(kReference, share); };

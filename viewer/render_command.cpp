@@ -38,11 +38,11 @@ struct Options {
     std::string input;
     std::vector<std::string> outputs;
     std::string size, grid, up = "auto", backend = "osmesa", exposure = "auto", display = "filmic",
-                            target, save_scene, mode, region;
+                            target, save_scene, mode, region, bounces;
     std::string frames = "1", missing_frames = "fail";
     int aa = 1;
     std::uint32_t seed = 0;
-    double tolerance = 1e-3;
+    std::optional<double> tolerance;  ///< of the reference
     bool alpha = false, explain = false, json = false;
     InspectionOptions inspection;
     SettingsInput words;
@@ -63,14 +63,14 @@ void check_mode(const Options& options, const CLI::App& command)
             throw UsageError(fmt::format("{}: {}", name, why));
     };
     if (!options.reference()) {
-        for (const char* name : {"--tolerance", "--region"})
+        for (const char* name : {"--tolerance", "--region", "--bounces"})
             refuse(name, "is for --mode reference");
         if (options.target == "error")
             throw UsageError("--target error: is for --mode reference, which estimates its error");
         return;
     }
     constexpr const char* kWhy = "is for OpenGL; --mode reference has no such thing, it "
-                                 "takes --tolerance, --region and --aa";
+                                 "takes --tolerance, --region, --bounces and --aa";
     for (const char* name :
          {"--preset", "--seed", "--backend", "--alpha", "--explain", "--max-error", "--budget"})
         refuse(name, kWhy);
@@ -97,6 +97,33 @@ std::optional<study::ReferenceRegion> parse_region(const std::string& text)
                                          text));
     }
     return study::ReferenceRegion{numbers[0], numbers[1], numbers[2], numbers[3]};
+}
+
+/// N, or `all`, which is also what is meant where nothing is said.
+int parse_bounces(const std::string& text)
+{
+    if (text.empty() || text == "all")
+        return study::kAllBounces;
+    int bounces = 0;
+    const char* end = text.data() + text.size();
+    const auto parsed = std::from_chars(text.data(), end, bounces);
+    if (parsed.ec != std::errc{} || parsed.ptr != end || bounces < 0)
+        throw UsageError(fmt::format("--bounces: '{}' is no number of scatterings; give 0, 1, 2, "
+                                     "... or all",
+                                     text));
+    return bounces;
+}
+
+std::string bounces_text(int bounces)
+{
+    return bounces == study::kAllBounces ? "all" : std::to_string(bounces);
+}
+
+/// Single scattering is integrated; what bounces is sampled, and a tenth of the error costs a
+/// hundred times the samples.
+double tolerance_of(const Options& options)
+{
+    return options.tolerance.value_or(parse_bounces(options.bounces) == 0 ? 1e-3 : 2e-2);
 }
 
 /// A..B, or A..BxS for every S-th frame.
@@ -461,7 +488,8 @@ study::ReferenceStill render_reference(const Options& options,
                                        const Scene& scene, Progress& progress)
 {
     study::ReferenceOptions wanted;
-    wanted.tolerance = options.tolerance;
+    wanted.tolerance = tolerance_of(options);
+    wanted.bounces = parse_bounces(options.bounces);
     wanted.aa = options.aa;
     wanted.region = region;
     wanted.progress = [&](double share) { progress.show("reference", share); };
@@ -484,21 +512,24 @@ void run_reference(const Options& options, const PictureFiles& files,
     const Picture picture = picture_of(still);
     const float exposure_ev = write_picture(picture, files);
 
-    const ErrorSummary error = summarize(still, options.tolerance);
+    const double tolerance = tolerance_of(options);
+    const int bounces = parse_bounces(options.bounces);
+    const ErrorSummary error = summarize(still, tolerance);
     if (options.json) {
         Json json = picture_json(options, picture, exposure_ev, loaded.notes);
         json["region"] =
             region ? Json{region->x, region->y, region->width, region->height} : Json();
         json.update(
-            {{"tolerance", options.tolerance},
+            {{"tolerance", tolerance},
+             {"bounces", bounces == study::kAllBounces ? Json("all") : Json(bounces)},
              {"seconds", seconds},
              {"error",
               {{"worst", error.worst}, {"mean", error.mean}, {"above_tolerance", error.above}}}});
         print_json(json);
         return;
     }
-    fmt::print("{} x {}, reference to {:g} of a pixel, {:.2f} s\n", still.width, still.height,
-               options.tolerance, seconds);
+    fmt::print("{} x {}, reference with {} bounces to {:g} of a pixel, {:.2f} s\n", still.width,
+               still.height, bounces_text(bounces), tolerance, seconds);
     fmt::print("estimated error   mean {:.2e}, worst {:.2e} W/m^2/sr; above the tolerance in "
                "{:.2f} % of the pixels\n",
                error.mean, error.worst, 100 * error.above);
@@ -685,6 +716,7 @@ void run(Options options, const CLI::App& command)
         options.mode = mode_name(settings.mode);
     const std::optional<Inspection> inspection = inspection_of(options, settings, command);
     const std::optional<study::ReferenceRegion> region = parse_region(options.region);
+    parse_bounces(options.bounces);  // a mistake is said before anything is loaded
     check_outputs(options.outputs);
     if (options.range)
         check_moving_outputs(options);
@@ -765,9 +797,13 @@ void add_render(CLI::App& app)
                      "processor [the preset's]")
         ->check(CLI::IsMember({"raymarch", "froxel", "reference"}));
     command
-        ->add_option("--tolerance", o.tolerance,
-                     "of the reference: relative error of each pixel [0.001]")
+        ->add_option(
+            "--tolerance", o.tolerance,
+            "of the reference: relative error of each pixel [0.02, with --bounces 0 0.001]")
         ->check(CLI::Range(1e-6, 0.5));
+    command->add_option("--bounces", o.bounces,
+                        "of the reference: N or all, how many times more media scatter light after "
+                        "the first time [all]");
     command->add_option("--region", o.region,
                         "of the reference: X,Y,WIDTH,HEIGHT in pixels from the top left, which are "
                         "then the whole picture");

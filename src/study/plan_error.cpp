@@ -111,7 +111,7 @@ Estimate controlled_mean(std::span<const double> known, std::span<const double> 
 SparseReference::SparseReference(const Scene& scene, std::vector<float> guide, double tolerance,
                                  const std::atomic<bool>* cancel)
     : scene_{scene}, cancel_{cancel}, guide_{std::move(guide)}, tolerance_{tolerance},
-      reference_{std::make_unique<Reference>(scene, tolerance, cancel)}
+      reference_{std::make_unique<Reference>(scene, tolerance, kMeasuredBounces, cancel)}
 {
     double squares = 0;
     for (const float v : guide_)
@@ -123,7 +123,7 @@ void SparseReference::set_tolerance(double tolerance)
 {
     tolerance_ = tolerance;
     known_.clear();
-    reference_ = std::make_unique<Reference>(scene_, tolerance, cancel_);
+    reference_ = std::make_unique<Reference>(scene_, tolerance, kMeasuredBounces, cancel_);
 }
 
 void SparseReference::refer(std::span<const std::size_t> draws)

@@ -12,6 +12,7 @@
 #include "study/reference_geometry.h"
 #include "study/reference_lights.h"
 #include "study/reference_media.h"
+#include "study/reference_paths.h"
 #include "study/reference_quadrature.h"
 #include "study/reference_world.h"
 #include <fumarole/errors.h>
@@ -68,10 +69,11 @@ private:
 
 class Reference::Impl {
 public:
-    Impl(const Scene& scene, double tolerance, const std::atomic<bool>* cancel)
-        : eye_{scene}, surfaces_{scene.surfaces}, media_{scene, tolerance},
-          world_{scene, surfaces_, media_, -std::log(0.1 * tolerance), cancel}, tolerance_{
-                                                                                    tolerance}
+    Impl(const Scene& scene, double tolerance, int bounces, const std::atomic<bool>* cancel)
+        : eye_{scene}, surfaces_{scene.surfaces}, media_{scene, tolerance}, tracking_{media_},
+          world_{scene, surfaces_, media_, tracking_, -std::log(0.1 * tolerance), cancel},
+          tolerance_{tolerance}, bounces_{media_.scatters() ? bounces : 0},
+          paths_{surfaces_, media_, tracking_, world_.radiance(), lights_, {1, bounces}, cancel}
     {
         for (const Light& light : scene.lights)
             if (const ReferenceLight made(light); !made.black())
@@ -109,12 +111,17 @@ public:
         if (media_.scatters()) {
             for (const ReferenceLight& light : lights_)
                 scattered += from_light(ray, along, light, floor);
-            if (!world_.radiance().black()) {
-                const Integral world = world_.scattered(ray, along, hash(seed, 1),
-                                                        sampling(scattered.value, floor, relax));
-                scattered.value += world.value;
-                scattered.error = std::hypot(scattered.error, world.error);
-            }
+            const ScatteringPlaces places(along);
+            const auto add = [&](const Integral& sampled) {
+                scattered.value += sampled.value;
+                scattered.error = std::hypot(scattered.error, sampled.error);
+            };
+            if (!world_.black())
+                add(world_.scattered(ray, places, hash(seed, 1),
+                                     sampling(scattered.value, floor, relax)));
+            if (bounces_ > 0)
+                add(paths_.scattered(ray, places, hash(seed, 2),
+                                     sampling(scattered.value, floor, relax)));
         }
         out.scattering = scattered.value;
         out.error = std::hypot(scattered.error, surface_error);
@@ -167,8 +174,16 @@ private:
         const WorldIrradiance world =
             world_.irradiance(hit, seed, sampling(lit, floor / largest(reflected), relax));
         out.surface = reflected * (clear + world.clear);
-        out.surface_lit = reflected * (lit + world.lit);
-        return largest(reflected) * std::hypot(light_error, world.error);
+        lit += world.lit;
+        double error = std::hypot(light_error, world.error);
+        if (bounces_ > 0) {
+            const Integral bounced = paths_.irradiance(
+                hit, hash(seed, 3), sampling(lit, floor / largest(reflected), relax));
+            lit += bounced.value;
+            error = std::hypot(error, bounced.error);
+        }
+        out.surface_lit = reflected * lit;
+        return largest(reflected) * error;
     }
 
     // Of the tolerance a quarter is the quadratures' along the ray, whose errors are of no known
@@ -181,9 +196,13 @@ private:
     /// @param known what is there already, which the tolerance is relative to as well
     [[nodiscard]] SamplingAccuracy sampling(glm::dvec3 known, double floor, double relax) const
     {
-        constexpr double kShare = 0.9;
-        return {.relative = kShare * relax * tolerance_,
-                .absolute = kShare * relax * std::max(floor, tolerance_ * largest(known))};
+        const double share = bounces_ > 0 ? 0.9 / std::numbers::sqrt2 : 0.9;
+        // A lax picture is done before so many points as an exact one begins with.
+        const double wanted = relax * tolerance_;
+        const std::uint32_t first = wanted <= 0.01 ? 16 : wanted < 0.03 ? 8 : 4;
+        return {.relative = share * wanted,
+                .absolute = share * relax * std::max(floor, tolerance_ * largest(known)),
+                .first = first};
     }
 
     /// The same point is asked the same way, whoever asks.
@@ -262,13 +281,17 @@ private:
     EyeRays eye_;
     ReferenceSurfaces surfaces_;
     ReferenceMedia media_;
+    MediaTracking tracking_;
     ReferenceWorld world_;
     double tolerance_;
+    int bounces_;
     std::vector<ReferenceLight> lights_;
+    ReferencePaths paths_;
 };
 
-Reference::Reference(const Scene& scene, double tolerance, const std::atomic<bool>* cancel)
-    : impl_{std::make_unique<Impl>(scene, tolerance, cancel)}
+Reference::Reference(const Scene& scene, double tolerance, int bounces,
+                     const std::atomic<bool>* cancel)
+    : impl_{std::make_unique<Impl>(scene, tolerance, bounces, cancel)}
 {
 }
 
@@ -303,7 +326,7 @@ double dark_floor(const Scene& scene, double tolerance, const std::atomic<bool>*
     // The world's light is dear: a guess at it is enough here.
     Scene unlit = scene;
     unlit.world = {};
-    const Reference relaxed(unlit, 0.05, cancel);
+    const Reference relaxed(unlit, 0.05, 0, cancel);
     const double world = 0.5 * largest(WorldRadiance(scene.world).mean());
     oneapi::tbb::parallel_for(0, kColumns * kRows, [&](int i) {
         const glm::dvec2 share((i % kColumns + 0.5) / kColumns, (i / kColumns + 0.5) / kRows);
@@ -350,7 +373,7 @@ ReferenceStill render_reference(const Scene& scene, const ReferenceOptions& opti
     still.depth.resize(pixels);
     still.error.resize(pixels);
 
-    const Reference reference(scene, options.tolerance, options.cancel);
+    const Reference reference(scene, options.tolerance, options.bounces, options.cancel);
     const double floor = dark_floor(scene, options.tolerance, options.cancel);
     std::mutex progress;
     std::size_t done = 0;

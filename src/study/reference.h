@@ -3,6 +3,7 @@
 #include <atomic>
 #include <functional>
 #include <glm/glm.hpp>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -10,10 +11,18 @@
 
 #include <fumarole/scene.h>
 
-// The reference: what a scene looks like with light scattered once, as exactly as asked. Direct
-// light of every light and of the world, dimmed by the media and hidden by surfaces on its way;
-// emission; transmittance. On the CPU, in double precision, sharing nothing with the passes on the
-// GPU but the scene.
+// The reference: what a scene looks like, as exactly as asked. Direct light of every light, of the
+// world and of what media emit, dimmed by the media and hidden by surfaces on its way, scattered
+// once by the media or by the surface that is seen; emission; transmittance; and, with bounces,
+// light that the media scatter further. On the CPU, in double precision, sharing nothing with the
+// passes on the GPU but the scene.
+//
+// A path goes from the eye to vertex 0, a point of the media on the eye's ray or the first surface
+// seen, and from there through up to N further scatterings in the media to a light, the world or a
+// medium that emits. With 0 bounces vertex 0 is the last: lights by adaptive quadrature along the
+// ray, the world and emission by quasi-Monte Carlo over directions. Paths with 1 to N scatterings
+// more come from a path tracer (reference_paths.h). Surfaces block paths; what they reflect back
+// into the media is not part.
 
 namespace fumarole::study {
 
@@ -23,7 +32,15 @@ struct ReferenceRegion {
 
 struct ReferenceStill;
 
+/// Bounces without a limit.
+constexpr int kAllBounces = std::numeric_limits<int>::max();
+
+/// The bounces of the truth that the chart, the plan, `compare` and the stability suite measure
+/// against, and that the window shows.
+constexpr int kMeasuredBounces = 0;
+
 struct ReferenceOptions {
+    int bounces = 0;          ///< scatterings in the media after the first one, 0 to kAllBounces
     double tolerance = 1e-3;  ///< of each pixel, relative; as relMSE counts it where dark
     int aa = 1;               ///< samples of a pixel's square, at subpixel_offset(i)
     std::optional<ReferenceRegion> region;
@@ -63,8 +80,9 @@ struct ReferenceSample {
 /// was asked before.
 class Reference {
 public:
-    /// Keeps a reference to `scene`.
-    Reference(const Scene& scene, double tolerance, const std::atomic<bool>* cancel = nullptr);
+    /// Keeps a reference to `scene`. @param bounces as in ReferenceOptions
+    Reference(const Scene& scene, double tolerance, int bounces,
+              const std::atomic<bool>* cancel = nullptr);
     ~Reference();
     Reference(const Reference&) = delete;
     Reference& operator=(const Reference&) = delete;

@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Raised whenever the reference gives another answer to the same question.
-constexpr int kReferenceRevision = 2;
+constexpr int kReferenceRevision = 3;
 
 class Fnv1a {
 public:
@@ -138,8 +138,9 @@ std::string reference_key(const Scene& scene, const ReferenceOptions& options,
         if (auto* mesh = std::get_if<MeshSurface>(&surface))
             name_by_content(mesh->file);
     name_by_content(named.world.environment_file);
-    return text_hash(fmt::format("{}\n{} {} {} {}", asset::scene_to_json(named, "/"),
-                                 options.tolerance, options.aa, version, kReferenceRevision));
+    return text_hash(fmt::format("{}\n{} {} {} {} {}", asset::scene_to_json(named, "/"),
+                                 options.tolerance, options.aa, options.bounces, version,
+                                 kReferenceRevision));
 }
 
 KeptReference keep_reference(const Scene& scene, const ReferenceOptions& options,

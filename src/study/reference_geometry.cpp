@@ -349,6 +349,33 @@ bool ReferenceSurfaces::hidden(const Origin& from, glm::dvec3 wi, double range) 
     return false;
 }
 
+double ReferenceSurfaces::distance(const Origin& from, glm::dvec3 wi) const
+{
+    const Ray ray{from.p, wi};
+    double nearest = kInfinity;
+    for (const Shape& shape : shapes_) {
+        if (shape.surface == from.surface) {
+            if (glm::dot(from.normal, wi) < 0)
+                return 0;
+            continue;
+        }
+        const Surface& surface = (*surfaces_)[static_cast<std::size_t>(shape.surface)];
+        glm::dvec2 met(kInfinity, -kInfinity);
+        if (const auto* sphere = std::get_if<SphereSurface>(&surface)) {
+            met = sphere_range(ray, *sphere);
+        } else if (const auto* box = std::get_if<BoxSurface>(&surface)) {
+            met = box_range(ray, bounds_of(*box));
+        } else if (shape.mesh != nullptr) {
+            glm::dvec2 uv(0);
+            shape.mesh->intersect(ray, 0, nearest, uv, false);
+            continue;
+        }
+        if (met.x < met.y && met.y > 0)
+            nearest = std::min(nearest, std::max(met.x, 0.0));
+    }
+    return nearest;
+}
+
 void ReferenceSurfaces::add_shadow_breaks(const Ray& ray, double begin, double end,
                                           const LightPlace& light,
                                           std::vector<double>& breaks) const

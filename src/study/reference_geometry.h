@@ -74,6 +74,10 @@ public:
     /// is hidden from everything outside it.
     [[nodiscard]] bool hidden(const Origin& from, glm::dvec3 wi, double range) const;
 
+    /// Metres from an origin to what hides all that is behind it, as `hidden` sees it; kInfinity if
+    /// nothing does.
+    [[nodiscard]] double distance(const Origin& from, glm::dvec3 wi) const;
+
     [[nodiscard]] Origin leave(const SurfaceHit& hit) const;
 
     /// Where along a ray, t in [begin, end], a light comes into sight or goes out of it.

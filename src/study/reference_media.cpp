@@ -9,6 +9,7 @@
 #include "noise_gradient.h"
 #include "overloaded.h"
 #include "study/reference_quadrature.h"
+#include "study/reference_sampling.h"
 
 namespace fumarole::study {
 
@@ -120,6 +121,7 @@ ReferenceMedia::ReferenceMedia(const Scene& scene, double tolerance) : time_{sce
 ReferenceMedia::Field ReferenceMedia::place(const VoxelGrid& grid, const GridMedium& medium)
 {
     Field field;
+    field.grid = &grid;
     for (const auto& [source, sampler] : samplers_)
         if (source == &grid)
             field.sampler = sampler;
@@ -214,6 +216,11 @@ glm::dvec3 ReferenceMedia::Field::sample(glm::dvec3 p) const
     return sampler->sample(glm::dvec3(index_from_world * glm::dvec4(p, 1)));
 }
 
+glm::dvec3 ReferenceMedia::Field::value(glm::dvec3 p) const
+{
+    return sampler->value(glm::dvec3(index_from_world * glm::dvec4(p, 1)));
+}
+
 void ReferenceMedia::Field::spans(const Ray& ray, double begin, double end, double most,
                                   std::vector<Span>& out) const
 {
@@ -303,6 +310,17 @@ void ReferenceMedia::noise_spans(const Entry& entry, const Ray& ray, double begi
     for (int i = 0; i < count; ++i)
         fit(field, begin + (end - begin) * i / count, begin + (end - begin) * (i + 1) / count,
             entry.noise_error, 12, out);
+}
+
+glm::dvec3 ReferenceMedia::depth_of(const Entry& entry, const Ray& ray, double range) const
+{
+    const glm::dvec2 inside = box_range(ray, entry.bounds);
+    const double begin = std::max(inside.x, 0.0), end = std::min(inside.y, range);
+    if (!(begin < end))
+        return glm::dvec3(0);
+    if (const auto* height = std::get_if<ExpHeightProfile>(&entry.profile))
+        return entry.sigma_t * exp_height_integral(*height, ray, begin, end);
+    return entry.sigma_t * (end - begin);
 }
 
 template <class OfGrid, class OfNoise>
@@ -521,6 +539,51 @@ void MediaAlongRay::set(const Ray& ray, double begin, double end)
         breaks_.pop_back();
     if (!breaks_.empty())
         breaks_.push_back(end_);
+}
+
+// ------------------------------------------------------------------------------- places by chance
+
+ScatteringPlaces::ScatteringPlaces(const MediaAlongRay& along) : along_{along}
+{
+    // By intervals, evenly in each. An interval that looks empty from three points still gets a
+    // little.
+    const std::vector<double>& breaks = along.breaks();
+    const auto seen = [&](double t) {
+        return largest(along.at(t).sigma_s * glm::exp(-along.optical_depth(t)));
+    };
+    double sum = 0;
+    for (std::size_t i = 0; i + 1 < breaks.size(); ++i) {
+        const double a = breaks[i], d = breaks[i + 1] - a;
+        shares_.push_back(d * (seen(a + 0.1 * d) + seen(a + 0.5 * d) + seen(a + 0.9 * d)) / 3);
+        sum += shares_.back();
+    }
+    if (!(sum > 0)) {
+        shares_.clear();
+        return;
+    }
+    constexpr double kLittle = 0.01;
+    const double length = breaks.back() - breaks.front();
+    double running = 0;
+    for (std::size_t i = 0; i < shares_.size(); ++i) {
+        running +=
+            (1 - kLittle) * shares_[i] / sum + kLittle * (breaks[i + 1] - breaks[i]) / length;
+        shares_[i] = running;
+    }
+}
+
+ScatteringPlaces::Place ScatteringPlaces::choose(double u) const
+{
+    const std::size_t i = study::choose(shares_.data(), shares_.size(), u);
+    const double begin = along_.breaks()[i], d = along_.breaks()[i + 1] - begin;
+    Place place;
+    place.t = begin + d * u;
+    const MediumPoint medium = along_.at(place.t);
+    if (medium.sigma_s == glm::dvec3(0))
+        return place;
+    const double share = (shares_[i] - (i == 0 ? 0 : shares_[i - 1])) / shares_.back();
+    place.weight = medium.sigma_s * glm::exp(-along_.optical_depth(place.t)) * (d / share);
+    place.g = medium.g;
+    return place;
 }
 
 }  // namespace fumarole::study

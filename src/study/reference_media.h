@@ -48,16 +48,20 @@ public:
 
 private:
     friend class MediaAlongRay;
+    friend class MediaTracking;
+    friend class FreeFlight;
     using Span = asset::VdbSampler::Span;
 
     /// A grid in its place.
     struct Field {
+        const VoxelGrid* grid = nullptr;
         std::shared_ptr<const asset::VdbSampler> sampler;
         glm::dmat4 index_from_world{1.0};
         Bounds index_bounds, world_bounds;
         double voxel = 1;  ///< least side, metres
 
         [[nodiscard]] glm::dvec3 sample(glm::dvec3 p) const;
+        [[nodiscard]] glm::dvec3 value(glm::dvec3 p) const;  ///< the same, faster
         void spans(const Ray& ray, double begin, double end, double most,
                    std::vector<Span>& out) const;
     };
@@ -75,6 +79,8 @@ private:
     template <class OfGrid, class OfNoise>
     [[nodiscard]] glm::dvec3 sum_depths(const Ray& ray, double range, const OfGrid& of_grid,
                                         const OfNoise& of_noise) const;
+    /// Of a box whose profile has a closed form.
+    [[nodiscard]] glm::dvec3 depth_of(const Entry& entry, const Ray& ray, double range) const;
     void add(const GridMedium& medium);
     void add(const BoxMedium& medium, double tolerance);
     Field place(const VoxelGrid& grid, const GridMedium& medium);
@@ -132,6 +138,27 @@ private:
     glm::dvec3 whole_{0};
     std::vector<Part> parts_;
     std::vector<double> breaks_;
+};
+
+/// Places on a ray where media scatter, chosen by chance where that is seen.
+class ScatteringPlaces {
+public:
+    /// Keeps a reference to `along`.
+    explicit ScatteringPlaces(const MediaAlongRay& along);
+
+    [[nodiscard]] bool empty() const { return shares_.empty(); }
+
+    struct Place {
+        double t = 0;          ///< metres along the ray
+        glm::dvec3 weight{0};  ///< sigma_s times transmittance over the place's density [1]
+        double g = 0;
+    };
+    /// @param u in [0, 1)
+    [[nodiscard]] Place choose(double u) const;
+
+private:
+    const MediaAlongRay& along_;
+    std::vector<double> shares_;  ///< running, one for each interval between breaks
 };
 
 }  // namespace fumarole::study

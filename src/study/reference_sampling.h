@@ -38,6 +38,13 @@ public:
         return digits * 0x1p-32;
     }
 
+    /// The place of point i once points are shuffled as Owen scrambles digits: the first 2^k points
+    /// become 2^k points that stand together in the sequence, which are as even.
+    static std::uint32_t shuffled(std::uint32_t i, std::uint32_t seed)
+    {
+        return nested_uniform(i, seed);
+    }
+
 private:
     static std::uint32_t reversed(std::uint32_t x)
     {
@@ -101,6 +108,51 @@ private:
     std::uint32_t seed_;
 };
 
+/// One point of a scrambled sequence, asked for its coordinates. What needs more dimensions than a
+/// sequence has asks for more points (Burley 2020, sec. 4: padding).
+class SobolPoint {
+public:
+    SobolPoint(std::uint32_t seed, std::uint32_t index)
+        : sequence_(seed), seed_{seed}, index_{index}
+    {
+    }
+
+    /// In [0, 1).
+    [[nodiscard]] double operator()(std::size_t dimension) const
+    {
+        return sequence_(index_, dimension);
+    }
+
+    /// A point of another sequence, number `set`, shuffled: unlike points of equal index, whose
+    /// digits would hang on each other, the two together are spread over all dimensions.
+    [[nodiscard]] SobolPoint padded(std::uint32_t set) const
+    {
+        const std::uint32_t seed = hash(seed_, 0x70616464u + set);
+        return {seed, Sobol::shuffled(index_, hash(seed, 0x73687566u))};
+    }
+
+    /// A word of its own, to seed a generator with.
+    [[nodiscard]] std::uint64_t word() const
+    {
+        return (std::uint64_t{hash(seed_, index_)} << 32u) | hash(index_ + 0x9e3779b9u, seed_);
+    }
+
+private:
+    Sobol sequence_;
+    std::uint32_t seed_, index_;
+};
+
+/// Chooses a part of a running sum that starts after `before`; u becomes the place in the part.
+inline std::size_t choose(const double* first, std::size_t count, double& u)
+{
+    const double want = u * first[count - 1];
+    const std::size_t i = std::min(
+        static_cast<std::size_t>(std::upper_bound(first, first + count, want) - first), count - 1);
+    const double low = i == 0 ? 0 : first[i - 1];
+    u = first[i] > low ? std::clamp((want - low) / (first[i] - low), 0.0, 1.0) : 0.5;
+    return i;
+}
+
 /// The mean of f(point) over the unit cube, each point being asked as point(dimension). Several
 /// scrambles are followed side by side, twice as far each time, until what they differ by says that
 /// their mean is good enough. The estimate is two standard errors, of the worst of the N numbers.
@@ -112,6 +164,7 @@ template <std::size_t N> struct SampledMean {
 struct SamplingAccuracy {
     double relative = 1e-3;  ///< of the largest number
     double absolute = 0;
+    std::uint32_t first = 16;  ///< samples of each scramble before the first look at the error
     std::uint32_t most = 1u << 18u;  ///< samples; it ends there, and the estimate says so
 };
 
@@ -119,16 +172,14 @@ template <std::size_t N, class F>
 SampledMean<N> sampled_mean(const F& f, std::uint32_t seed, const SamplingAccuracy& accuracy)
 {
     // Fewer scrambles would leave the estimate to chance, more would leave each its first points.
-    constexpr std::uint32_t kScrambles = 8, kFirst = 16;
+    constexpr std::uint32_t kScrambles = 8;
     std::array<std::array<double, N>, kScrambles> sums{};
     SampledMean<N> mean;
     std::uint32_t done = 0;
-    for (std::uint32_t upto = kFirst;; upto *= 2) {
+    for (std::uint32_t upto = accuracy.first;; upto *= 2) {
         for (std::uint32_t s = 0; s < kScrambles; ++s) {
-            const Sobol sequence(hash(seed, s));
             for (std::uint32_t i = done; i < upto; ++i) {
-                const std::array<double, N> v =
-                    f([&](std::size_t dimension) { return sequence(i, dimension); });
+                const std::array<double, N> v = f(SobolPoint(hash(seed, s), i));
                 for (std::size_t c = 0; c < N; ++c)
                     sums[s][c] += v[c];
             }

@@ -5,6 +5,8 @@
 #include <numbers>
 
 #include "study/reference.h"
+#include "study/reference_directions.h"
+#include "study/reference_tracking.h"
 
 namespace fumarole::study {
 
@@ -14,34 +16,6 @@ constexpr double kPi = std::numbers::pi;
 /// Where the world is a map, the share of directions that its light chooses; the phase, or the
 /// cosine, chooses the others. Mixed, neither leaves a direction unseen that the other needs.
 constexpr double kMapShare = 0.5;
-
-glm::dvec3 about(glm::dvec3 axis, double cosine, double phi)
-{
-    const glm::dvec3 helper = std::abs(axis.z) < 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0);
-    const glm::dvec3 right = glm::normalize(glm::cross(helper, axis));
-    const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
-    return cosine * axis + sine * (std::cos(phi) * right + std::sin(phi) * glm::cross(axis, right));
-}
-
-/// A cosine whose density is Henyey and Greenstein's phase, by inversion.
-double sample_henyey_greenstein(double g, double u)
-{
-    if (std::abs(g) < 1e-4)
-        return 2 * u - 1 + 1.5 * g * (1 - std::pow(2 * u - 1, 2));  // to the first order of g
-    const double root = (1 - g * g) / (1 - g + 2 * g * u);
-    return std::clamp((1 + g * g - root * root) / (2 * g), -1.0, 1.0);
-}
-
-/// Chooses a part of a running sum that starts after `before`; u becomes the place in the part.
-std::size_t choose(const double* first, std::size_t count, double& u)
-{
-    const double want = u * first[count - 1];
-    const std::size_t i = std::min(
-        static_cast<std::size_t>(std::upper_bound(first, first + count, want) - first), count - 1);
-    const double low = i == 0 ? 0 : first[i - 1];
-    u = first[i] > low ? std::clamp((want - low) / (first[i] - low), 0.0, 1.0) : 0.5;
-    return i;
-}
 
 }  // namespace
 
@@ -128,9 +102,10 @@ double WorldRadiance::pdf(glm::dvec3 d) const
 // ----------------------------------------------------------------------------------- gathering
 
 ReferenceWorld::ReferenceWorld(const Scene& scene, const ReferenceSurfaces& surfaces,
-                               const ReferenceMedia& media, double opaque,
-                               const std::atomic<bool>* cancel)
-    : surfaces_{surfaces}, media_{media}, cancel_{cancel}, radiance_{scene.world}, opaque_{opaque}
+                               const ReferenceMedia& media, const MediaTracking& tracking,
+                               double opaque, const std::atomic<bool>* cancel)
+    : surfaces_{surfaces}, media_{media}, tracking_{tracking}, cancel_{cancel},
+      radiance_{scene.world}, opaque_{opaque}, emits_{media.emits()}
 {
 }
 
@@ -140,27 +115,39 @@ void ReferenceWorld::check_cancel() const
         throw ReferenceCancelled();
 }
 
-glm::dvec3 ReferenceWorld::arriving(const Origin& from, glm::dvec3 wi, glm::dvec3& clear) const
+glm::dvec3 ReferenceWorld::arriving(const Origin& from, glm::dvec3 wi, const SobolPoint& u,
+                                    glm::dvec3& clear) const
 {
     clear = radiance_(wi);
-    if (clear == glm::dvec3(0) || surfaces_.hidden(from, wi, kInfinity))
-        return clear = glm::dvec3(0);
-    return clear * glm::exp(-media_.optical_depth({from.p, wi}, kInfinity, opaque_));
+    glm::dvec3 lit(0);
+    const Ray ray{from.p, wi};
+    if (clear != glm::dvec3(0)) {
+        if (surfaces_.hidden(from, wi, kInfinity))
+            clear = glm::dvec3(0);
+        else
+            lit = clear * glm::exp(-media_.optical_depth(ray, kInfinity, opaque_));
+    }
+    if (emits_) {
+        Random random(u.word());
+        lit += tracking_.emitted(ray, surfaces_.distance(from, wi), random);
+    }
+    return lit;
 }
 
-glm::dvec3 ReferenceWorld::one_direction(glm::dvec3 p, glm::dvec3 wo, double g, glm::dvec3 u) const
+glm::dvec3 ReferenceWorld::one_direction(glm::dvec3 p, glm::dvec3 wo, double g,
+                                         const SobolPoint& u) const
 {
     const auto phase = [&](glm::dvec3 wi) { return phase_henyey_greenstein(glm::dot(-wi, wo), g); };
-    const bool by_map = radiance_.is_map() && u.z < kMapShare;
-    const glm::dvec3 wi = by_map ? radiance_.sample(u.x, u.y)
-                                 : about(-wo, sample_henyey_greenstein(g, u.x), 2 * kPi * u.y);
+    const bool by_map = radiance_.is_map() && u(2) < kMapShare;
+    const glm::dvec3 wi = by_map ? radiance_.sample(u(0), u(1))
+                                 : directed(-wo, sample_henyey_greenstein(g, u(0)), 2 * kPi * u(1));
     double weight = 1;  // phase / pdf
     if (radiance_.is_map()) {
         const double value = phase(wi);
         weight = value / (kMapShare * radiance_.pdf(wi) + (1 - kMapShare) * value);
     }
     glm::dvec3 clear;
-    return weight * arriving({p, -1, glm::dvec3(0)}, wi, clear);
+    return weight * arriving({p, -1, glm::dvec3(0)}, wi, u, clear);
 }
 
 Integral ReferenceWorld::in_scattering(glm::dvec3 p, glm::dvec3 wo, double g, std::uint32_t seed,
@@ -168,51 +155,26 @@ Integral ReferenceWorld::in_scattering(glm::dvec3 p, glm::dvec3 wo, double g, st
 {
     const auto mean = sampled_mean<3>(
         [&](const auto& u) {
-            const glm::dvec3 v = one_direction(p, wo, g, {u(0), u(1), u(2)});
+            const glm::dvec3 v = one_direction(p, wo, g, u);
             return std::array{v.x, v.y, v.z};
         },
         seed, accuracy);
     return {{mean.value[0], mean.value[1], mean.value[2]}, mean.error};
 }
 
-Integral ReferenceWorld::scattered(const Ray& ray, const MediaAlongRay& along, std::uint32_t seed,
-                                   const SamplingAccuracy& accuracy) const
+Integral ReferenceWorld::scattered(const Ray& ray, const ScatteringPlaces& places,
+                                   std::uint32_t seed, const SamplingAccuracy& accuracy) const
 {
     check_cancel();
-    // Places are chosen where what scatters is seen: by intervals, evenly in each. An interval that
-    // looks empty from three points still gets a little.
-    const std::vector<double>& breaks = along.breaks();
-    const auto seen = [&](double t) {
-        return largest(along.at(t).sigma_s * glm::exp(-along.optical_depth(t)));
-    };
-    std::vector<double> shares;
-    double sum = 0;
-    for (std::size_t i = 0; i + 1 < breaks.size(); ++i) {
-        const double a = breaks[i], d = breaks[i + 1] - a;
-        shares.push_back(d * (seen(a + 0.1 * d) + seen(a + 0.5 * d) + seen(a + 0.9 * d)) / 3);
-        sum += shares.back();
-    }
-    if (!(sum > 0))
+    if (places.empty())
         return {};
-    constexpr double kLittle = 0.01;
-    const double length = breaks.back() - breaks.front();
-    double running = 0;
-    for (std::size_t i = 0; i < shares.size(); ++i) {
-        running += (1 - kLittle) * shares[i] / sum + kLittle * (breaks[i + 1] - breaks[i]) / length;
-        shares[i] = running;
-    }
     const auto mean = sampled_mean<3>(
         [&](const auto& u) {
-            double in = u(3);
-            const std::size_t i = choose(shares.data(), shares.size(), in);
-            const double d = breaks[i + 1] - breaks[i], t = breaks[i] + d * in;
-            const MediumPoint medium = along.at(t);
-            if (medium.sigma_s == glm::dvec3(0))
+            const ScatteringPlaces::Place place = places.choose(u(3));
+            if (place.weight == glm::dvec3(0))
                 return std::array{0.0, 0.0, 0.0};
-            const double share = (shares[i] - (i == 0 ? 0 : shares[i - 1])) / shares.back();
             const glm::dvec3 v =
-                medium.sigma_s * glm::exp(-along.optical_depth(t)) * (d / share) *
-                one_direction(ray.at(t), -ray.direction, medium.g, {u(0), u(1), u(2)});
+                place.weight * one_direction(ray.at(place.t), -ray.direction, place.g, u);
             return std::array{v.x, v.y, v.z};
         },
         seed, accuracy);
@@ -222,15 +184,16 @@ Integral ReferenceWorld::scattered(const Ray& ray, const MediaAlongRay& along, s
 WorldIrradiance ReferenceWorld::irradiance(const SurfaceHit& hit, std::uint32_t seed,
                                            const SamplingAccuracy& accuracy) const
 {
-    if (radiance_.black())
+    if (black())
         return {};
     check_cancel();
     const Origin from = surfaces_.leave(hit);
     const auto mean = sampled_mean<6>(
         [&](const auto& u) {
             const bool by_map = radiance_.is_map() && u(2) < kMapShare;
-            const glm::dvec3 wi = by_map ? radiance_.sample(u(0), u(1))
-                                         : about(hit.shading, std::sqrt(1 - u(0)), 2 * kPi * u(1));
+            const glm::dvec3 wi = by_map
+                                      ? radiance_.sample(u(0), u(1))
+                                      : directed(hit.shading, std::sqrt(1 - u(0)), 2 * kPi * u(1));
             const double cosine = glm::dot(wi, hit.shading);
             if (cosine <= 0)
                 return std::array<double, 6>{};
@@ -238,7 +201,7 @@ WorldIrradiance ReferenceWorld::irradiance(const SurfaceHit& hit, std::uint32_t 
             if (radiance_.is_map())
                 weight = cosine / (kMapShare * radiance_.pdf(wi) + (1 - kMapShare) * cosine / kPi);
             glm::dvec3 clear;
-            const glm::dvec3 lit = weight * arriving(from, wi, clear);
+            const glm::dvec3 lit = weight * arriving(from, wi, u, clear);
             clear *= weight;
             return std::array{clear.x, clear.y, clear.z, lit.x, lit.y, lit.z};
         },

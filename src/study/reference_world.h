@@ -8,9 +8,11 @@
 #include "study/reference_geometry.h"
 #include "study/reference_media.h"
 #include "study/reference_sampling.h"
+#include "study/reference_tracking.h"
 #include <fumarole/scene.h>
 
-// The world's light: from all directions, dimmed by the media, hidden by surfaces.
+// The world's light and that which media emit: from all directions, dimmed by the media, hidden by
+// surfaces.
 
 namespace fumarole::study {
 
@@ -52,35 +54,44 @@ class ReferenceWorld {
 public:
     /// @param opaque optical depth through which nothing counts
     ReferenceWorld(const Scene& scene, const ReferenceSurfaces& surfaces,
-                   const ReferenceMedia& media, double opaque, const std::atomic<bool>* cancel);
+                   const ReferenceMedia& media, const MediaTracking& tracking, double opaque,
+                   const std::atomic<bool>* cancel);
 
     [[nodiscard]] const WorldRadiance& radiance() const { return radiance_; }
+
+    /// Whether neither the world nor a medium sends any light.
+    [[nodiscard]] bool black() const { return radiance_.black() && !emits_; }
 
     /// @param seed the same one asks the same directions
     [[nodiscard]] WorldIrradiance irradiance(const SurfaceHit& hit, std::uint32_t seed,
                                              const SamplingAccuracy& accuracy) const;
 
     /// What a ray brings to the eye of the world's light, scattered once on its way through media.
-    [[nodiscard]] Integral scattered(const Ray& ray, const MediaAlongRay& along, std::uint32_t seed,
-                                     const SamplingAccuracy& accuracy) const;
+    /// @param places on the same ray
+    [[nodiscard]] Integral scattered(const Ray& ray, const ScatteringPlaces& places,
+                                     std::uint32_t seed, const SamplingAccuracy& accuracy) const;
 
     /// Integral over wi of phase(wi, wo, g) * radiance arriving at p from wi.
     [[nodiscard]] Integral in_scattering(glm::dvec3 p, glm::dvec3 wo, double g, std::uint32_t seed,
                                          const SamplingAccuracy& accuracy) const;
 
 private:
-    /// Radiance at a place from wi; `clear` as if there were no media.
-    [[nodiscard]] glm::dvec3 arriving(const Origin& from, glm::dvec3 wi, glm::dvec3& clear) const;
-    /// phase * arriving / pdf for one direction, chosen by three numbers in [0, 1).
+    /// Radiance at a place from wi, of the world and of what media emit on the way; `clear` as if
+    /// there were no media.
+    [[nodiscard]] glm::dvec3 arriving(const Origin& from, glm::dvec3 wi, const SobolPoint& u,
+                                      glm::dvec3& clear) const;
+    /// phase * arriving / pdf for one direction, chosen by the point's first three numbers.
     [[nodiscard]] glm::dvec3 one_direction(glm::dvec3 p, glm::dvec3 wo, double g,
-                                           glm::dvec3 u) const;
+                                           const SobolPoint& u) const;
     void check_cancel() const;
 
     const ReferenceSurfaces& surfaces_;
     const ReferenceMedia& media_;
+    const MediaTracking& tracking_;
     const std::atomic<bool>* cancel_;
     WorldRadiance radiance_;
     double opaque_;
+    bool emits_;
 };
 
 }  // namespace fumarole::study

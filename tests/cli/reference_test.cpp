@@ -16,7 +16,8 @@ constexpr const char* kSmall = "--size=48x27";
 
 Arguments reference(const Arguments& more)
 {
-    Arguments all{"render", sample("smoke_plume_sun.json"), kSmall, "--mode=reference"};
+    Arguments all{"render", sample("smoke_plume_sun.json"), kSmall, "--mode=reference",
+                  "--bounces=0"};
     all.insert(all.end(), more.begin(), more.end());
     return all;
 }
@@ -31,6 +32,7 @@ TEST(RenderReference, WritesTheTargetsOfARenderAndItsError)
     EXPECT_EQ(json["size"], (std::vector<int>{48, 27}));
     EXPECT_EQ(json["mode"], "reference");
     EXPECT_EQ(json["tolerance"], 0.001);
+    EXPECT_EQ(json["bounces"], 0);
     EXPECT_GT(json["seconds"], 0);
 
     ASSERT_EQ(run_program(folder.path(),
@@ -61,6 +63,43 @@ TEST(RenderReference, WritesTheTargetsOfARenderAndItsError)
     EXPECT_GT(json["error"]["worst"], 0);
     EXPECT_LT(json["error"]["mean"], json["error"]["worst"]);
     EXPECT_LT(json["error"]["above_tolerance"], 0.01);
+}
+
+TEST(RenderReference, BouncesBrightenSmoke)
+{
+    const TempFolder folder;
+    const auto run = [&](const Arguments& more) {
+        Arguments all{"render", sample("smoke_plume_sun.json"), kSmall, "--mode=reference"};
+        all.insert(all.end(), more.begin(), more.end());
+        return run_program(folder.path(), all);
+    };
+    double before = 0;
+    for (const char* bounces : {"0", "1", "all", ""}) {
+        Arguments words{"--json", "-o", "r.exr"};
+        if (*bounces != 0)
+            words.insert(words.end(), {"--bounces", bounces, "--tolerance", "0.2"});
+        else
+            words.insert(words.end(), {"--region", "20,8,2,2"});
+        const Outcome outcome = run(words);
+        ASSERT_EQ(outcome.code, 0) << outcome;
+        const Json json = Json::parse(outcome.out);
+        if (*bounces == 0) {
+            EXPECT_EQ(json["bounces"], "all");
+            EXPECT_EQ(json["tolerance"], 0.02);
+            break;
+        }
+        EXPECT_EQ(json["bounces"], *bounces == 'a' ? Json("all") : Json(*bounces - '0'));
+        double sum = 0;
+        for (const float v : write::read_exr(folder.path() / "r.exr", {"scattering.G"}).pixels)
+            sum += static_cast<double>(v);
+        EXPECT_GT(sum, 1.05 * before) << bounces;
+        before = sum;
+    }
+    for (const char* wrong : {"-1", "many", "2.5", "1x"}) {
+        const Outcome outcome = run({std::string("--bounces=") + wrong});
+        EXPECT_EQ(outcome.code, 2) << wrong;
+        EXPECT_NE(outcome.err.find("--bounces"), std::string::npos) << outcome.err;
+    }
 }
 
 TEST(RenderReference, RegionIsThatPartOfThePicture)

@@ -291,7 +291,7 @@ TEST(PlanPixels, TellTheErrorOfAWholePicture)
 TEST(PlanFacts, KnowHowDeepMediaAre)
 {
     const Scene scene = fog_scene();
-    const Reference reference(scene, 1e-3);
+    const Reference reference(scene, 1e-3, kMeasuredBounces);
     Bounds box;
     box.add(glm::dvec3(-1, -1, 0));
     box.add(glm::dvec3(1, 1, 2));
@@ -300,7 +300,7 @@ TEST(PlanFacts, KnowHowDeepMediaAre)
     const std::vector<Light> inside{PointLight{{0, 0, 1}, glm::vec3(1)}};
     Scene lamp = scene;
     lamp.lights = inside;
-    const Reference lit(lamp, 1e-3);
+    const Reference lit(lamp, 1e-3, kMeasuredBounces);
     EXPECT_GE(deepest_way(lit, box, inside), 1.0);
 }
 

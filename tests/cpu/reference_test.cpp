@@ -10,6 +10,7 @@
 
 #include "study/reference_media.h"
 #include "study/reference_world.h"
+#include "support/reference_scenes.h"
 
 // The reference against closed forms, against quadrature and a Monte Carlo estimator that share
 // nothing with it, and against itself.
@@ -21,33 +22,9 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kTight = 1e-8;
 
-/// One pixel that looks along +y from the origin, at nothing.
-Scene looking()
-{
-    Scene scene;
-    scene.resolution = {1, 1};
-    scene.camera.position = {0, 0, 0};
-    scene.camera.look_at = {0, 1, 0};
-    scene.camera.near = 0.001;
-    scene.camera.far = 1e6;
-    scene.world.radiance = glm::vec3(0);
-    return scene;
-}
-
-BoxMedium fog(glm::dvec3 min, glm::dvec3 max, glm::vec3 sigma_s, glm::vec3 sigma_a)
-{
-    BoxMedium box;
-    box.min = min;
-    box.max = max;
-    box.profile = HomogeneousProfile{};
-    box.sigma_s = sigma_s;
-    box.sigma_a = sigma_a;
-    return box;
-}
-
 ReferenceSample centre(const Scene& scene, double tolerance = kTight)
 {
-    return Reference(scene, tolerance).sample(glm::dvec2(scene.resolution) / 2.0, 0);
+    return Reference(scene, tolerance, 0).sample(glm::dvec2(scene.resolution) / 2.0, 0);
 }
 
 void expect_near(glm::dvec3 value, glm::dvec3 expected, double relative)
@@ -64,62 +41,6 @@ template <class F> auto midpoints(const F& f, double a, double b, int n)
     for (int i = 0; i < n; ++i)
         sum += f(a + (b - a) * (i + 0.5) / n) * ((b - a) / n);
     return sum;
-}
-
-/// Voxels of 1 m: density(i, j, k) over 0..n-1.
-template <class F> GridMedium grid_medium(int n, const F& density, double voxel = 1)
-{
-    auto grid = std::make_shared<VoxelGrid>();
-    grid->name = "density";
-    grid->world_from_index = glm::dmat4(voxel);
-    grid->world_from_index[3][3] = 1;
-    grid->index_min = glm::ivec3(0);
-    grid->index_max = glm::ivec3(n - 1);
-    const int bricks = (n + 7) / 8;
-    for (int bz = 0; bz < bricks; ++bz)
-        for (int by = 0; by < bricks; ++by)
-            for (int bx = 0; bx < bricks; ++bx) {
-                grid->bricks.emplace_back(bx, by, bz);
-                for (int z = 0; z < 8; ++z)
-                    for (int y = 0; y < 8; ++y)
-                        for (int x = 0; x < 8; ++x) {
-                            const glm::ivec3 at = glm::ivec3(bx, by, bz) * 8 + glm::ivec3(x, y, z);
-                            const bool in = glm::all(glm::lessThan(at, glm::ivec3(n)));
-                            const float value = in ? static_cast<float>(density(at)) : 0.0f;
-                            grid->values.push_back(value);
-                            grid->max_value = std::max(grid->max_value, value);
-                        }
-            }
-    GridMedium medium;
-    medium.density = grid;
-    return medium;
-}
-
-double smooth_blob(glm::ivec3 at)
-{
-    const glm::dvec3 d = glm::dvec3(at) - 5.5;
-    return std::max(0.0, 1 - glm::dot(d, d) / 36) * (1 + 0.5 * std::sin(2.1 * at.x + at.y));
-}
-
-/// A blob of smoke on a table beside a ball, under a sun, a point light and a coloured world.
-Scene blob_scene()
-{
-    Scene scene = looking();
-    scene.resolution = {12, 8};
-    scene.camera.position = {2.75, -12, 4};
-    scene.camera.look_at = {2.75, 2.75, 2.5};
-    scene.camera.vfov_deg = 35;
-    scene.world.radiance = {0.3f, 0.2f, 0.5f};
-    GridMedium smoke = grid_medium(12, smooth_blob, 0.5);
-    smoke.sigma_s_per_density = {1.0f, 0.7f, 0.4f};
-    smoke.sigma_a_per_density = glm::vec3(0.2f);
-    smoke.g = 0.35f;
-    scene.media.emplace_back(smoke);
-    scene.surfaces.emplace_back(SphereSurface{{4.5, 0.5, 1}, 1.2, glm::vec3(0.5f)});
-    scene.surfaces.emplace_back(BoxSurface{{-10, -10, -2}, {15, 15, -0.5}, glm::vec3(0.4f)});
-    scene.lights.emplace_back(SunLight{glm::normalize(glm::dvec3(1, -1, 2)), {2, 2, 1}});
-    scene.lights.emplace_back(PointLight{{1, 1, 6}, {20, 10, 10}});
-    return scene;
 }
 
 }  // namespace
@@ -237,7 +158,7 @@ TEST(Reference, WorldIsDimmedOnItsWayIntoTheMiddleOfASlab)
     const auto e2 = [](double x) {
         return midpoints([&](double u) { return std::exp(-x / u); }, 0, 1, 200000);
     };
-    const Reference reference(scene, 1e-4);
+    const Reference reference(scene, 1e-4, 0);
     for (const double z : {0.0, 0.5, 0.9}) {
         const double expected = (e2(kSigma * (1 - z)) + e2(kSigma * (1 + z))) / 2;
         const glm::dvec3 got = reference.world_in_scattering({0.3, 0.2, z}, {0, -1, 0}, 0);
@@ -257,26 +178,13 @@ TEST(Reference, ThinMediumInAConstantWorldIsAFurnace)
     expect_near(centre(scene, 1e-3).composite(), glm::dvec3(1), 1e-9);
 }
 
-/// A dark sky with one bright texel, somewhat above the horizon.
-World lamp_world()
-{
-    auto map = std::make_shared<Environment>();
-    map->width = 32;
-    map->height = 16;
-    map->radiance.assign(32 * 16, glm::vec3(0.05f, 0.1f, 0.2f));
-    map->radiance[5 * 32 + 20] = {60, 50, 40};
-    World world;
-    world.environment = map;
-    return world;
-}
-
 // The world's light from a map, in place and by a plain sum over a fine grid of directions.
 TEST(Reference, MapOfTheWorldLightsMediaAndSurfaces)
 {
     Scene scene = blob_scene();
     scene.lights.clear();
     scene.world = lamp_world();
-    const Reference reference(scene, 2e-3);
+    const Reference reference(scene, 2e-3, 0);
     const ReferenceMedia media(scene, 1e-4);
     const ReferenceSurfaces surfaces(scene.surfaces);
     const WorldRadiance world(scene.world);
@@ -336,7 +244,7 @@ TEST(Reference, SurfaceUnderABallSeesLessOfTheWorld)
 TEST(Reference, HalvingTheToleranceMovesThePictureLessThanItSays)
 {
     const Scene scene = blob_scene();
-    const Reference coarse(scene, 0.1), fine(scene, 0.05);
+    const Reference coarse(scene, 0.1, 0), fine(scene, 0.05, 0);
     for (int i = 0; i < 6; ++i) {
         const glm::dvec2 point(2.5 + 1.3 * i, 3.5 + 0.4 * i);
         const ReferenceSample a = coarse.sample(point, 0), b = fine.sample(point, 0);
@@ -369,7 +277,7 @@ TEST(Reference, RatioTrackingAgreesWithinItsOwnError)
             t *= 1.0 - sigma_t * value(ray.at(at)) / majorant;
         return t;
     };
-    const Reference reference(scene, 0.02);
+    const Reference reference(scene, 0.02, 0);
     for (const glm::dvec2 point : {glm::dvec2(6.5, 3.5), glm::dvec2(5.5, 5.5)}) {
         // The ray through a point, from the camera's definition.
         const glm::dvec3 f = glm::normalize(scene.camera.look_at - scene.camera.position);
@@ -453,7 +361,7 @@ TEST(Reference, SceneFarFromTheOriginLooksTheSame)
         std::get<BoxSurface>(scene.surfaces[1]).min += shift;
         std::get<BoxSurface>(scene.surfaces[1]).max += shift;
         std::get<PointLight>(scene.lights[1]).position += shift;
-        return Reference(scene, 1e-6).sample({6.3, 4.2}, 0).composite();
+        return Reference(scene, 1e-6, 0).sample({6.3, 4.2}, 0).composite();
     };
     expect_near(picture({1e6, -1e6, 1e6}), picture(glm::dvec3(0)), 1e-6);
 }

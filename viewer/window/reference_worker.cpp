@@ -22,6 +22,7 @@ void ReferenceWorker::start(const Scene& scene, double tolerance)
     task_.run([scene, tolerance, mail = mail_](const Background::Stop& stop) {
         study::ReferenceOptions options;
         options.tolerance = tolerance;
+        options.bounces = study::kMeasuredBounces;
         options.cancel = &stop;
         options.on_tile = [&](const study::ReferenceRegion& tile,
                               const study::ReferenceStill& still) {
