@@ -184,6 +184,9 @@ std::vector<SettingInfo> make_table()
                   "longest edge of the volume of the world's light; 0: it reaches media undimmed"),
         number("world-directions", "light", "8..120", "", &S::world_directions, 8, 120,
                "that the world's light is summed over"),
+        automatic("bounces", "auto|0..64", "", &S::bounces, 0, 64,
+                  "times that light scatters again in the media; auto: as the scene asks for; the "
+                  "reference takes N or all, which is its default"),
         choice("resolution", "resolve", "auto|full|half|quarter", &S::resolution,
                {{"auto", S::kAutomatic}, {"full", 1}, {"half", 2}, {"quarter", 4}}, "of the march"),
         choice("upsample", "resolve", "4x4|2x2|4x4-box", &S::upsample,

@@ -63,7 +63,7 @@ void check_mode(const Options& options, const CLI::App& command)
             throw UsageError(fmt::format("{}: {}", name, why));
     };
     if (!options.reference()) {
-        for (const char* name : {"--tolerance", "--region", "--bounces"})
+        for (const char* name : {"--tolerance", "--region"})
             refuse(name, "is for --mode reference");
         if (options.target == "error")
             throw UsageError("--target error: is for --mode reference, which estimates its error");
@@ -77,7 +77,8 @@ void check_mode(const Options& options, const CLI::App& command)
     if (!options.range)
         refuse("--frames", kWhy);
     for (const SettingInfo& info : setting_table())
-        refuse("--" + std::string(info.name), kWhy);
+        if (info.name != "bounces")  // both have them
+            refuse("--" + std::string(info.name), kWhy);
 }
 
 std::optional<study::ReferenceRegion> parse_region(const std::string& text)
@@ -709,6 +710,8 @@ void run(Options options, const CLI::App& command)
     const PictureFiles files = files_of(options);
     if (!options.reference())
         options.words.mode = options.mode;
+    else if (const auto bounces = options.words.changed.extract("bounces"))
+        options.bounces = bounces.mapped();
     const Settings settings = parse_settings(options.words);
     if (options.wish.asked())
         options.goal = parse_goal(options.wish);
@@ -801,9 +804,6 @@ void add_render(CLI::App& app)
             "--tolerance", o.tolerance,
             "of the reference: relative error of each pixel [0.02, with --bounces 0 0.001]")
         ->check(CLI::Range(1e-6, 0.5));
-    command->add_option("--bounces", o.bounces,
-                        "of the reference: N or all, how many times more media scatter light after "
-                        "the first time [all]");
     command->add_option("--region", o.region,
                         "of the reference: X,Y,WIDTH,HEIGHT in pixels from the top left, which are "
                         "then the whole picture");

@@ -12,6 +12,7 @@
 #define MARCH_HISTORY_BLOCK FROXEL_BLOCK  // either froxels or a march
 #define LIGHT_VOLUMES_BLOCK 5
 #define WORLD_BLOCK 6
+#define FIELD_BLOCK WORLD_BLOCK  // the field of light is filled when the world's light is
 #define BLOCK_COUNT 7
 #define INSPECT_BLOCK DRAW_BLOCK  // no surface is drawn while a frame is inspected
 
@@ -52,6 +53,18 @@
 
 // While the volumes of light are filled none of them is read but this one.
 #define EXTINCTION_VOLUME_UNIT DEPTH_VOLUME_UNIT
+
+// While the field of light is filled.
+#define FIELD_LIGHT_UNIT 1
+#define FIELD_SIGMA_T_UNIT 2
+#define FIELD_ALBEDO_UNIT 3
+#define FIELD_SOURCE_UNIT 4
+#define FIELD_CROSSED_UNIT 6
+#define FIELD_COLUMNS_UNIT 7
+#define FIELD_EMISSION_UNIT FIELD_ALBEDO_UNIT
+#define FIELD_ORDER_UNIT FIELD_SIGMA_T_UNIT
+#define FIELD_SUMS_UNIT FIELD_CROSSED_UNIT
+#define FIELD_WORLD_UNIT FIELD_COLUMNS_UNIT
 
 // A window shows pictures when no pass runs.
 #define DISPLAY_A_UNIT 0

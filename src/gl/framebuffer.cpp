@@ -61,6 +61,13 @@ void Framebuffer::copy_color_of(const Framebuffer& from, glm::ivec2 size) const
     gl->NamedFramebufferReadBuffer(from.id(), GL_NONE);
 }
 
+void Framebuffer::set_empty(glm::ivec2 size) const
+{
+    const Device& gl = handle_.device();
+    gl->NamedFramebufferParameteri(id(), GL_FRAMEBUFFER_DEFAULT_WIDTH, size.x);
+    gl->NamedFramebufferParameteri(id(), GL_FRAMEBUFFER_DEFAULT_HEIGHT, size.y);
+}
+
 void Framebuffer::bind(glm::ivec2 size) const
 {
     const Device& gl = handle_.device();

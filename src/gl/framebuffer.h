@@ -21,6 +21,9 @@ public:
     void attach_depth(TextureView depth);
     void attach_depth_layer(TextureView depth, int layer);
 
+    /// Draws to nothing: fragments that write images alone.
+    void set_empty(glm::ivec2 size) const;
+
     /// Copies the first colour of another framebuffer of that size into this one's.
     void copy_color_of(const Framebuffer& from, glm::ivec2 size) const;
 

@@ -191,6 +191,10 @@ gl::Defines write_lights(std::span<const Light> lights)
     defines.add_file("written/irradiance.glsl",
                      for_each(rows, "void add_lights(inout vec3 sum, vec3 p, vec3 n)",
                               "add_{type}_irradiance(sum, {i}, p, n)"));
+    defines.add_file("written/field.glsl",
+                     for_each(rows, "void add_lights(vec3 p, float weight)",
+                              "add_light({i}, p, weight, {type}_sample({i}, p), "
+                              "{type}_on_surface({i}, p, vec3(0.0)))"));
     return defines;
 }
 

@@ -157,6 +157,51 @@ std::string filled_in(std::optional<double> ms)
     return ms ? fmt::format(" in {:.1f} ms", *ms) : "";
 }
 
+/// Optical depth through the media, the mean of the three axes, from what their boxes hold at most.
+double mean_optical_depth(const medium::MediaSet& media)
+{
+    double sigma_t_volume = 0;
+    for (const medium::Occupied& occupied : media.kept_boxes()) {
+        const double scale = std::abs(glm::determinant(glm::dmat3(occupied.world_from_box)));
+        for (const medium::OccupiedBox& box : occupied.boxes) {
+            const glm::dvec3 extent = box.bounds.max - box.bounds.min;
+            sigma_t_volume +=
+                static_cast<double>(box.most) * scale * extent.x * extent.y * extent.z;
+        }
+    }
+    const Bounds around = media.bounds();
+    const glm::dvec3 extent = glm::max(around.max - around.min, glm::dvec3(1e-12));
+    const double volume = extent.x * extent.y * extent.z;
+    return sigma_t_volume * (extent.x + extent.y + extent.z) / (3 * volume);
+}
+
+/// How often light that scatters is followed, and why so often.
+FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& media,
+                       std::string& why)
+{
+    why = "as asked";
+    if (settings.bounces != kAutomatic)
+        return {settings.bounces, false};
+    // A slab's light is scattered again by what of it does not get out: on the mean over where it
+    // starts, 1 - (1 - exp(-tau)) / tau of it meets the medium.
+    constexpr double kUnseen = 0.01;   // of a white picture
+    constexpr double kLeftOut = 0.05;  // of the light, for the tail to guess
+    constexpr int kFewest = 4, kMost = 16;
+    const glm::vec3 albedos = media.mean_albedo();
+    const double albedo = std::max({albedos.r, albedos.g, albedos.b});
+    const double tau = std::max(mean_optical_depth(media), 1e-9);
+    const double ratio = albedo * (1 + std::expm1(-tau) / tau);
+    const double added = albedo * -std::expm1(-tau) * ratio;
+    why =
+        fmt::format("optical depth about {:.2g}, albedo {:.2g}: the second adds {:.1g} of a white "
+                    "picture",
+                    tau, albedo, added);
+    if (added < kUnseen)
+        return {};
+    const double asked = std::log(kLeftOut) / std::log(std::min(ratio, 0.999));
+    return {std::clamp(static_cast<int>(std::ceil(asked)), kFewest, kMost), true};
+}
+
 }  // namespace
 
 void LightVolumes::clear()
@@ -171,6 +216,7 @@ void LightVolumes::clear()
 void LightVolumes::clear_world()
 {
     coefficients_ = {};
+    field_coefficients_ = {};
     world_ = {};
     on_surfaces_ = {};
     on_surfaces_dimmed_ = {};
@@ -251,9 +297,21 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
         depth_ = {};
         depth_lights_.clear();
     }
-    const bool scatters = settings.world_light && traits.scatters;
-    if (settings.world_cache != 0 && traits.media > 0 && (scatters || !surfaces.empty()) &&
-        lights.world_radiance() != glm::vec3(0.0f)) {
+    const bool world = lights.world_radiance() != glm::vec3(0.0f);
+    FieldKey field;
+    orders_why_.clear();
+    if (traits.scatters && settings.world_cache != 0) {
+        field.orders = orders_for(settings, media, orders_why_);
+        field.glows = traits.emission;
+        field.filled = field.orders.count > 0 && (world || field.glows || lights.count() > 0);
+        field.media = scene.media;
+        field.time = scene.time;
+        field.lights = scene.lights;
+    }
+    const bool has_field = field.filled;
+    const bool scatters = traits.scatters && (settings.world_light || has_field);
+    if (settings.world_cache != 0 && traits.media > 0 &&
+        ((world && (scatters || !surfaces.empty())) || has_field)) {
         WorldKey key;
         key.dims = settings.volume_shadows;
         if (key.dims)
@@ -265,7 +323,7 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
         key.directions = settings.world_directions;
         if (scatters)
             key.bands = traits.isotropic ? 1 : 4;
-        set_world(std::move(key), media, surfaces, lights);
+        set_world(std::move(key), has_field ? field : FieldKey(), media, surfaces, lights);
     } else {
         clear_world();
     }
@@ -428,6 +486,7 @@ void LightVolumes::plan_world(WorldKey& key, const medium::MediaSet& media,
     if (key.bands > 0) {
         bands_ = key.bands;
         const medium::VoxelFrame frame = media.voxel_frame();
+        world_bounds_in_voxels_ = frame.scattering;
         world_lattice_ = make_lattice(frame.voxel_from_world, frame.scattering,
                                       automatic ? kVoxelsPerWorldNode : 1e-9,
                                       clamp_to(nodes, bands_ * bands_, device_));
@@ -464,21 +523,24 @@ void LightVolumes::make_world(const WorldKey& key, bool surfaces)
         on_surfaces_dimmed_ = make("world's light on surfaces, dimmed", surface_lattice_, kLayers);
 }
 
-void LightVolumes::set_world(WorldKey key, medium::MediaSet& media,
+void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& media,
                              const surface::SurfaceSet& surfaces, LightSet& lights)
 {
     plan_world(key, media, surfaces);
     const medium::MediaTraits& traits = media.traits();
     const glm::dvec3 origin = key.in_media.origin;
+    const bool shines = lights.world_radiance() != glm::vec3(0.0f);
+    bool anew = false;
     if (!(coefficients_ || on_surfaces_) || !is_moved(world_key_, key)) {
         const Stopwatch watch(device_, timers_);
-        make_world(key, !surfaces.empty());
+        anew = true;
+        make_world(key, !surfaces.empty() && shines);
         if (traits.marched > 0 && key.dims && !extinction_)
             fill_extinction(media, lights);
         const glm::dvec3 eye = centre_of(key.bands > 0 ? world_lattice_ : surface_lattice_);
-        const gl::Texture shadows = draw_world(key, surfaces, eye);
+        const gl::Texture shadows = shines ? draw_world(key, surfaces, eye) : gl::Texture();
         begin_fill(eye, media, lights);
-        if (coefficients_)
+        if (coefficients_ && shines)
             fill_world(world_lattice_, coefficients_, bands_, key.dims, shadows, media, eye);
         if (on_surfaces_)
             fill_world(surface_lattice_, on_surfaces_, kSurfaceBands, false, shadows, media, eye);
@@ -492,6 +554,21 @@ void LightVolumes::set_world(WorldKey key, medium::MediaSet& media,
     }
     if (!coefficients_)
         return;
+    if (!field.filled) {
+        field_coefficients_ = {};
+    } else if (anew || !field_coefficients_ || !(field == field_key_)) {
+        if (!field_coefficients_ || field_coefficients_.size() != coefficients_.size())
+            field_coefficients_ = make_volume(device_, "light that is not direct", world_lattice_,
+                                              bands_ * bands_, GL_RGBA16F);
+        if (traits.marched > 0 && world_key_.dims && !depth_ && !extinction_)
+            fill_extinction(media, lights);
+        const glm::dvec3 eye = centre_of(world_lattice_);
+        begin_fill(eye, media, lights);
+        fill_field(field, media, surfaces, lights, shines, eye);
+        turned_ = false;
+        ++fills_.field;
+    }
+    field_key_ = std::move(field);
     // Another g takes the same light another way.
     const int layers = traits.mixed_g ? bands_ : 1;
     if (!world_ || world_.size().z != layers * world_lattice_.count.z) {
@@ -636,11 +713,37 @@ void LightVolumes::fill_world(const Lattice& lattice, const gl::Texture& coeffic
     dispatch("light/world.comp", defines, coefficients, GL_RGBA16F, lattice.count);
 }
 
+void LightVolumes::fill_field(const FieldKey& key, const medium::MediaSet& media,
+                              const surface::SurfaceSet& surfaces, const LightSet& lights,
+                              bool world, glm::dvec3 eye)
+{
+    gl::Defines defines = fill_defines(media, lights.defines());
+    if (depth_)
+        defines.emplace_back("kDepthVolume", "");
+    const glm::dvec3 cell = (world_bounds_in_voxels_.max - world_bounds_in_voxels_.min) /
+                            glm::dvec3(world_lattice_.count - 1);
+    params_.samples =
+        std::clamp(static_cast<int>(std::max({cell.x, cell.y, cell.z})), 2, kMostSamples);
+    write_block(eye);
+    depth_.bind(DEPTH_VOLUME_UNIT);
+    field_.fill({to_shared(world_lattice_, 1, eye), eye,
+                 world_lattice_.node_from_world * glm::translate(glm::dmat4(1.0), eye),
+                 world_lattice_.count},
+                {.defines = std::move(defines),
+                 .albedo = media.mean_albedo(),
+                 .glows = key.glows,
+                 .dims = world_key_.dims,
+                 .world = world ? &world_key_.world : nullptr,
+                 .extinction = world_key_.dims && extinction_ && !depth_ ? &extinction_ : nullptr},
+                surfaces, bands_, key.orders, world ? &coefficients_ : nullptr,
+                field_coefficients_);
+}
+
 void LightVolumes::turn_world(const medium::MediaSet& media)
 {
     gl::Defines defines = fill_defines(media, write_lights({}));
     defines.emplace_back("kBands", fmt::format("{}", bands_));
-    coefficients_.bind(WORLD_VOLUME_UNIT);
+    (field_coefficients_ ? field_coefficients_ : coefficients_).bind(WORLD_VOLUME_UNIT);
     dispatch("light/world_view.comp", defines, world_, GL_RGBA16F, world_lattice_.count);
 }
 
@@ -711,6 +814,18 @@ std::vector<std::string> LightVolumes::describe() const
     if (world_ || on_surfaces_)
         lines.push_back(fmt::format("world's light: filled from {} directions{}",
                                     params_.directions, filled_in(world_ms_)));
+    if (!orders_why_.empty())
+        lines.push_back(
+            fmt::format("light that scatters again: {} order{}{} ({})", field_key_.orders.count,
+                        field_key_.orders.count == 1 ? "" : "s",
+                        field_key_.orders.tail ? " and a guess at the rest" : "", orders_why_));
+    if (field_coefficients_) {
+        std::string line = "mean of each order over what scatters [W/m^2/sr]:";
+        const std::vector<glm::vec3> sums = field_.sums();
+        for (std::size_t i = 0; i < sums.size(); ++i)
+            line += fmt::format(" {:.2e}", (sums[i].r + sums[i].g + sums[i].b) / 3);
+        lines.push_back(line);
+    }
     return lines;
 }
 

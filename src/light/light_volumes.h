@@ -11,6 +11,7 @@
 #include "gl/texture.h"
 #include "gl/timer.h"
 #include "light/light_set.h"
+#include "light/radiance_field.h"
 #include "light/shadow_views.h"
 #include "light_fields.h"
 #include "medium/media_set.h"
@@ -33,6 +34,7 @@ struct LightVolumeFills {
     int extinction = 0;    ///< the volume that the others are filled from
     int depth_layers = 0;  ///< optical depth, a layer a light
     int world = 0;         ///< the world's light, in media and on surfaces
+    int field = 0;         ///< light that is scattered again or emitted
 };
 
 /// Volumes in front of what would be marched at each sample:
@@ -50,7 +52,8 @@ class LightVolumes {
 public:
     LightVolumes(const gl::Device& device, gl::ProgramCache& programs, const gl::PassTimers& timers)
         : device_{device}, programs_{programs}, timers_{timers}, painter_{device, programs},
-          block_{device, "light volumes"}, world_block_{device, "world directions"}
+          field_{device, programs}, block_{device, "light volumes"}, world_block_{
+                                                                         device, "world directions"}
     {
     }
 
@@ -110,6 +113,17 @@ private:
         bool dims = true;                          ///< the media do
         DepthKey in_media, on_surfaces;            ///< their lattices alone
     };
+    /// What the field of light was filled from besides the world's light.
+    struct FieldKey {
+        bool filled = false;
+        FieldOrders orders;
+        bool glows = false;
+        std::vector<Medium> media;
+        double time = 0;
+        std::vector<Light> lights;
+        bool operator==(const FieldKey&) const = default;
+    };
+
     /// Depths towards lights that have moved, and that take the place of depth_ once all are
     /// filled.
     struct Refill {
@@ -127,8 +141,8 @@ private:
     [[nodiscard]] bool is_same(const LightPosition& a, const LightPosition& b) const;
     void set_depth(const SceneSettings& settings, medium::MediaSet& media, LightSet& lights);
     void begin_refill();
-    void set_world(WorldKey key, medium::MediaSet& media, const surface::SurfaceSet& surfaces,
-                   LightSet& lights);
+    void set_world(WorldKey key, FieldKey field, medium::MediaSet& media,
+                   const surface::SurfaceSet& surfaces, LightSet& lights);
     [[nodiscard]] Lattice extinction_lattice(const medium::VoxelFrame& frame) const;
     void fill_extinction(medium::MediaSet& media, LightSet& lights);
     void fill_depth(const gl::Texture& depth, int layer, const LightPosition& light,
@@ -141,6 +155,9 @@ private:
                            glm::dvec3 eye);
     void fill_world(const Lattice& lattice, const gl::Texture& coefficients, int bands, bool dims,
                     const gl::Texture& shadows, const medium::MediaSet& media, glm::dvec3 eye);
+    void fill_field(const FieldKey& key, const medium::MediaSet& media,
+                    const surface::SurfaceSet& surfaces, const LightSet& lights, bool world,
+                    glm::dvec3 eye);
     void turn_world(const medium::MediaSet& media);
     void begin_fill(glm::dvec3 eye, medium::MediaSet& media, LightSet& lights);
     void write_block(glm::dvec3 eye);
@@ -153,14 +170,18 @@ private:
     gl::ProgramCache& programs_;
     const gl::PassTimers& timers_;
     ShadowPainter painter_;
+    RadianceField field_;
     gl::UniformBuffer<shared::LightVolumesParams> block_;
     gl::UniformBuffer<shared::WorldParams> world_block_;
     shared::LightVolumesParams params_{};
 
     bool rgb_ = false;
     Lattice extinction_lattice_, depth_lattice_, world_lattice_, surface_lattice_;
+    Bounds world_bounds_in_voxels_;
     gl::Texture extinction_, depth_;
-    gl::Texture coefficients_, world_;  ///< of the world's light, and that turned to the eye
+    gl::Texture coefficients_;        ///< of the world's light
+    gl::Texture field_coefficients_;  ///< of all light that is not direct
+    gl::Texture world_;               ///< the latter, or else the former, turned to the eye
     gl::Texture on_surfaces_, on_surfaces_dimmed_;  ///< coefficients of the world's light
     int bands_ = 1;                                 ///< of the world's light in the media
     glm::dvec4 turned_to_{0};  ///< eye, or direction and 1, that world_ was worked out for
@@ -177,6 +198,8 @@ private:
     gl::Defines depth_defines_;  ///< of the shader that fills it
     std::optional<Refill> refill_;
     WorldKey world_key_;
+    FieldKey field_key_;
+    std::string orders_why_;  ///< light is followed as often as it is; empty: nothing scatters
     std::optional<double> depth_ms_, world_ms_;  ///< that filling them took, if that was measured
     LightVolumeFills fills_;
 };

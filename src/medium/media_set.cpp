@@ -445,6 +445,16 @@ std::optional<glm::vec3> MediaSet::marched_color() const
     return color;
 }
 
+glm::vec3 MediaSet::mean_albedo() const
+{
+    glm::vec3 sigma_s(0), sigma_t(1e-20f);
+    for (const Entry& entry : media_) {
+        sigma_s += entry.params.sigma_s;
+        sigma_t += glm::vec3(entry.params.sigma_t);
+    }
+    return glm::min(sigma_s / sigma_t, glm::vec3(1));
+}
+
 std::vector<Extinction> MediaSet::extinction() const
 {
     std::vector<Extinction> all;

@@ -104,6 +104,8 @@ public:
     [[nodiscard]] VoxelFrame voxel_frame() const;
     /// The colour that all marched media's extinction has, its mean 1; nothing if they differ.
     [[nodiscard]] std::optional<glm::vec3> marched_color() const;
+    /// Of all media where they have their full coefficients, each channel 0..1.
+    [[nodiscard]] glm::vec3 mean_albedo() const;
     /// Whether those that scatter are all marched: a point that does is in the volume of their
     /// optical depth.
     [[nodiscard]] bool marched_alone() const;

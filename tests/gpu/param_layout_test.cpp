@@ -11,6 +11,7 @@
 #include "shared/brick_page.h"
 #include "shared/display_params.h"
 #include "shared/draw_params.h"
+#include "shared/field_params.h"
 #include "shared/frame_params.h"
 #include "shared/froxel_params.h"
 #include "shared/inspect_params.h"
@@ -202,6 +203,7 @@ private:
                                                   {"LightsParams", "u_params.world_radiance"},
                                                   {"SpotParams", "u_params.cos_half_cone"},
                                                   {"LightVolumesParams", "u_params.layer"},
+                                                  {"FieldParams", "u_params.order"},
                                                   {"WorldParams", "u_params.views[1].depth.bias"},
                                                   {"MediaParams", "u_params.media[1].g"},
                                                   {"DisplayParams", "u_params.wipe"}};
@@ -287,6 +289,33 @@ TEST_F(ParamLayout, LightVolumes)
     add_struct(expected, "surfaces", offsetof(LightVolumesParams, surfaces), kLattice);
     expect_same(layout("light_volume_params.h", "LightVolumesParams"), expected,
                 sizeof(LightVolumesParams));
+}
+
+TEST_F(ParamLayout, Field)
+{
+    const Offsets direction{MEMBER(FieldDirection, wi),
+                            MEMBER(FieldDirection, solid_angle),
+                            MEMBER(FieldDirection, slope),
+                            MEMBER(FieldDirection, first),
+                            MEMBER(FieldDirection, axis),
+                            MEMBER(FieldDirection, forward),
+                            MEMBER(FieldDirection, metres),
+                            MEMBER(FieldDirection, first_word),
+                            MEMBER(FieldDirection, entry),
+                            MEMBER(FieldDirection, unused),
+                            {"harmonics[0]", offsetof(FieldDirection, harmonics)}};
+    Offsets expected{MEMBER(FieldParams, medium_from_node),
+                     MEMBER(FieldParams, count),
+                     MEMBER(FieldParams, columns),
+                     MEMBER(FieldParams, slices),
+                     MEMBER(FieldParams, order),
+                     MEMBER(FieldParams, albedo),
+                     MEMBER(FieldParams, same_lattice)};
+    add_struct(expected, "nodes", offsetof(FieldParams, nodes), kLattice);
+    add_struct(expected, "medium", offsetof(FieldParams, medium), kLattice);
+    add_array<FieldDirection>(expected, "directions", offsetof(FieldParams, directions),
+                              FIELD_BATCH, direction);
+    expect_same(layout("field_params.h", "FieldParams"), expected, sizeof(FieldParams));
 }
 
 TEST_F(ParamLayout, World)

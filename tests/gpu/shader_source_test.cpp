@@ -218,8 +218,29 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
             variants.add("light/world.comp",
                          of_bands + flags(set >> 1, {"kWorldShadows", "kMarched", "kClear"}));
             variants.add("light/world_view.comp", of_bands);
+            variants.add("light/field_direct.comp",
+                         media + kLights[set % kLights.size()] + stored +
+                             Defines{{"kBands", bands}} +
+                             flags(set >> 1, {"kDims", "kMarched", "kDepthVolume"}));
         }
+        variants.add("light/field_medium.comp",
+                     media + kLights[0] + stored + flags(set >> 1, {"kGlows"}));
     };
+    variants.add("light/crossed.frag", {});
+    variants.add("light/field_sum.comp", {});
+    for (const char* bands : {"1", "4"}) {
+        const Defines of_bands{{"kBands", bands}};
+        for (unsigned set = 0; set < 4; ++set)
+            variants.add("light/field_gather.comp",
+                         of_bands + flags(set, {"kFirstBatch", "kTotal"}));
+        for (unsigned set = 0; set < 2; ++set) {
+            variants.add("light/field_scatter.comp", of_bands + flags(set, {"kTail"}));
+            variants.add("light/field_finish.comp", of_bands + flags(set, {"kWorld"}));
+        }
+    }
+    for (unsigned set = 0; set < 32; ++set)
+        variants.add("light/field_sweep.comp",
+                     flags(set, {"kEnters", "kEmits", "kScatters", "kMeans", "kSurfaces"}));
 
     for (unsigned set = 0; set < 4; ++set)
         variants.add("pass/integrate.comp", flags(set, {"EXTINCTION_IN_ALPHA", "kWronski"}));

@@ -44,6 +44,10 @@ struct SceneSettings {
     /// it; kAutomatic: one for 3 voxels, 32 at most.
     int world_cache = kAutomatic;
     int world_directions = 64;  ///< that the world's light is summed over, 8..120
+    /// Orders of scattering after the first, 0..64; 0: light scatters once; kAutomatic: as many as
+    /// the media's albedo and optical depth ask for. Those that are left out are guessed from the
+    /// last two.
+    int bounces = 0;
 
     // the medium on the GPU
     medium::Storage storage = medium::Storage::automatic;

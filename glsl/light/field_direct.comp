@@ -1,0 +1,83 @@
+// The lights' own light at each node of the field, as harmonics: what is scattered first. The mean over the node's
+// cell, weighted by what there is to scatter it.
+//   in   the volumes that dim lights
+//   out  coefficients [W/m^2/sr]; alpha of the first: 1 if any light gets there
+#include "light/field.glsl"
+#include "lib/spherical_harmonics.glsl"
+#include "scene/light_volumes.glsl"
+#include "light/trace.glsl"
+
+// Variant
+const int kBands = 1;
+const bool kMarched = false;  // there is an extinction's volume
+const bool kDims = false;     // the media dim lights
+
+layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
+layout(binding = 0) writeonly uniform image3D u_light_img;
+
+const int kCount = kHarmonics[kBands - 1];
+
+vec3 g_light[kCount];
+float g_seen = 0.0;
+
+vec3 depth_at(int i, vec3 p, LightSample light)
+{
+    if (kDepthVolume)
+        return vec3(depth_to_light(i, p, light));
+    vec3 tau = vec3(closed_depth(p, light.wi, light.range));
+    if (kMarched)
+        tau += vec3(from_volume(traced_depth(p, light.wi, light.range, 1.0)));
+    return tau;
+}
+
+// The mean of what gets through over the part of a cell that a sample stands for, so that a thick medium scatters all
+// of the light that it takes in: exp(-tau), where tau grows evenly from the part's near end to its far one.
+vec3 dimmed(int i, vec3 p, LightSample light)
+{
+    if (!kDims)
+        return vec3(1.0);
+    vec3 way = light.wi * min(0.25 * u_field.nodes.spacing, 0.5 * light.range);
+    vec3 near = depth_at(i, p + way, light);
+    vec3 far = depth_at(i, p - way, light);
+    return exp(-near) * slab_weight(max(far - near, vec3(0.0)));
+}
+
+void add_light(int i, vec3 p, float weight, LightSample light, float visibility)
+{
+    if (visibility == 0.0)
+        return;
+    g_seen = 1.0;
+    // Nearer than this a light is not told from others in the cell. What the cell gets of one within it is finite.
+    float least = 0.25 * u_field.nodes.spacing;
+    float near = light.range < least ? light.range / least : 1.0;
+    vec3 arriving = light.irradiance * dimmed(i, p, light) * (weight * visibility * near * near);
+    for (int j = 0; j < kCount; ++j)
+        g_light[j] += arriving * spherical_harmonic(j, light.wi);
+}
+
+#include "written/field.glsl"
+
+void main()
+{
+    const int kSamples = 2;  // along each edge of a cell
+    ivec3 node = ivec3(gl_GlobalInvocationID);
+    LatticeParams lattice = u_field.nodes;
+    if (any(greaterThan(node, ivec3(lattice.last))))
+        return;
+    for (int i = 0; i < kCount; ++i)
+        g_light[i] = vec3(0.0);
+    float weights = 0.0;
+    for (int k = 0; k < kSamples * kSamples * kSamples; ++k) {
+        vec3 in_cell = (vec3(k & 1, k >> 1 & 1, k >> 2) + 0.5) / float(kSamples) - 0.5;
+        vec3 q = clamp(vec3(node) + in_cell, vec3(0.0), lattice.last);
+        vec3 p = (lattice.world_from_node * vec4(q, 1.0)).xyz;
+        vec3 sigma_s = sample_media(p).sigma_s;
+        float weight = dot(sigma_s, vec3(1.0)) + 1e-9;
+        weights += weight;
+        add_lights(p, weight);
+    }
+    ivec3 layer = ivec3(0, 0, int(lattice.last.z) + 1);
+    float seen = g_seen;
+    for (int i = 0; i < kCount; ++i)
+        imageStore(u_light_img, node + layer * i, vec4(g_light[i] / weights, i == 0 ? seen : 0.0));
+}
