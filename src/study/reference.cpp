@@ -71,9 +71,17 @@ class Reference::Impl {
 public:
     Impl(const Scene& scene, double tolerance, int bounces, const std::atomic<bool>* cancel)
         : eye_{scene}, surfaces_{scene.surfaces}, media_{scene, tolerance}, tracking_{media_},
-          world_{scene, surfaces_, media_, tracking_, -std::log(0.1 * tolerance), cancel},
+          world_{scene,
+                 surfaces_,
+                 media_,
+                 tracking_,
+                 -std::log(0.1 * tolerance),
+                 media_.emits() && bounces != kLampsAndWorldOnce,
+                 cancel},
           tolerance_{tolerance}, bounces_{media_.scatters() ? bounces : 0},
-          paths_{surfaces_, media_, tracking_, world_.radiance(), lights_, {1, bounces}, cancel}
+          paths_{
+              surfaces_, media_, tracking_, world_.radiance(), lights_, {1, std::max(bounces, 0)},
+              cancel}
     {
         for (const Light& light : scene.lights)
             if (const ReferenceLight made(light); !made.black())

@@ -35,12 +35,16 @@ struct ReferenceStill;
 /// Bounces without a limit.
 constexpr int kAllBounces = std::numeric_limits<int>::max();
 
+/// As 0 bounces, and what media emit lights nothing: what a renderer does that has no field of
+/// light.
+constexpr int kLampsAndWorldOnce = -1;
 /// The bounces of the truth that the chart, the plan, `compare` and the stability suite measure
 /// against, and that the window shows.
-constexpr int kMeasuredBounces = 0;
+constexpr int kMeasuredBounces = kLampsAndWorldOnce;
 
 struct ReferenceOptions {
-    int bounces = 0;          ///< scatterings in the media after the first one, 0 to kAllBounces
+    int bounces = 0;          ///< scatterings in the media after the first one, 0 to kAllBounces,
+                              ///< or kLampsAndWorldOnce
     double tolerance = 1e-3;  ///< of each pixel, relative; as relMSE counts it where dark
     int aa = 1;               ///< samples of a pixel's square, at subpixel_offset(i)
     std::optional<ReferenceRegion> region;

@@ -103,9 +103,9 @@ double WorldRadiance::pdf(glm::dvec3 d) const
 
 ReferenceWorld::ReferenceWorld(const Scene& scene, const ReferenceSurfaces& surfaces,
                                const ReferenceMedia& media, const MediaTracking& tracking,
-                               double opaque, const std::atomic<bool>* cancel)
+                               double opaque, bool emission_lights, const std::atomic<bool>* cancel)
     : surfaces_{surfaces}, media_{media}, tracking_{tracking}, cancel_{cancel},
-      radiance_{scene.world}, opaque_{opaque}, emits_{media.emits()}
+      radiance_{scene.world}, opaque_{opaque}, emits_{emission_lights}
 {
 }
 

@@ -53,9 +53,10 @@ struct WorldIrradiance {
 class ReferenceWorld {
 public:
     /// @param opaque optical depth through which nothing counts
+    /// @param emission_lights whether what media emit is a light too
     ReferenceWorld(const Scene& scene, const ReferenceSurfaces& surfaces,
                    const ReferenceMedia& media, const MediaTracking& tracking, double opaque,
-                   const std::atomic<bool>* cancel);
+                   bool emission_lights, const std::atomic<bool>* cancel);
 
     [[nodiscard]] const WorldRadiance& radiance() const { return radiance_; }
 
