@@ -34,6 +34,11 @@ struct LightField {
 namespace light_field {
 
 inline constexpr LightField kPosition{"position", "position", "in the world", "metres", "m"};
+inline constexpr LightField kCenter{"center", "center", "in the world", "metres", "m"};
+inline constexpr LightField kRadiance{"radiance_W_per_m2_sr", "radiance", "to all directions",
+                                      "W/m^2/sr", "W/m2/sr"};
+inline constexpr LightField kTwoSided{
+    .key = "two_sided", .label = "two-sided", .help = "shines from both", .optional = true};
 
 template <typename T, typename... L>
 concept All = (std::same_as<std::remove_const_t<L>, T> && ...);
@@ -110,13 +115,49 @@ void visit_fields(V&& v, L&... light)
             light.radiant_intensity...);
 }
 
+template <typename V, typename... L>
+requires light_field::All<RectLight, L...>
+void visit_fields(V&& v, L&... light)
+{
+    v.position(light_field::kCenter, light.center...);
+    v.edges({.key = "edges",
+             .label = "edge",
+             .help = "along its whole length",
+             .unit = "metres",
+             .sign = "m",
+             .metres = 1},
+            light.edges...);
+    v.power(light_field::kRadiance, light.radiance...);
+    v.flag(light_field::kTwoSided, light.two_sided...);
+}
+
+template <typename V, typename... L>
+requires light_field::All<DiskLight, L...>
+void visit_fields(V&& v, L&... light)
+{
+    v.position(light_field::kCenter, light.center...);
+    v.axis({.key = "normal", .help = "where it shines"}, light.normal...);
+    v.number({.key = "radius",
+              .label = "radius",
+              .help = "of the disk",
+              .unit = "metres",
+              .sign = "m",
+              .min = 0,
+              .open = true,
+              .metres = 1},
+             light.radius...);
+    v.power(light_field::kRadiance, light.radiance...);
+    v.flag(light_field::kTwoSided, light.two_sided...);
+}
+
 /// The type's name in scene files, windows and reports, and in the functions of glsl/.
 inline const char* light_name(const Light& light)
 {
-    return std::visit(Overloaded{[](const SunLight&) { return "sun"; },
-                                 [](const PointLight&) { return "point"; },
-                                 [](const SpotLight&) { return "spot"; }},
-                      light);
+    return std::visit(
+        Overloaded{[](const SunLight&) { return "sun"; }, [](const PointLight&) { return "point"; },
+                   [](const SpotLight&) { return "spot"; }, [](const RectLight&) { return "rect"; },
+                   [](const DiskLight&) { return "disk"; }},
+        light);
 }
 
 /// A light of each type, as it is by default, in the order of Light's types.

@@ -1,9 +1,11 @@
 #include "light/light_source.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <fmt/format.h>
+#include <glm/gtc/constants.hpp>
 #include <string>
 
 namespace fumarole::light {
@@ -108,6 +110,141 @@ constexpr bool edged(const SpotLight&)
     return true;
 }
 
+// -------------------------------------------------------------------------- rectangles and disks
+
+/// That stand for one in shadows. A penumbra goes down in as many steps.
+constexpr int kAreaPoints = 16;
+
+/// What both are to glsl/scene/area_lights.glsl.
+struct Area {
+    glm::dvec3 center, u, v;  ///< half edges, or radii square to each other [m]
+    glm::dvec3 normal;
+    double size;  ///< [m^2]
+    bool two_sided;
+    bool is_disk;
+};
+
+Area area_of(const RectLight& rect)
+{
+    // Should the edges not be at right angles, it is a rectangle of their area.
+    const glm::dvec3 u = 0.5 * rect.edges[0], across = glm::cross(u, 0.5 * rect.edges[1]);
+    const double size = glm::length(across);
+    if (!(size > 0)) {
+        const LightAxes down({0, 0, 1});
+        return {rect.center, 1e-9 * down.right, 1e-9 * down.up, down.travel, 0, false, false};
+    }
+    const glm::dvec3 v = glm::cross(across, u) / glm::dot(u, u);
+    return {rect.center, u, v, -across / size, 4 * size, rect.two_sided, false};
+}
+
+Area area_of(const DiskLight& disk)
+{
+    const LightAxes axes(-disk.normal);
+    const double r = disk.radius;
+    return {disk.center,
+            r * axes.right,
+            r * axes.up,
+            axes.travel,
+            glm::pi<double>() * r * r,
+            disk.two_sided,
+            true};
+}
+
+/// Where a point of the square from -1 to 1 is put in the unit disk, areas kept: Shirley and Chiu
+/// 1997, "A Low Distortion Map Between Disk and Square".
+glm::dvec2 on_disk(glm::dvec2 at)
+{
+    const bool wide = std::abs(at.x) > std::abs(at.y);
+    const double r = wide ? at.x : at.y, other = wide ? at.y : at.x;
+    const double angle = glm::quarter_pi<double>() * other / r;
+    return r * (wide ? glm::dvec2(std::cos(angle), std::sin(angle))
+                     : glm::dvec2(std::sin(angle), std::cos(angle)));
+}
+
+/// Sobol's first: any four that begin at a multiple of four are spread evenly, too, and no two are
+/// as far along an edge.
+std::vector<LightPosition> points_on(const Area& area)
+{
+    constexpr std::array<unsigned, 4> kFirst{8, 4, 2, 1}, kSecond{8, 12, 10, 15};
+    std::vector<LightPosition> points;
+    for (unsigned n = 0; n < kAreaPoints; ++n) {
+        glm::uvec2 place(0);
+        for (unsigned bit = 0; bit < kFirst.size(); ++bit)
+            if ((n >> bit & 1U) != 0)
+                place = {place.x ^ kFirst.at(bit), place.y ^ kSecond.at(bit)};
+        const glm::dvec2 square = (glm::dvec2(place) + 0.5) / 8.0 - 1.0;
+        const glm::dvec2 at = area.is_disk ? on_disk(square) : square;
+        points.push_back({false, area.center + at.x * area.u + at.y * area.v});
+    }
+    return points;
+}
+
+/// Six a point. What depths are scaled by is the same for all points, so one view is enough of
+/// those in the block.
+LightViews views_on(const Area& area, const ShadowScene& scene)
+{
+    const std::vector<LightPosition> points = points_on(area);
+    LightViews views{{}, 1};
+    double range = 0;
+    for (const LightPosition& point : points)
+        range = std::max(range, range_from(point.at, scene.surfaces.bounds()));
+    for (const LightPosition& point : points)
+        for (const View& view : point_views(point.at, range, scene.map_size))
+            views.layers.push_back(view);
+    return views;
+}
+
+void write_area(const Area& area, const LightSlot& slot, std::span<shared::LightParams> points)
+{
+    for (shared::LightParams& out : points) {
+        out.cube_view_scale = 0.5f / static_cast<float>(point_view_tangent(slot.map_size));
+        out.own[0] = glm::dvec4(area.center - slot.eye, area.size);
+        out.own[1] = glm::dvec4(area.u, slot.first_layer + 6 * (&out - points.data()));
+        out.own[2] = glm::dvec4(area.v, area.two_sided ? 1 : 0);
+        out.own[3] = glm::dvec4(area.normal, 0);
+    }
+}
+
+std::vector<LightPosition> points(const RectLight& rect)
+{
+    return points_on(area_of(rect));
+}
+
+LightViews views(const RectLight& rect, const ShadowScene& scene)
+{
+    return views_on(area_of(rect), scene);
+}
+
+void write(const RectLight& rect, const LightSlot& slot, std::span<shared::LightParams> points)
+{
+    write_area(area_of(rect), slot, points);
+}
+
+constexpr bool edged(const RectLight&)
+{
+    return false;
+}
+
+std::vector<LightPosition> points(const DiskLight& disk)
+{
+    return points_on(area_of(disk));
+}
+
+LightViews views(const DiskLight& disk, const ShadowScene& scene)
+{
+    return views_on(area_of(disk), scene);
+}
+
+void write(const DiskLight& disk, const LightSlot& slot, std::span<shared::LightParams> points)
+{
+    write_area(area_of(disk), slot, points);
+}
+
+constexpr bool edged(const DiskLight&)
+{
+    return false;
+}
+
 // ------------------------------------------------------------------------------------------ GLSL
 
 /// Lights in a row that are of one type, by the numbers of their points.
@@ -148,6 +285,23 @@ std::string for_each(const std::vector<Row>& rows, const char* head, const char*
     return text + "}\n";
 }
 
+/// The functions of lights that have an area, where there are any.
+std::string area_functions(const std::vector<Row>& rows, const char* file)
+{
+    const auto has_area = [](const Row& row) { return row.points == kAreaPoints; };
+    const bool any = std::any_of(rows.begin(), rows.end(), has_area);
+    return any ? fmt::format("#include \"{}\"\n", file) : "";
+}
+
+/// Each point of such a light as a light of its own.
+std::vector<Row> points_of_areas(std::vector<Row> rows)
+{
+    for (Row& row : rows)
+        if (row.points == kAreaPoints)
+            row = {"area", row.first, row.end, 1};
+    return rows;
+}
+
 }  // namespace
 
 std::vector<LightPosition> points_of(const Light& light)
@@ -176,6 +330,8 @@ gl::Defines write_lights(std::span<const Light> lights)
     gl::Defines defines;
     if (!rows.empty())
         defines.emplace_back("kLightPoints", fmt::format("{}", rows.back().end));
+    if (rows.size() > 0 && rows.back().points == kAreaPoints)
+        defines.emplace_back("kAreaPoints", fmt::format("{}", kAreaPoints));
     for (const auto& [constant, name] :
          {std::pair{"kSunCount", "sun"}, {"kPointCount", "point"}, {"kSpotCount", "spot"}})
         for (const Row& row : rows)
@@ -183,18 +339,21 @@ gl::Defines write_lights(std::span<const Light> lights)
                 defines.emplace_back(constant, fmt::format("{}", row.lights()));
     defines.add_file(
         "written/scattering.glsl",
-        for_each(rows, "void add_lights(inout vec3 sum, LightLine line, LightStep step)",
-                 "add_{type}(sum, {i}, line, step)") +
+        area_functions(rows, "scene/area_scattering.glsl") +
+            for_each(rows, "void add_lights(inout vec3 sum, LightLine line, LightStep step)",
+                     "add_{type}(sum, {i}, line, step)") +
             "\n// Were all of it to arrive.\n" +
             for_each(rows, "void add_open_lights(inout vec3 sum, vec3 p, vec3 wo, float g)",
                      "sum += scattered_open({type}_sample({i}, p), wo, g)"));
     defines.add_file("written/irradiance.glsl",
-                     for_each(rows, "void add_lights(inout vec3 sum, vec3 p, vec3 n)",
-                              "add_{type}_irradiance(sum, {i}, p, n)"));
+                     area_functions(rows, "scene/area_irradiance.glsl") +
+                         for_each(rows, "void add_lights(inout vec3 sum, vec3 p, vec3 n)",
+                                  "add_{type}_irradiance(sum, {i}, p, n)"));
     defines.add_file("written/field.glsl",
-                     for_each(rows, "void add_lights(vec3 p, float weight)",
-                              "add_light({i}, p, weight, {type}_sample({i}, p), "
-                              "{type}_on_surface({i}, p, vec3(0.0)))"));
+                     area_functions(rows, "scene/area_lights.glsl") +
+                         for_each(points_of_areas(rows), "void add_lights(vec3 p, float weight)",
+                                  "add_light({i}, p, weight, {type}_sample({i}, p), "
+                                  "{type}_on_surface({i}, p, vec3(0.0)))"));
     return defines;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "overloaded.h"
 
@@ -23,8 +24,48 @@ ReferenceLight::ReferenceLight(const Light& light)
                               axis_ = glm::normalize(spot.direction);
                               edge_ = std::cos(glm::radians(spot.cone_deg) / 2);
                               inner_ = edge_ + (1 - edge_) * spot.blend;
+                          },
+                          [&](const RectLight& rect) {
+                              place_ = {false, rect.center};
+                              set_area(0.5 * rect.edges[0], 0.5 * rect.edges[1], rect.radiance,
+                                       rect.two_sided);
+                          },
+                          [&](const DiskLight& disk) {
+                              // Any two radii square to each other, of which -u x v is the normal.
+                              const glm::dvec3 n = glm::normalize(disk.normal);
+                              const glm::dvec3 u = glm::normalize(
+                                  glm::cross(n, std::abs(n.x) < 0.5 ? glm::dvec3(1, 0, 0)
+                                                                    : glm::dvec3(0, 1, 0)));
+                              place_ = {false, disk.center};
+                              is_disk_ = true;
+                              set_area(disk.radius * u, disk.radius * glm::cross(u, n),
+                                       disk.radiance, disk.two_sided);
                           }},
                light);
+}
+
+void ReferenceLight::set_area(glm::dvec3 u, glm::dvec3 v, glm::dvec3 radiance, bool two_sided)
+{
+    const glm::dvec3 across = glm::cross(u, v);
+    area_ = glm::length(across) * (is_disk_ ? std::numbers::pi : 4);
+    intensity_ = radiance * area_;
+    u_ = u;
+    v_ = v;
+    normal_ = -glm::normalize(across);
+    two_sided_ = two_sided;
+}
+
+ReferenceLight ReferenceLight::part(glm::dvec2 at, double share) const
+{
+    ReferenceLight point = *this;
+    point.intensity_ *= share;
+    glm::dvec2 place = 2.0 * at - 1.0;
+    if (is_disk_) {
+        const double angle = 2 * std::numbers::pi * at.y;
+        place = std::sqrt(at.x) * glm::dvec2(std::cos(angle), std::sin(angle));
+    }
+    point.place_.at += place.x * u_ + place.y * v_;
+    return point;
 }
 
 glm::dvec3 ReferenceLight::irradiance(glm::dvec3 p) const
@@ -43,11 +84,18 @@ glm::dvec3 ReferenceLight::irradiance(glm::dvec3 p) const
             e *= x * x * (3 - 2 * x);
         }
     }
+    if (has_area()) {
+        const double c = glm::dot(d, normal_) / std::sqrt(range2);
+        e *= two_sided_ ? std::abs(c) : std::max(c, 0.0);
+    }
     return e;
 }
 
 void ReferenceLight::add_cone_breaks(const Ray& ray, std::vector<double>& breaks) const
 {
+    if (has_area())  // there it is seen edge on
+        if (const double slope = glm::dot(ray.direction, normal_); slope != 0)
+            breaks.push_back(glm::dot(place_.at - ray.origin, normal_) / slope);
     if (axis_ == glm::dvec3(0))
         return;
     const glm::dvec3 o = ray.origin - place_.at;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cmath>
 #include <glm/glm.hpp>
 #include <vector>
 
@@ -21,25 +23,81 @@ public:
     /// On a plane at p that faces the light, if nothing is in between [W/m^2].
     [[nodiscard]] glm::dvec3 irradiance(glm::dvec3 p) const;
 
-    /// The sum of a function over the light's parts, lights of one place each: here the light
-    /// itself.
+    /// The sum of a function over the light's parts, lights of one place each: of one that has no
+    /// area the light itself. An area is cut into quarters until they agree with what is cut.
     /// @param of `Value of(const ReferenceLight& part, double& error)`, which adds to `error`
-    template <typename Of> auto over_parts(const Accuracy&, double& error, const Of& of) const
+    template <typename Of>
+    auto over_parts(const Accuracy& accuracy, double& error, const Of& of) const
     {
-        return of(*this, error);
+        if (!has_area())
+            return of(*this, error);
+        double unused = 0;
+        return refine(accuracy, error, of, {0, 0}, 1, over_square(of, unused, {0, 0}, 1));
     }
 
-    /// Where a ray crosses the edges of a spot's cone.
+    [[nodiscard]] bool has_area() const { return area_ > 0; }
+    /// Of a light that has an area the point at `at` of the unit square, which the area is spread
+    /// over evenly, with a share of all that it sends.
+    [[nodiscard]] ReferenceLight part(glm::dvec2 at, double share) const;
+
+    /// Where a ray crosses the edges of a spot's cone, or an area's plane.
     void add_cone_breaks(const Ray& ray, std::vector<double>& breaks) const;
 
     /// Nearer than this a point light counts as this near, where 1/d^2 would have no bound [m].
     static constexpr double kLeastRange = 1e-5;
 
 private:
+    void set_area(glm::dvec3 u, glm::dvec3 v, glm::dvec3 radiance, bool two_sided);
+
+    /// Gauss and Legendre's four points of a square.
+    template <typename Of>
+    auto over_square(const Of& of, double& error, glm::dvec2 low, double side) const
+    {
+        const auto at = [&](double x, double y) {
+            return of(part(low + side * glm::dvec2(x, y), side * side / 4), error);
+        };
+        constexpr double kNear = 0.21132486540518711775, kFar = 1 - kNear;  // (1 - 1 / sqrt(3)) / 2
+        return at(kNear, kNear) + at(kFar, kNear) + at(kNear, kFar) + at(kFar, kFar);
+    }
+
+    template <typename Of, typename Value>
+    Value refine(const Accuracy& accuracy, double& error, const Of& of, glm::dvec2 low, double side,
+                 const Value& whole) const
+    {
+        const double half = side / 2;
+        const auto corner = [&](int i) { return low + half * glm::dvec2(i % 2, i / 2); };
+        std::array<Value, 4> quarters;
+        Value sum(0);
+        double own = 0;
+        for (int i = 0; i < 4; ++i)
+            sum += quarters.at(static_cast<std::size_t>(i)) = over_square(of, own, corner(i), half);
+        constexpr double kSmallest = 1.0 / 64;
+        const double miss = size_of(sum - whole);
+        if (miss <= side * std::max(accuracy.absolute, accuracy.relative * size_of(sum)) ||
+            half <= kSmallest) {
+            error += own + miss / 4;
+            return sum;
+        }
+        Value refined(0);
+        for (int i = 0; i < 4; ++i)
+            refined += refine(accuracy, error, of, corner(i), half,
+                              quarters.at(static_cast<std::size_t>(i)));
+        return refined;
+    }
+    static double size_of(glm::dvec3 value) { return largest(value); }
+    static double size_of(const glm::dmat2x3& pair)
+    {
+        return std::max(largest(pair[0]), largest(pair[1]));
+    }
+
     LightPlace place_;
     glm::dvec3 intensity_{0};
     glm::dvec3 axis_{0};           ///< of a spot; 0: none
     double edge_ = 0, inner_ = 0;  ///< cosines where its light begins and where it is whole
+    double area_ = 0;              ///< [m^2]; 0: it has none
+    glm::dvec3 u_{0}, v_{0};       ///< of an area: half edges, or radii [m]
+    glm::dvec3 normal_{0};         ///< where an area shines
+    bool two_sided_ = false, is_disk_ = false;
 };
 
 /// Stretches a ray's parameter so that a light near it costs no more than one far away: equal steps

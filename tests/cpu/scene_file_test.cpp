@@ -36,7 +36,9 @@ constexpr std::string_view kFullScene = R"({
      "angle_deg": 0.5, "blender_strength": 3, "color": "any"},
     {"type": "point", "position": [-1.3,0.6,2.9], "radiant_intensity_W_per_sr": [31.8,28.6,23.9], "radius": 0.1},
     {"type": "spot", "position": [0,0,5], "direction": [0,0,-2], "cone_deg": 60, "blend": 0.25,
-     "radiant_intensity_W_per_sr": [30,31,32]}
+     "radiant_intensity_W_per_sr": [30,31,32]},
+    {"type": "rect", "center": [0,0,5], "edges": [[2,0,0],[0,1,0]], "radiance_W_per_m2_sr": [10,10,9], "two_sided": true},
+    {"type": "disk", "center": [0,1,5], "normal": [0,0,-2], "radius": 0.75, "radiance_W_per_m2_sr": [8,7,6]}
   ],
   "media": [
     {"type": "vdb", "file": "smoke_plume.vdb", "grid": "density", "translate": [1,2,3], "scale": 0.5,
@@ -108,6 +110,8 @@ void expect_equal(const Scene& a, const Scene& b)
             const auto& other = std::get<PointLight>(b.lights[i]);
             EXPECT_EQ(point->position, other.position);
             EXPECT_EQ(point->radiant_intensity, other.radiant_intensity);
+        } else if (!std::holds_alternative<SpotLight>(a.lights[i])) {
+            EXPECT_EQ(a.lights[i], b.lights[i]);
         } else {
             const auto& spot = std::get<SpotLight>(a.lights[i]);
             const auto& other = std::get<SpotLight>(b.lights[i]);
@@ -200,7 +204,7 @@ TEST(SceneFile, ReadsEveryKey)
     EXPECT_EQ(scene.camera.ortho_height, 6.5);
     EXPECT_EQ(scene.world.radiance, glm::vec3(0.15f, 0.2f, 0.3f));
 
-    ASSERT_EQ(scene.lights.size(), 3u);
+    ASSERT_EQ(scene.lights.size(), 5u);
     const auto& sun = std::get<SunLight>(scene.lights[0]);
     EXPECT_NEAR(glm::length(sun.direction_to_light), 1, 1e-15);
     EXPECT_NEAR(sun.direction_to_light.x, -0.69 / std::sqrt(0.69 * 0.69 * 2 + 0.23 * 0.23), 1e-15);
@@ -214,6 +218,18 @@ TEST(SceneFile, ReadsEveryKey)
     EXPECT_EQ(spot.cone_deg, 60);
     EXPECT_EQ(spot.blend, 0.25);
     EXPECT_EQ(spot.radiant_intensity, glm::vec3(30, 31, 32));
+    const auto& rect = std::get<RectLight>(scene.lights[3]);
+    EXPECT_EQ(rect.center, glm::dvec3(0, 0, 5));
+    EXPECT_EQ(rect.edges[0], glm::dvec3(2, 0, 0));
+    EXPECT_EQ(rect.edges[1], glm::dvec3(0, 1, 0));
+    EXPECT_EQ(rect.radiance, glm::vec3(10, 10, 9));
+    EXPECT_TRUE(rect.two_sided);
+    const auto& disk = std::get<DiskLight>(scene.lights[4]);
+    EXPECT_EQ(disk.center, glm::dvec3(0, 1, 5));
+    EXPECT_EQ(disk.normal, glm::dvec3(0, 0, -1));
+    EXPECT_EQ(disk.radius, 0.75);
+    EXPECT_EQ(disk.radiance, glm::vec3(8, 7, 6));
+    EXPECT_FALSE(disk.two_sided);
 
     ASSERT_EQ(scene.media.size(), 4u);
     const auto& grid = std::get<GridMedium>(scene.media[0]);
@@ -527,6 +543,29 @@ std::vector<BadScene> bad_scenes()
         {"point_intensity",
          light(R"("type": "point", "position": [0,0,0])"),
          {"lights[0]: missing key 'radiant_intensity_W_per_sr'", "W/sr"}},
+        {"rect_edges_missing",
+         light(R"("type": "rect", "center": [0,0,0], "radiance_W_per_m2_sr": [1,1,1])"),
+         {"lights[0]: missing key 'edges'", "two edges"}},
+        {"rect_one_edge",
+         light(
+             R"("type": "rect", "center": [0,0,0], "edges": [[1,0,0]], "radiance_W_per_m2_sr": [1,1,1])"),
+         {"lights[0].edges", "two edges"}},
+        {"rect_without_area",
+         light(
+             R"("type": "rect", "center": [0,0,0], "edges": [[1,0,0],[0,0,0]], "radiance_W_per_m2_sr": [1,1,1])"),
+         {"lights[0].edges", "span an area"}},
+        {"rect_askew",
+         light(
+             R"("type": "rect", "center": [0,0,0], "edges": [[1,0,0],[1,1,0]], "radiance_W_per_m2_sr": [1,1,1])"),
+         {"lights[0].edges", "right angles, got 45.00 degrees"}},
+        {"rect_sides",
+         light(
+             R"("type": "rect", "center": [0,0,0], "edges": [[1,0,0],[0,1,0]], "two_sided": 1, "radiance_W_per_m2_sr": [1,1,1])"),
+         {"lights[0].two_sided", "true or false"}},
+        {"disk_radius",
+         light(
+             R"("type": "disk", "center": [0,0,0], "normal": [0,0,1], "radius": 0, "radiance_W_per_m2_sr": [1,1,1])"),
+         {"lights[0].radius", "metres"}},
         {"spot_direction",
          light(
              R"("type": "spot", "position": [0,0,0], "direction": [0,0,0], "radiant_intensity_W_per_sr": [1,1,1])"),

@@ -138,7 +138,11 @@ Scene lit_scene()
     point.position = {1, 0.5, 2};
     SpotLight spot;
     spot.position = {-1, 0.3, 2.5};
-    scene.lights = {sun, point, spot};
+    RectLight rect;
+    rect.center = {0.5, 0.1, 1.5};
+    DiskLight disk;
+    disk.center = {-0.5, 0.1, 2.2};
+    scene.lights = {sun, point, spot, rect, disk};
     return scene;
 }
 
@@ -147,7 +151,7 @@ TEST(LightHandles, ALightFollowsThePointer)
     const Scene scene = lit_scene();
     const double aspect = 1.6;
     const auto handles = light_handles(scene, aspect);
-    ASSERT_EQ(handles.size(), 3u);
+    ASSERT_EQ(handles.size(), 5u);
     for (const LightHandle& handle : handles) {
         Scene moved = scene;
         const glm::dvec2 to = handle.at + glm::dvec2(-0.03, 0.04);

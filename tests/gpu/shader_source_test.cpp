@@ -127,16 +127,18 @@ Defines flags(unsigned set, std::initializer_list<const char*> names)
 }
 
 /// Of some lights, with and without surfaces that throw shadows.
-Defines lights(int suns, int points, int spots, bool shadows)
+Defines lights(int suns, int points, int spots, int areas, bool shadows)
 {
     std::vector<Light> all(static_cast<std::size_t>(suns), SunLight{});
     all.insert(all.end(), static_cast<std::size_t>(points), PointLight{});
     all.insert(all.end(), static_cast<std::size_t>(spots), SpotLight{});
+    all.insert(all.end(), static_cast<std::size_t>(areas), RectLight{});
+    all.insert(all.end(), static_cast<std::size_t>(areas), DiskLight{});
     return light::write_lights(all) + flags(shadows ? 1 : 0, {"kSurfaceShadows"});
 }
 
-const std::array kLights{lights(0, 0, 0, false), lights(1, 0, 0, false), lights(0, 1, 0, true),
-                         lights(2, 3, 4, true)};
+const std::array kLights{lights(0, 0, 0, 0, false), lights(1, 0, 0, 0, false),
+                         lights(0, 1, 0, 0, true), lights(2, 3, 4, 1, true)};
 
 /// Writes variants into a folder and has all of them validated in one call.
 class Variants {

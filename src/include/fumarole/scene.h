@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <memory>
@@ -66,7 +67,30 @@ struct SpotLight {
     bool operator==(const SpotLight&) const = default;
 };
 
-using Light = std::variant<SunLight, PointLight, SpotLight>;
+/// A rectangle that shines evenly to all directions. It is not seen itself, and hides nothing.
+struct RectLight {
+    glm::dvec3 center{0};  ///< metres
+    /// Metres, along the whole of its edges, which are at right angles. One-sided it shines to the
+    /// side of -cross(edges[0], edges[1]): down, where they are x and y.
+    std::array<glm::dvec3, 2> edges{glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0)};
+    glm::vec3 radiance{1};  ///< W/m^2/sr
+    bool two_sided = false;
+
+    bool operator==(const RectLight&) const = default;
+};
+
+/// A disk that shines likewise.
+struct DiskLight {
+    glm::dvec3 center{0};         ///< metres
+    glm::dvec3 normal{0, 0, -1};  ///< where it shines if one-sided; normalised on reading
+    double radius = 0.5;          ///< metres, > 0
+    glm::vec3 radiance{1};        ///< W/m^2/sr
+    bool two_sided = false;
+
+    bool operator==(const DiskLight&) const = default;
+};
+
+using Light = std::variant<SunLight, PointLight, SpotLight, RectLight, DiskLight>;
 
 /// A medium from a .vdb file (or from any VoxelGrid that a host fills in).
 /// World position of index i: translate + scale * (density->world_from_index * i).

@@ -1,0 +1,95 @@
+// Light of an area on surfaces: in closed form, cut off at the surface's horizon, times how much of it is seen.
+#include "scene/area_lights.glsl"
+
+// Distance squared over area from which on the sum over its points is as good, and of the closed form the digits that
+// are left are fewer.
+const float kFarAreas = 1024.0;
+
+vec3 edge_flux(vec3 a, vec3 b)
+{
+    vec3 across = cross(a, b);
+    float sine = length(across);
+    return sine > 0.0 ? across * (atan(sine, dot(a, b)) / sine) : vec3(0.0);
+}
+
+// A light's outline as a polygon, seen from p; a disk's has as large an area.
+const int kDiskCorners = 24;
+
+vec3 corner_of(AreaParams area, bool is_disk, int k, vec3 p)
+{
+    const float kTurn = 2.0 * kPi / float(kDiskCorners);
+    const float kOut = sqrt(kTurn / sin(kTurn));
+    vec2 at = vec2(k == 1 || k == 2 ? 1.0 : -1.0, k >= 2 ? 1.0 : -1.0);
+    if (is_disk)
+        at = kOut * vec2(cos(kTurn * float(k)), sin(kTurn * float(k)));
+    return area.center + at.x * area.u + at.y * area.v - p;
+}
+
+// Of unit radiance on a surface at p of normal n [sr]: half the sum over the outline's edges of the angle that each is
+// seen under, along its normal. Lambert 1760.
+float polygon_irradiance(AreaParams area, bool is_disk, vec3 p, vec3 n)
+{
+    int count = is_disk ? kDiskCorners : 4;
+    vec3 sum = vec3(0.0), leaves = vec3(0.0), enters = vec3(0.0);
+    vec3 b = corner_of(area, is_disk, 0, p);
+    for (int k = 0; k < count; ++k) {
+        vec3 a = b;
+        b = corner_of(area, is_disk, k + 1 < count ? k + 1 : 0, p);
+        float above_a = dot(a, n), above_b = dot(b, n);
+        if (above_a <= 0.0 && above_b <= 0.0)
+            continue;
+        vec3 from = a, to = b;
+        if (above_b <= 0.0)
+            leaves = to = mix(a, b, above_a / (above_a - above_b));
+        if (above_a <= 0.0)
+            enters = from = mix(a, b, above_a / (above_a - above_b));
+        sum += edge_flux(from, to);
+    }
+    sum += edge_flux(leaves, enters);
+    return 0.5 * abs(dot(sum, n));
+}
+
+// A disk wholly over the horizon: what arrives comes along the axis of its cone.
+float disk_irradiance(AreaParams area, vec3 p, vec3 n)
+{
+    float lowest = dot(area.center - p, n) - length(vec2(dot(area.u, n), dot(area.v, n)));
+    if (lowest < 0.0)
+        return polygon_irradiance(area, true, p, n);
+    DiskCone cone = disk_cone(area, p);
+    float a = cone.tan_toward, b = cone.tan_across;
+    return kPi * a * b * inversesqrt((1.0 + a * a) * (1.0 + b * b)) * max(dot(cone.axis, n), 0.0);
+}
+
+void add_area_irradiance(inout vec3 sum, int first, bool is_disk, vec3 p, vec3 n)
+{
+    AreaParams area = area_params(first);
+    if (!shines_on(area, p))
+        return;
+    vec3 to_center = area.center - p;
+    bool far = dot(to_center, to_center) > kFarAreas * area.area;
+    float open = 0.0;
+    if (!far) {
+        open = is_disk ? disk_irradiance(area, p, n) : polygon_irradiance(area, false, p, n);
+        if (open <= 0.0)
+            return;
+    }
+    ShadowDepth depth = u_lights.views[int(u_lights.lights[first].first_view)].depth;
+    vec3 arriving = vec3(0.0);
+    float weights = 0.0;
+    for (int point = 0; point < kAreaPoints; ++point) {
+        int i = first + point;
+        LightSample light = point_sample(i, p);
+        float weight = area_weight(area, light) * max(dot(light.wi, n), 0.0);
+        weights += weight;
+        float seen = weight;
+        if (kSurfaceShadows && weight > 0.0)
+            seen *= area_visibility(area, first, point, point_sample(i, p + n * (depth.bias * light.range)));
+        if (seen > 0.0)
+            arriving += seen * through_media(i, p, light);
+    }
+    float share = far ? area.area / float(kAreaPoints) : open / max(weights, 1e-30);
+    sum += u_lights.lights[first].intensity * share * arriving;
+}
+
+void add_rect_irradiance(inout vec3 sum, int i, vec3 p, vec3 n) { add_area_irradiance(sum, i, false, p, n); }
+void add_disk_irradiance(inout vec3 sum, int i, vec3 p, vec3 n) { add_area_irradiance(sum, i, true, p, n); }
