@@ -103,7 +103,12 @@ glm::dvec3 ReferencePaths::direct(glm::dvec3 p, glm::dvec3 wo, double g, Random&
 {
     glm::dvec3 sum(0);
     for (const ReferenceLight& light : lights_)
-        sum += from_light(light, p, wo, g, random);
+        if (light.has_area()) {
+            const double u = random(), v = random();
+            sum += from_light(light.part({u, v}, 1), p, wo, g, random);
+        } else {
+            sum += from_light(light, p, wo, g, random);
+        }
     if (world_lights_ && world_.is_map()) {
         const double u = random(), v = random();
         const glm::dvec3 wi = world_.sample(u, v), radiance = world_(wi);
