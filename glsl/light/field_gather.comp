@@ -34,7 +34,7 @@ void main()
         vec3 uvw = (vec3(column, slice + float(u_field.slices * k)) + 0.5) * texel;
         vec3 light = textureLod(u_columns_tx, uvw, 0.0).rgb * d.solid_angle;
         for (int i = 0; i < kCount; ++i)
-            sum[i] += light * d.harmonics[i >> 2][i & 3];
+            sum[i] += light * spherical_harmonic(i, d.wi);
     }
     for (int i = 0; i < kCount; ++i) {
         ivec3 at = node + layer * i;

@@ -31,7 +31,7 @@ void main()
 {
     const int kCount = kHarmonics[kBands - 1];
     ivec3 node = ivec3(gl_GlobalInvocationID);
-    LatticeParams lattice = u_field.medium;
+    LatticeParams lattice = u_field.nodes;
     if (any(greaterThan(node, ivec3(lattice.last))))
         return;
     ivec3 layer = ivec3(0, 0, int(lattice.last.z) + 1);
@@ -52,7 +52,7 @@ void main()
     for (int k = 0; k < u_field.count; ++k) {
         vec3 sum = vec3(0.0);
         for (int j = 0; j < kCount; ++j)
-            sum += light[j] * u_field.directions[k].harmonics[j >> 2][j & 3];
+            sum += light[j] * spherical_harmonic(j, u_field.directions[k].wi);
         imageStore(u_source_img, node + layer * k, vec4(sqrt(sqrt(max(sum, vec3(0.0)))), 0.0));
     }
 }

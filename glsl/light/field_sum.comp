@@ -15,7 +15,7 @@ shared vec3 g_weights[64];
 
 void main()
 {
-    ivec3 size = ivec3(u_field.medium.last) + 1;
+    ivec3 size = ivec3(u_field.nodes.last) + 1;
     int nodes = size.x * size.y * size.z;
     vec3 light = vec3(0.0);
     vec3 weights = vec3(0.0);

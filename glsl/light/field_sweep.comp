@@ -1,7 +1,7 @@
 // Carries light along the columns of each direction, from slice to slice: what came is dimmed and what is scattered or
 // emitted on the way added. A column is met by nothing but itself, so light is not smeared on its way as it is where
 // it is handed from node to node.
-//   in   sigma_t, what scatters and emits at the medium's nodes, the ways between slices that surfaces cross
+//   in   sigma_t, what scatters and emits at the nodes, the ways between slices that surfaces cross
 //   out  radiance at each column's places, a direction's slices after each other
 // The source is linear in optical depth between slices: Olson and Kunasz 1987, "Short characteristic solution of the
 // non-LTE line transfer problem", sec. 3.
@@ -51,9 +51,9 @@ void main()
     if (any(greaterThan(min(across, end), last.yz + 1.0)) || any(lessThan(max(across, end), vec2(-1.0))))
         return;
     float along = d.forward > 0.0 ? 0.0 : last.x;
-    vec3 medium_last = u_field.medium.last;
-    float layer = medium_last.z + 1.0;
-    vec3 texel = 1.0 / (medium_last + 1.0);
+    vec3 nodes_last = u_field.nodes.last;
+    float layer = nodes_last.z + 1.0;
+    vec3 texel = 1.0 / (nodes_last + 1.0);
     vec3 to_source = vec3(texel.xy, texel.z / float(u_field.count));
     bool hidden = kSurfaces && is_crossed(column, d.first_word, 0);
     vec3 light = kEnters && !hidden ? d.entry : vec3(0.0);
@@ -63,11 +63,10 @@ void main()
     vec3 old_mean = vec3(0.0);
     for (int i = 0; i < slices; ++i) {
         vec3 q = from_axes(d.axis, along, across);
-        vec3 in_medium = u_field.same_lattice > 0.0 ? q : (u_field.medium_from_node * vec4(q, 1.0)).xyz;
-        vec3 held = clamp(in_medium, vec3(0.0), medium_last);
+        vec3 held = clamp(q, vec3(0.0), nodes_last);
         vec3 uvw = (held + 0.5) * texel;
         const float kRounding = 1e-3;
-        bool inside = all(lessThan(abs(in_medium - held), vec3(kRounding)));
+        bool inside = all(lessThan(abs(q - held), vec3(kRounding)));
         vec3 sigma_t = inside ? textureLod(u_sigma_t_tx, uvw, 0.0).rgb : vec3(0.0);
         vec3 emission = kEmits && inside ? textureLod(u_emission_tx, uvw, 0.0).rgb : vec3(0.0);
         vec3 source = vec3(0.0);

@@ -24,20 +24,17 @@ struct FUM_STD140 FieldDirection {
     int first_word;     // of its layers in the picture of what surfaces cross
     vec3 entry;         // the world's radiance from there [W/m^2/sr]
     float unused;
-    vec4 harmonics[4];  // spherical_harmonic(i, wi)
 };
 
 struct FUM_STD140 FieldParams {
-    LatticeParams nodes;    // that light is carried to
-    LatticeParams medium;   // of what scatters it
-    mat4 medium_from_node;  // nodes of the one from nodes of the other
+    LatticeParams nodes;
     FieldDirection directions[FIELD_BATCH];
-    int count;           // of the directions
-    int columns;         // across a slice, along each edge, that there is room for
-    int slices;          // that there is room for
-    int order;           // of scattering that is summed up: 0 the lights' and the world's own light
-    vec3 albedo;         // of places that have no medium
-    float same_lattice;  // 1: nodes and medium are one
+    int count;    // of the directions
+    int columns;  // across a slice, along each edge, that there is room for
+    int slices;   // that there is room for
+    int order;    // of scattering that is summed up: 0 the lights' and the world's own light
+    vec3 albedo;  // of places that have no medium
+    float unused;
 };
 
 FUM_SHARED_END

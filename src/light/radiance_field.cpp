@@ -16,28 +16,6 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr int kLevels = 4, kAround = 8;  ///< directions: of z, and around it
 
-/// The harmonics of glsl/lib/spherical_harmonics.glsl.
-std::array<double, 16> harmonics(glm::dvec3 d)
-{
-    const double x = d.x, y = d.y, z = d.z;
-    return {0.282094791773878,
-            0.488602511902920 * y,
-            0.488602511902920 * z,
-            0.488602511902920 * x,
-            1.09254843059208 * x * y,
-            1.09254843059208 * y * z,
-            0.315391565252520 * (3 * z * z - 1),
-            1.09254843059208 * x * z,
-            0.546274215296040 * (x * x - y * y),
-            0.590043589926644 * y * (3 * x * x - y * y),
-            2.89061144264055 * x * y * z,
-            0.457045799464466 * y * (5 * z * z - 1),
-            0.373176332590115 * z * (5 * z * z - 3),
-            0.457045799464466 * x * (5 * z * z - 1),
-            1.44530572132028 * z * (x * x - y * y),
-            0.590043589926644 * x * (x * x - 3 * y * y)};
-}
-
 struct Ordinate {
     glm::dvec3 wi{0};
     double solid_angle = 0;
@@ -112,9 +90,6 @@ shared::FieldDirection columns_of(const Ordinate& ordinate, const FieldLattice& 
         out.first[i] = static_cast<float>(slope > 0 ? -shift : 0);
         columns = std::max(columns, static_cast<int>(last[i + 1] + shift) + 2);
     }
-    const std::array<double, 16> y = harmonics(ordinate.wi);
-    for (int i = 0; i < 16; ++i)
-        out.harmonics[i / 4][i % 4] = static_cast<float>(y[static_cast<std::size_t>(i)]);
     return out;
 }
 
@@ -311,9 +286,7 @@ void RadianceField::fill(const FieldLattice& lattice, const FieldMedium& medium,
     if (medium.glows)
         volumes.emission = make("field: emission", 1);
     params_ = {};
-    params_.nodes = params_.medium = lattice.params;
-    params_.medium_from_node = glm::mat4(1.0f);
-    params_.same_lattice = 1;
+    params_.nodes = lattice.params;
     params_.albedo = medium.albedo;
     for (const Ordinate& ordinate : ordinates()) {
         int columns = 0, slices = 0;

@@ -293,26 +293,15 @@ TEST_F(ParamLayout, LightVolumes)
 
 TEST_F(ParamLayout, Field)
 {
-    const Offsets direction{MEMBER(FieldDirection, wi),
-                            MEMBER(FieldDirection, solid_angle),
-                            MEMBER(FieldDirection, slope),
-                            MEMBER(FieldDirection, first),
-                            MEMBER(FieldDirection, axis),
-                            MEMBER(FieldDirection, forward),
-                            MEMBER(FieldDirection, metres),
-                            MEMBER(FieldDirection, first_word),
-                            MEMBER(FieldDirection, entry),
-                            MEMBER(FieldDirection, unused),
-                            {"harmonics[0]", offsetof(FieldDirection, harmonics)}};
-    Offsets expected{MEMBER(FieldParams, medium_from_node),
-                     MEMBER(FieldParams, count),
-                     MEMBER(FieldParams, columns),
-                     MEMBER(FieldParams, slices),
-                     MEMBER(FieldParams, order),
-                     MEMBER(FieldParams, albedo),
-                     MEMBER(FieldParams, same_lattice)};
+    const Offsets direction{MEMBER(FieldDirection, wi),     MEMBER(FieldDirection, solid_angle),
+                            MEMBER(FieldDirection, slope),  MEMBER(FieldDirection, first),
+                            MEMBER(FieldDirection, axis),   MEMBER(FieldDirection, forward),
+                            MEMBER(FieldDirection, metres), MEMBER(FieldDirection, first_word),
+                            MEMBER(FieldDirection, entry),  MEMBER(FieldDirection, unused)};
+    Offsets expected{MEMBER(FieldParams, count),  MEMBER(FieldParams, columns),
+                     MEMBER(FieldParams, slices), MEMBER(FieldParams, order),
+                     MEMBER(FieldParams, albedo), MEMBER(FieldParams, unused)};
     add_struct(expected, "nodes", offsetof(FieldParams, nodes), kLattice);
-    add_struct(expected, "medium", offsetof(FieldParams, medium), kLattice);
     add_array<FieldDirection>(expected, "directions", offsetof(FieldParams, directions),
                               FIELD_BATCH, direction);
     expect_same(layout("field_params.h", "FieldParams"), expected, sizeof(FieldParams));
