@@ -14,7 +14,8 @@ public:
 
 /// Each adds its subcommand; parsing then runs it.
 void add_info(CLI::App& app);
-void add_render(CLI::App& app);
+/// line: the command line, for the headers of pictures
+void add_render(CLI::App& app, const std::string& line);
 void add_compare(CLI::App& app);
 void add_chart(CLI::App& app);
 void add_plan(CLI::App& app);

@@ -209,12 +209,45 @@ std::vector<std::string> faults_of(const std::vector<Row>& rows, const Options& 
     return faults;
 }
 
+/// That part of a whole picture which another picture is.
+Image part_like(const Image& whole, const Image& part)
+{
+    Image cut = part;
+    const std::size_t channels = whole.channels.size();
+    const auto row = static_cast<std::size_t>(part.width) * channels;
+    for (int y = 0; y < part.height; ++y) {
+        const auto from = static_cast<std::ptrdiff_t>(
+            (static_cast<std::size_t>(y + part.origin.y) * static_cast<std::size_t>(whole.width) +
+             static_cast<std::size_t>(part.origin.x)) *
+            channels);
+        std::copy_n(whole.pixels.begin() + from, row,
+                    cut.pixels.begin() + static_cast<std::ptrdiff_t>(row) * y);
+    }
+    return cut;
+}
+
+/// A part is compared with the same part of a whole picture.
+void match_parts(Image& test, Image& reference)
+{
+    const auto is_whole_of = [](const Image& whole, const Image& part) {
+        return whole.whole == glm::ivec2(0) && part.whole == glm::ivec2(whole.width, whole.height);
+    };
+    if (is_whole_of(test, reference))
+        test = part_like(test, reference);
+    else if (is_whole_of(reference, test))
+        reference = part_like(reference, test);
+}
+
 void check_sizes(const Options& options, const Image& test, const Image& reference)
 {
     if (test.width != reference.width || test.height != reference.height)
         throw Error(fmt::format("{} is {} x {} but {} is {} x {}; render both at one --size",
                                 options.test, test.width, test.height, options.reference,
                                 reference.width, reference.height));
+    if (test.whole != reference.whole || test.origin != reference.origin)
+        throw Error(fmt::format("{} and {} are different parts of a picture; render both with one "
+                                "--region",
+                                options.test, options.reference));
 }
 
 std::vector<std::string> common_targets(const Input& test, const Input& reference)
@@ -253,8 +286,9 @@ void run(const Options& options)
     std::vector<Row> rows;
     Image size;
     for (const std::string& target : targets) {
-        const Image test_picture = test.read(target);
-        const Image reference_picture = reference.read(target);
+        Image test_picture = test.read(target);
+        Image reference_picture = reference.read(target);
+        match_parts(test_picture, reference_picture);
         check_sizes(options, test_picture, reference_picture);
         if (const std::string place = broken_place(reference_picture); !place.empty())
             throw Error(fmt::format("{}: {}: {}; nothing can be measured against it, make the "

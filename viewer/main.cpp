@@ -10,6 +10,7 @@
 
 #include "asset/printable.h"
 #include "command.h"
+#include "shell_words.h"
 #include "study/flag_names.h"
 #include <fumarole/errors.h>
 
@@ -113,7 +114,7 @@ int main(int argc, char** argv)
     app.require_subcommand(1);
     app.failure_message(usage_message);
     command::add_info(app);
-    command::add_render(app);
+    command::add_render(app, command::command_text({argv + 1, argv + argc}));
     command::add_compare(app);
     command::add_chart(app);
     command::add_plan(app);

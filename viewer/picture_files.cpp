@@ -4,6 +4,8 @@
 #include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <fmt/format.h>
 #include <unistd.h>
@@ -41,6 +43,8 @@ Image empty_image(const Picture& picture)
     Image image;
     image.width = picture.width;
     image.height = picture.height;
+    image.whole = picture.whole;
+    image.origin = picture.origin;
     return image;
 }
 
@@ -127,7 +131,28 @@ Image without_sky(Image depth)
     return depth;
 }
 
+/// A depth alone is R, G and B and has no name to be known by.
+void write_linear(const Image& image, const std::string& output, const PictureFiles& files)
+{
+    ExrOptions exr = files.exr;
+    exr.half = exr.half && files.target != "depth";
+    write::write_exr(image, output, exr);
+}
+
 }  // namespace
+
+std::string capture_date()
+{
+    std::time_t now = std::time(nullptr);
+    const char* fixed = std::getenv("SOURCE_DATE_EPOCH");
+    if (fixed != nullptr)
+        now = static_cast<std::time_t>(std::strtoll(fixed, nullptr, 10));
+    std::tm parts{};
+    if ((fixed != nullptr ? gmtime_r(&now, &parts) : localtime_r(&now, &parts)) == nullptr)
+        return "";
+    char text[sizeof "2026:11:28 02:40:00" + 8];
+    return {text, std::strftime(text, sizeof text, "%Y:%m:%d %H:%M:%S", &parts)};
+}
 
 bool is_png(const std::string& output)
 {
@@ -178,7 +203,7 @@ float write_picture(const Picture& picture, const PictureFiles& files)
             write::write_png(picture.cover != nullptr ? image_with_cover(picture) : image, display,
                              output);
         else
-            write::write_exr(files.target.empty() ? image_of_all(picture) : image, output);
+            write_linear(files.target.empty() ? image_of_all(picture) : image, output, files);
     }
     return display.exposure_ev;
 }

@@ -21,7 +21,8 @@ struct Target {
 /// All that a render made; points into what it was made of.
 struct Picture {
     int width = 0, height = 0;
-    std::vector<Target> targets;  ///< the composite first, as R, G, B
+    glm::ivec2 whole{0}, origin{0};  ///< as in Image
+    std::vector<Target> targets;     ///< the composite first, as R, G, B
     /// RGBA of the composite without what glows, or null where nothing does.
     const std::vector<float>* cover = nullptr;
 };
@@ -35,7 +36,12 @@ struct PictureFiles {
     std::string target;                ///< that is written alone as R, G, B; "" for all of them
     std::optional<float> exposure;     ///< stops of a .png, or those that suit the picture
     Display::Transform transform = Display::Transform::filmic;
+    ExrOptions exr = {};
 };
+
+/// For a header: now, or what the environment's SOURCE_DATE_EPOCH says for files that are to be the
+/// same each time.
+std::string capture_date();
 
 /// Of a file for a screen, by its name.
 bool is_png(const std::string& output);

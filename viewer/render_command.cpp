@@ -43,7 +43,8 @@ struct Options {
     int aa = 1;
     std::uint32_t seed = 0;
     std::optional<double> tolerance;  ///< of the reference
-    bool alpha = false, explain = false, json = false;
+    bool alpha = false, half = false, explain = false, json = false;
+    std::string line;  ///< the command line itself
     InspectionOptions inspection;
     SettingsInput words;
     PlanWish wish;
@@ -255,7 +256,11 @@ PictureFiles files_of(const Options& options)
             .target = options.target,
             .exposure = parse_exposure(options.exposure),
             .transform =
-                options.display == "srgb" ? Display::Transform::srgb : Display::Transform::filmic};
+                options.display == "srgb" ? Display::Transform::srgb : Display::Transform::filmic,
+            .exr = {.half = options.half,
+                    .captured = capture_date(),
+                    .software = "Fumarole " FUMAROLE_VERSION,
+                    .command = options.line}};
 }
 
 // -------------------------------------------------------------------------------------- OpenGL
@@ -417,7 +422,7 @@ std::optional<float> write_inspection(const InspectionStill& still, const Inspec
         if (is_png(output))
             write::write_png(image_of(still, true), display, output);
         else
-            write::write_exr(image_of(still, false), output);
+            write::write_exr(image_of(still, false), output, files.exr);
     }
     return exposure_ev;
 }
@@ -498,6 +503,16 @@ study::ReferenceStill render_reference(const Options& options,
     return study::render_reference(scene, wanted);
 }
 
+Picture part_of(Picture picture, const std::optional<study::ReferenceRegion>& region,
+                const Scene& scene)
+{
+    if (region) {
+        picture.whole = glm::ivec2(scene.resolution);
+        picture.origin = {region->x, region->y};
+    }
+    return picture;
+}
+
 /// No OpenGL here: the reference runs on the processor.
 void run_reference(const Options& options, const PictureFiles& files,
                    const std::optional<study::ReferenceRegion>& region,
@@ -510,7 +525,7 @@ void run_reference(const Options& options, const PictureFiles& files,
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     progress.clear();
-    const Picture picture = picture_of(still);
+    const Picture picture = part_of(picture_of(still), region, loaded.scene);
     const float exposure_ev = write_picture(picture, files);
 
     const double tolerance = tolerance_of(options);
@@ -623,7 +638,8 @@ void run_moving(Options options, PictureFiles files, Settings settings,
         } else {
             reference = render_reference(options, region, now.scene, progress);
         }
-        Picture picture = renderer ? picture_of(still) : picture_of(reference);
+        Picture picture =
+            renderer ? picture_of(still) : part_of(picture_of(reference), region, now.scene);
         if (cover && cover->add_to(picture, now.scene, settings, wanted) &&
             std::find(notes.begin(), notes.end(), kRaisedAlpha) == notes.end())
             notes.emplace_back(kRaisedAlpha);
@@ -659,6 +675,8 @@ void check_words(const Options& options, const CLI::App& command)
     check_mode(options, command);
     if (options.alpha && !options.target.empty())
         throw UsageError("--alpha goes with the composite; leave out --target");
+    if (options.half && std::all_of(options.outputs.begin(), options.outputs.end(), is_png))
+        throw UsageError("--half: is for an .exr; name one by -o");
 }
 
 /// What --show is asked for, or nothing; words of a picture's that it has no use for are refused.
@@ -744,12 +762,13 @@ void run(Options options, const CLI::App& command)
 
 }  // namespace
 
-void add_render(CLI::App& app)
+void add_render(CLI::App& app, const std::string& line)
 {
     CLI::App* command =
         app.add_subcommand("render", "A picture of a .vdb file or of a scene, with what it cost");
     auto options = std::make_shared<Options>();
     Options& o = *options;
+    o.line = line;
     command->add_option("INPUT", o.input, "a .vdb file, or a scene file (.json)")->required();
     command
         ->add_option("-o,--output", o.outputs,
@@ -785,6 +804,8 @@ void add_render(CLI::App& app)
                         "froxel-slice: 0..1 of the slices, near to far [z=0.5; 0.5]");
     command->add_option("--scale", o.inspection.scale,
                         "of --show: the value where its colours end [one that suits]");
+    command->add_flag("--half", o.half,
+                      "16-bit floats in an .exr, cut off at 65504; depth keeps 32 bits");
     command->add_flag("--alpha", o.alpha, "leave out the sky; its transmittance becomes alpha");
     command->add_option("--exposure", o.exposure, "stops for a .png [auto]");
     command->add_option("--display", o.display, "transform for a .png [filmic]")
@@ -805,8 +826,8 @@ void add_render(CLI::App& app)
             "of the reference: relative error of each pixel [0.02, with --bounces 0 0.001]")
         ->check(CLI::Range(1e-6, 0.5));
     command->add_option("--region", o.region,
-                        "of the reference: X,Y,WIDTH,HEIGHT in pixels from the top left, which are "
-                        "then the whole picture");
+                        "of the reference: X,Y,WIDTH,HEIGHT in pixels from the top left; an .exr "
+                        "keeps the whole picture's display window");
     add_plan_options(*command, o.wish);
     add_settings(*command, o.words);
     command->callback([options, command] { run(*options, *command); });

@@ -17,6 +17,14 @@ std::string shell_word(const std::string& text)
     return quoted + "'";
 }
 
+std::string command_text(const std::vector<std::string>& words)
+{
+    std::string line = "fumarole";
+    for (const std::string& word : words)
+        line += " " + shell_word(word);
+    return line;
+}
+
 std::string option_text(const char* name, const std::string& word, const std::string& usual)
 {
     return word == usual ? "" : fmt::format(" {} {}", name, shell_word(word));

@@ -238,9 +238,11 @@ std::optional<int> find_channel(const std::vector<std::string>& channels, std::s
     return static_cast<int>(found - channels.begin());
 }
 
-// One picture of `spec`, encoded as what `format` (".exr", ".png") names.
+// One picture of `spec`, from pixels whose values are `of_pixels`, encoded as what `format`
+// (".exr", ".png") names.
 std::vector<unsigned char> encode(const char* format, const OIIO::ImageSpec& spec,
-                                  const void* pixels, const fs::path& file)
+                                  OIIO::TypeDesc of_pixels, const void* pixels,
+                                  const fs::path& file)
 {
     std::vector<unsigned char> bytes;
     OIIO::Filesystem::IOVecOutput memory(bytes);
@@ -250,7 +252,7 @@ std::vector<unsigned char> encode(const char* format, const OIIO::ImageSpec& spe
         throw Error(fmt::format("{}: cannot write {} files: {}; install an OpenImageIO that can",
                                 file.string(), format, one_line(OIIO::geterror())));
     }
-    if (!output->open(in_memory, spec) || !output->write_image(spec.format, pixels) ||
+    if (!output->open(in_memory, spec) || !output->write_image(of_pixels, pixels) ||
         !output->close()) {
         throw Error(fmt::format("{}: cannot encode {} x {} pixels: {}; try a smaller picture",
                                 file.string(), spec.width, spec.height,
@@ -323,7 +325,7 @@ EncodedPixel with_glow(glm::vec3 radiance, glm::vec3 cover, float alpha, const D
 
 }  // namespace
 
-void write_exr(const Image& image, const fs::path& file)
+void write_exr(const Image& image, const fs::path& file, const ExrOptions& options)
 {
     check_shape(image, file);
     std::vector<int> all(image.channels.size());
@@ -335,12 +337,38 @@ void write_exr(const Image& image, const fs::path& file)
     OIIO::ImageSpec spec(image.width, image.height, static_cast<int>(image.channels.size()),
                          OIIO::TypeDesc::FLOAT);
     spec.channelnames = image.channels;
+    if (image.whole.x > 0) {
+        spec.x = image.origin.x;
+        spec.y = image.origin.y;
+        spec.full_width = image.whole.x;
+        spec.full_height = image.whole.y;
+    }
     spec.attribute("compression", "zip");
     spec.attribute("oiio:ColorSpace", "Linear");
-    spec.attribute("Software", "Fumarole");
-    // OIIO would put the time of day here, and the same picture would not give the same bytes.
-    spec.attribute("DateTime", "");
-    write_whole(file, encode(".exr", spec, image.pixels.data(), file));
+    spec.attribute("Software", options.software);
+    // OIIO calls capDate so, and puts the time of day there where nothing is said: the same picture
+    // would not give the same bytes.
+    spec.attribute("DateTime", options.captured);
+    if (!options.command.empty()) {
+        spec.attribute("commandLine", options.command);
+    }
+    if (!options.half) {
+        write_whole(file, encode(".exr", spec, OIIO::TypeDesc::FLOAT, image.pixels.data(), file));
+        return;
+    }
+    for (const std::string& name : image.channels) {
+        spec.channelformats.push_back(name.starts_with("depth") ? OIIO::TypeDesc::FLOAT
+                                                                : OIIO::TypeDesc::HALF);
+    }
+    // What is brighter would be stored as infinite.
+    constexpr float kLargestHalf = 65504;
+    std::vector<float> pixels = image.pixels;
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+        if (spec.channelformats[i % image.channels.size()] == OIIO::TypeDesc::HALF) {
+            pixels[i] = std::clamp(pixels[i], -kLargestHalf, kLargestHalf);
+        }
+    }
+    write_whole(file, encode(".exr", spec, OIIO::TypeDesc::FLOAT, pixels.data(), file));
 }
 
 void write_png(const Image& image, const Display& display, const fs::path& file)
@@ -397,7 +425,7 @@ void write_png(const Image& image, const Display& display, const fs::path& file)
     // The division is done above; OIIO would do it again, on encoded values.
     spec.attribute("oiio:UnassociatedAlpha", 1);
     spec.attribute("Software", "Fumarole");
-    write_whole(file, encode(".png", spec, pixels.data(), file));
+    write_whole(file, encode(".png", spec, spec.format, pixels.data(), file));
 }
 
 Image read_exr(const fs::path& file, const std::vector<std::string>& channels)
@@ -407,18 +435,24 @@ Image read_exr(const fs::path& file, const std::vector<std::string>& channels)
     if (spec.deep) {
         throw Error(fmt::format("{}: is a deep picture; flatten it first", file.string()));
     }
-    // Placing it would mean inventing what is outside, and depth has no value for "not rendered".
-    if (spec.x != spec.full_x || spec.y != spec.full_y || spec.width != spec.full_width ||
-        spec.height != spec.full_height) {
-        throw Error(fmt::format("{}: its data window ({} x {} at {}, {}) is not its whole picture "
-                                "({} x {}); write it uncropped",
-                                file.string(), spec.width, spec.height, spec.x, spec.y,
-                                spec.full_width, spec.full_height));
+    // What lies outside of the display window is no part of the picture.
+    if (spec.x < spec.full_x || spec.y < spec.full_y ||
+        spec.x + spec.width > spec.full_x + spec.full_width ||
+        spec.y + spec.height > spec.full_y + spec.full_height) {
+        throw Error(
+            fmt::format("{}: its data window ({} x {} at {}, {}) reaches out of its display "
+                        "window ({} x {} at {}, {}); crop it",
+                        file.string(), spec.width, spec.height, spec.x, spec.y, spec.full_width,
+                        spec.full_height, spec.full_x, spec.full_y));
     }
 
     Image image;
     image.width = spec.width;
     image.height = spec.height;
+    if (spec.width != spec.full_width || spec.height != spec.full_height) {
+        image.whole = {spec.full_width, spec.full_height};
+        image.origin = {spec.x - spec.full_x, spec.y - spec.full_y};
+    }
     image.channels = channels.empty() ? spec.channelnames : channels;
     std::vector<std::size_t> sources;
     int first = spec.nchannels;

@@ -117,6 +117,13 @@ TEST(RenderReference, RegionIsThatPartOfThePicture)
     const Image part = write::read_exr(folder.path() / "part.exr", names);
     ASSERT_EQ(part.width, 10);
     ASSERT_EQ(part.height, 6);
+    EXPECT_EQ(part.whole, glm::ivec2(all.width, all.height));
+    EXPECT_EQ(part.origin, glm::ivec2(20, 8));
+    // It is compared with where it lies.
+    const Outcome same =
+        run_program(folder.path(), {"compare", "part.exr", "all.exr", "--max-relmse=0"});
+    EXPECT_EQ(same.code, 0) << same;
+    EXPECT_NE(same.out.find("10 x 6"), std::string::npos) << same;
     for (int y = 0; y < 6; ++y)
         for (int x = 0; x < 10; ++x)
             for (int c = 0; c < 4; ++c)

@@ -198,9 +198,69 @@ TEST_F(ImageWriter, ExrIsLinearFloatZipAndTheSameBytesEachTime)
     EXPECT_EQ(input->spec().get_string_attribute("compression"), "zip");
     // A time of day would make every file differ.
     EXPECT_EQ(input->spec().get_string_attribute("DateTime"), "");
+    EXPECT_EQ(input->spec().get_string_attribute("Software"), "Fumarole");
 
     write_exr(image, folder_ / "y.exr");
     EXPECT_EQ(bytes_of(folder_ / "x.exr"), bytes_of(folder_ / "y.exr"));
+}
+
+TEST_F(ImageWriter, ExrSaysWhatMadeItAndWhen)
+{
+    write_exr(
+        row({"R"}, {1}), folder_ / "x.exr",
+        {.captured = "2026:11:28 02:40:00", .software = "Fumarole 9.8", .command = "a 'b c'"});
+    const std::string bytes = bytes_of(folder_ / "x.exr");
+    // The header's own names (OpenEXR's standard attributes), as other programs look them up.
+    const auto text = [](const std::string& name, const std::string& value) {
+        const char size = static_cast<char>(value.size());
+        return name + '\0' + "string" + '\0' + size + std::string(3, '\0') + value;
+    };
+    for (const std::string& entry :
+         {text("capDate", "2026:11:28 02:40:00"), text("commandLine", "a 'b c'")}) {
+        EXPECT_NE(bytes.find(entry), std::string::npos) << entry;
+    }
+    EXPECT_NE(bytes.find("Fumarole 9.8"), std::string::npos);
+}
+
+TEST_F(ImageWriter, HalfFloatsAreTheNearestOnesAndDepthIsKept)
+{
+    // Halves have 11 bits: 2049 lies between 2048 and 2050, which is the odd one of the two.
+    const Image image = row({"R", "depth.Z"}, {1.0f, 1e10f, 2049.0f, 2049.0f, 0x1p-24f, 0x1p-24f,
+                                               65504.0f, 65504.0f, 1e6f, 1e6f, -1e6f, 70000.5f});
+    write_exr(image, folder_ / "x.exr", {.half = true});
+    const std::unique_ptr<OIIO::ImageInput> input =
+        OIIO::ImageInput::open((folder_ / "x.exr").string());
+    ASSERT_TRUE(input) << OIIO::geterror();
+    const OIIO::ImageSpec& spec = input->spec();
+    EXPECT_EQ(spec.channelformat(spec.channelindex("R")), OIIO::TypeDesc::HALF);
+    EXPECT_EQ(spec.channelformat(spec.channelindex("depth.Z")), OIIO::TypeDesc::FLOAT);
+    EXPECT_EQ(read_exr(folder_ / "x.exr", {"R"}).pixels,
+              (std::vector<float>{1.0f, 2048.0f, 0x1p-24f, 65504.0f, 65504.0f, -65504.0f}));
+    EXPECT_EQ(read_exr(folder_ / "x.exr", {"depth.Z"}).pixels,
+              (std::vector<float>{1e10f, 2049.0f, 0x1p-24f, 65504.0f, 1e6f, 70000.5f}));
+}
+
+TEST_F(ImageWriter, APartKeepsTheDisplayWindowOfTheWhole)
+{
+    Image part = distinct_picture(4, 3, {"R", "G"});
+    part.whole = {20, 10};
+    part.origin = {7, 2};
+    write_exr(part, folder_ / "x.exr");
+    const std::unique_ptr<OIIO::ImageInput> input =
+        OIIO::ImageInput::open((folder_ / "x.exr").string());
+    ASSERT_TRUE(input) << OIIO::geterror();
+    EXPECT_EQ(input->spec().x, 7);
+    EXPECT_EQ(input->spec().y, 2);
+    EXPECT_EQ(input->spec().width, 4);
+    EXPECT_EQ(input->spec().height, 3);
+    EXPECT_EQ(input->spec().full_x, 0);
+    EXPECT_EQ(input->spec().full_y, 0);
+    EXPECT_EQ(input->spec().full_width, 20);
+    EXPECT_EQ(input->spec().full_height, 10);
+    const Image back = read_exr(folder_ / "x.exr", {"R", "G"});
+    EXPECT_EQ(back.pixels, part.pixels);
+    EXPECT_EQ(back.whole, part.whole);
+    EXPECT_EQ(back.origin, part.origin);
 }
 
 TEST_F(ImageWriter, ExrReplacesTheOldFile)
@@ -443,15 +503,15 @@ TEST_F(ImageWriter, TornExrIsRefusedWhereverItIsTorn)
     }
 }
 
-TEST_F(ImageWriter, CroppedAndIntegerExrAreRefused)
+TEST_F(ImageWriter, OverscanAndIntegerExrAreRefused)
 {
     const std::vector<float> pixels(16, 1.0f);
-    OIIO::ImageSpec cropped(4, 4, 1, OIIO::TypeDesc::FLOAT);
-    cropped.channelnames = {"R"};
-    cropped.full_width = 8;
+    OIIO::ImageSpec overscan(4, 4, 1, OIIO::TypeDesc::FLOAT);
+    overscan.channelnames = {"R"};
+    overscan.full_width = 3;
     OIIO::ImageSpec integer(4, 4, 1, OIIO::TypeDesc::UINT);
     integer.channelnames = {"id"};
-    for (const OIIO::ImageSpec& spec : {cropped, integer}) {
+    for (const OIIO::ImageSpec& spec : {overscan, integer}) {
         const std::string name = (folder_ / (spec.channelnames[0] + ".exr")).string();
         const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(name);
         ASSERT_TRUE(output && output->open(name, spec) &&

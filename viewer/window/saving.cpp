@@ -47,7 +47,7 @@ void write_image(const Image& image, const Display& display, const std::string& 
     if (fs::path(file).extension() == ".png")
         write::write_png(image, display, file);
     else
-        write::write_exr(image, file);
+        write::write_exr(image, file, {.captured = command::capture_date()});
 }
 
 }  // namespace
@@ -79,10 +79,12 @@ void save_picture(const std::string& file, const Document& document, const ViewS
     Scene scene = document.scene();
     scene.resolution = glm::uvec2(pixels);
     const Still still = viewport.still(scene, state);
-    command::write_picture(command::picture_of(still), {.outputs = {file},
-                                                        .target = "",
-                                                        .exposure = state.exposure_ev,
-                                                        .transform = state.transform});
+    command::write_picture(command::picture_of(still),
+                           {.outputs = {file},
+                            .target = "",
+                            .exposure = state.exposure_ev,
+                            .transform = state.transform,
+                            .exr = {.captured = command::capture_date()}});
 }
 
 std::string copied_command(const Document& document, const ViewState& state, glm::ivec2 pixels)

@@ -16,6 +16,9 @@ struct Image {
     int height = 0;
     std::vector<std::string> channels;  ///< `R`, `G`, `B`, `scattering.R`, ...
     std::vector<float> pixels;          ///< width * height * channels.size()
+    /// Of a part of a larger picture: that one's size, and where the part begins in it, in pixels
+    /// from the top left. 0: the picture is whole.
+    glm::ivec2 whole{0}, origin{0};
 
     [[nodiscard]] float at(int x, int y, int channel) const
     {
@@ -32,14 +35,25 @@ struct Display {
     enum class Transform { filmic, srgb } transform = Transform::filmic;
 };
 
+/// How an EXR is stored, and what its header says of its making; "" leaves an entry out.
+struct ExrOptions {
+    /// 16-bit floats, cut off at 65504; what is named depth keeps 32 bits.
+    bool half = false;
+    std::string captured = "";          ///< capDate, local time: `2026:11:28 02:40:00`
+    std::string software = "Fumarole";  ///< with its version
+    std::string command = "";           ///< `commandLine`, the line that made the picture
+};
+
 namespace write {
 
-/// Writes linear floats (32-bit, zip) with their channel names, beside, then renames: a file is
-/// whole or not there, and an old one stays until the new one is whole (a link is replaced, not
-/// followed). Same picture in, same bytes out. Channels come back in any order: read by name.
+/// Writes linear floats (zip) with their channel names, beside, then renames: a file is whole or
+/// not there, and an old one stays until the new one is whole (a link is replaced, not followed).
+/// Same picture and options in, same bytes out. Channels come back in any order: read by name. A
+/// part of a picture is a data window within the display window of the whole.
 /// @throws Error naming the file: no such folder, no right, disk full, NaN or infinity in the
 /// picture (with channel and pixel), a channel name used twice.
-FUMAROLE_API void write_exr(const Image& image, const std::filesystem::path& file);
+FUMAROLE_API void write_exr(const Image& image, const std::filesystem::path& file,
+                            const ExrOptions& options = {});
 
 /// Writes R, G, B (and A if there) as 8-bit sRGB PNG through a display transform, with 1/255 of
 /// fixed-pattern dither left out: same picture in, same bytes out. RGB is taken as premultiplied by
@@ -52,7 +66,7 @@ FUMAROLE_API void write_png(const Image& image, const Display& display,
 
 /// Reads channels by name from an EXR's first part (`R`, `scattering.R`, ...), in the order asked;
 /// all of them, in the file's order, if none is named. @throws Error naming file and channel: not
-/// there, integers, a cropped or deep picture, a torn file.
+/// there, integers, a deep picture, one that reaches out of its display window, a torn file.
 FUMAROLE_API Image read_exr(const std::filesystem::path& file,
                             const std::vector<std::string>& channels);
 FUMAROLE_API std::vector<std::string> exr_channels(const std::filesystem::path& file);
