@@ -24,8 +24,8 @@ TEST(External, RendersOrIsRefusedInOneLine)
         const fs::path& file = entry.path();
         if (file.extension() != ".vdb" && file.extension() != ".nvdb")
             continue;
-        commands.push_back(
-            {"render", file.string(), "--size=96x54", "-o", file.filename().string() + ".exr"});
+        commands.push_back(with_little_light({"render", file.string(), "--size=96x54"}));
+        commands.back().insert(commands.back().end(), {"-o", file.filename().string() + ".exr"});
     }
     ASSERT_GT(commands.size(), 10u);
     const std::vector<Outcome> runs = run_all(folder.path(), commands);

@@ -117,11 +117,27 @@ protected:
         return one;
     }
 
+    /// Where Mesa keeps compiled shaders by default.
+    static const std::string& shader_cache()
+    {
+        static const std::string folder = [] {
+            const char* cache = std::getenv("XDG_CACHE_HOME");
+            const char* home = std::getenv("HOME");
+            return cache != nullptr  ? std::string(cache)
+                   : home != nullptr ? std::string(home) + "/.cache"
+                                     : fs::temp_directory_path().string();
+        }();
+        return folder;
+    }
+
     View()
     {
         setenv("DISPLAY", display()->name().c_str(), 1);
         setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
         setenv("XDG_CONFIG_HOME", (folder_.path() / "config").c_str(), 1);
+        // Mesa keeps compiled shaders where all tests find them again: LLVM takes a second or two
+        // for each program.
+        setenv("MESA_SHADER_CACHE_DIR", shader_cache().c_str(), 1);
         setenv("XDG_CACHE_HOME", (folder_.path() / "cache").c_str(), 1);
     }
     void SetUp() override

@@ -24,8 +24,8 @@ std::pair<std::string, int> validate_shaders(const std::filesystem::path& folder
     if (names.empty() || !there)
         return {"", 0};
     // Said of each file: its name, and then what is wrong with it.
-    const std::string command =
-        fmt::format("cd '{}' && xargs -a names glslangValidator 2>&1", folder.string());
+    const std::string command = fmt::format(
+        "cd '{}' && xargs -P $(nproc) -n 100 -a names glslangValidator 2>&1", folder.string());
     FILE* pipe = popen(command.c_str(), "r");
     std::string said;
     std::array<char, 4096> part{};
