@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "blackbody.h"
+
 namespace fumarole {
 
 namespace {
@@ -24,6 +26,23 @@ glm::dvec3 slope(const std::vector<CameraKey>& path, std::size_t i, glm::dvec3 C
 }
 
 }  // namespace
+
+double kelvin_per_unit(const GridMedium& medium)
+{
+    // No simulator that counts in kelvin has a domain so cold, none that doesn't flames so hot.
+    constexpr float kMostUnits = 20;
+    if (medium.temperature_scale > 0)
+        return medium.temperature_scale;
+    return medium.temperature == nullptr || medium.temperature->max_value < kMostUnits ? 1000 : 1;
+}
+
+bool glows_hot(const GridMedium& medium)
+{
+    return medium.temperature != nullptr && !medium.temperature->empty() &&
+           medium.blackbody_intensity > 0 && medium.blackbody_tint != glm::vec3(0) &&
+           static_cast<double>(medium.temperature->max_value) * kelvin_per_unit(medium) >
+               kDarkKelvin;
+}
 
 Camera camera_at(const std::vector<CameraKey>& path, double time)
 {

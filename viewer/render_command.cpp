@@ -299,17 +299,21 @@ bool glows(const Scene& scene)
         if (const auto* box = std::get_if<BoxMedium>(&medium))
             return box->emission != glm::vec3(0);
         const auto& grid = std::get<GridMedium>(medium);
-        return grid.emission_per_unit != glm::vec3(0) && grid.emission && !grid.emission->empty();
+        return glows_hot(grid) ||
+               (grid.emission_per_unit != glm::vec3(0) && grid.emission && !grid.emission->empty());
     });
 }
 
 Scene without_glow(Scene scene)
 {
     for (Medium& medium : scene.media) {
-        if (auto* box = std::get_if<BoxMedium>(&medium))
+        if (auto* box = std::get_if<BoxMedium>(&medium)) {
             box->emission = glm::vec3(0);
-        else
-            std::get<GridMedium>(medium).emission_per_unit = glm::vec3(0);
+            continue;
+        }
+        auto& grid = std::get<GridMedium>(medium);
+        grid.emission_per_unit = glm::vec3(0);
+        grid.blackbody_intensity = 0;
     }
     return scene;
 }

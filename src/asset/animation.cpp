@@ -155,7 +155,7 @@ Scene scene_at(const Scene& scene, int frame)
         if (grid == nullptr || !is_sequence(grid->file))
             continue;
         grid->file = frame_file(grid->file, frame).string();
-        grid->density = grid->emission = grid->color = nullptr;
+        grid->density = grid->emission = grid->color = grid->temperature = nullptr;
     }
     return now;
 }

@@ -20,10 +20,15 @@ void take_over(Scene& scene, const Scene& from)
         auto* to = std::get_if<GridMedium>(&scene.media[i]);
         if (to == nullptr)
             continue;
-        if (const auto& grid = std::get<GridMedium>(from.media[i]); grid.file == to->file) {
+        const auto& grid = std::get<GridMedium>(from.media[i]);
+        // One unit for all frames, whatever the largest value of each.
+        if (to->temperature_scale == 0)
+            to->temperature_scale = grid.temperature_scale;
+        if (grid.file == to->file) {
             to->density = grid.density;
             to->emission = grid.emission;
             to->color = grid.color;
+            to->temperature = grid.temperature;
         }
     }
     for (std::size_t i = 0; i < scene.surfaces.size(); ++i)
@@ -46,7 +51,8 @@ void fill_absent(GridMedium& medium)
         return !grid && !name.empty();
     };
     if (medium.density && !wanted(medium.emission, medium.emission_grid) &&
-        !wanted(medium.color, medium.color_grid))
+        !wanted(medium.color, medium.color_grid) &&
+        !wanted(medium.temperature, medium.temperature_grid))
         return;
     const VdbInfo file = read_vdb_headers(medium.file);
     if (!medium.density && voxels_in(file, medium.grid) == 0)
@@ -55,6 +61,9 @@ void fill_absent(GridMedium& medium)
         medium.emission = nothing(medium.emission_grid);
     if (wanted(medium.color, medium.color_grid) && voxels_in(file, medium.color_grid) == 0)
         medium.color = nothing(medium.color_grid);
+    if (wanted(medium.temperature, medium.temperature_grid) &&
+        voxels_in(file, medium.temperature_grid) == 0)
+        medium.temperature = nothing(medium.temperature_grid);
 }
 
 /// Whether a medium has a file a frame.
@@ -119,6 +128,7 @@ LoadedScene FrameLoader::held(int frame, const std::string& why) const
         medium.density = nothing(medium.grid);
         medium.emission = nothing(medium.emission_grid);
         medium.color = nothing(medium.color_grid);
+        medium.temperature = nothing(medium.temperature_grid);
     }
     load_scene_files(loaded);
     loaded.notes.push_back(why + "; held the one before it");
@@ -146,6 +156,9 @@ std::optional<LoadedScene> FrameLoader::next()
         for (std::size_t i = 0; i < scene_.scene.media.size(); ++i)
             if (!is_moving(scene_.scene.media[i]))
                 scene_.scene.media[i] = loaded->scene.media[i];
+            else
+                std::get<GridMedium>(scene_.scene.media[i]).temperature_scale =
+                    std::get<GridMedium>(loaded->scene.media[i]).temperature_scale;
         scene_.scene.surfaces = loaded->scene.surfaces;
         scene_.scene.world = loaded->scene.world;
     }

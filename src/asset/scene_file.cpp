@@ -42,6 +42,8 @@ constexpr NumberRange kScale{0, kMaxValue, true, false};
 constexpr NumberRange kCoefficient{0, kMaxValue, false, false, "1/m"};
 constexpr NumberRange kRadiance{0, kMaxValue, false, false, "W/m^2/sr"};
 constexpr NumberRange kEmission{0, kMaxValue, false, false, "W/m^2/sr per metre"};
+constexpr NumberRange kKelvin{0, kMaxValue, true, false, "kelvin per unit"};
+constexpr NumberRange kFactor{0, kMaxValue};
 constexpr NumberRange kAlbedo{0, 1};
 constexpr NumberRange kAnisotropy{-1, 1, true, true};
 constexpr NumberRange kAngle{0, 180, true, true, "degrees"};
@@ -241,7 +243,19 @@ GridMedium read_grid_medium(JsonObject& object, const fs::path& folder)
     object.read("emission_grid", medium.emission_grid);
     const bool has_emission = object.read("emission_per_unit", kEmission, medium.emission_per_unit);
     object.read("color_grid", medium.color_grid);
+    object.read("temperature_grid", medium.temperature_grid);
+    const char* of_temperature = nullptr;
+    const auto read_of_temperature = [&](const char* key, const NumberRange& range, auto& value) {
+        if (object.read(key, range, value) && of_temperature == nullptr)
+            of_temperature = key;
+    };
+    read_of_temperature("temperature_scale", kKelvin, medium.temperature_scale);
+    read_of_temperature("blackbody_intensity", kFactor, medium.blackbody_intensity);
+    read_of_temperature("blackbody_tint", kFactor, medium.blackbody_tint);
     object.finish();
+    if (of_temperature != nullptr && medium.temperature_grid.empty())
+        object.place().fail(
+            fmt::format("'{}' needs 'temperature_grid', the grid that glows", of_temperature));
     if (has_emission != !medium.emission_grid.empty())
         object.place().fail(
             has_emission ? "'emission_per_unit' needs 'emission_grid', the grid it multiplies"
@@ -539,6 +553,13 @@ std::string grid_medium_text(const GridMedium& medium, const std::string& place,
     }
     if (!medium.color_grid.empty())
         out.text("color_grid", medium.color_grid);
+    if (!medium.temperature_grid.empty()) {
+        out.text("temperature_grid", medium.temperature_grid);
+        if (medium.temperature_scale != 0)
+            out.number("temperature_scale", medium.temperature_scale);
+        out.number("blackbody_intensity", medium.blackbody_intensity);
+        out.triple("blackbody_tint", medium.blackbody_tint);
+    }
     return out.in_lines(kItemIndent);
 }
 
@@ -738,7 +759,6 @@ public:
         return slot;
     }
 
-private:
     void add_note(const std::string& file, std::string note)
     {
         const std::string name = fs::path(file).filename().string();
@@ -748,10 +768,30 @@ private:
             notes_.push_back(std::move(note));
     }
 
+private:
     std::vector<std::string>& notes_;
     std::map<std::pair<std::string, std::string>, std::shared_ptr<const VoxelGrid>> grids_;
     std::map<std::string, std::shared_ptr<const Mesh>> meshes_;
 };
+
+/// Chooses the scale of a temperature that states none, and says so.
+void settle_temperature(GridMedium& medium, SceneFiles& files)
+{
+    if (!medium.temperature || medium.temperature->empty() || medium.temperature_scale != 0)
+        return;
+    medium.temperature_scale = kelvin_per_unit(medium);
+    const auto most = static_cast<double>(medium.temperature->max_value);
+    files.add_note(medium.file,
+                   fmt::format("grid '{}' holds up to {:.4g}: taken as {}, {:.4g} K at most{} "
+                               "(\"temperature_scale\": {})",
+                               medium.temperature_grid, most,
+                               medium.temperature_scale == 1 ? "kelvin" : "thousands of kelvin",
+                               most * medium.temperature_scale,
+                               glows_hot(medium) || medium.blackbody_intensity == 0
+                                   ? ""
+                                   : ", too cold to glow",
+                               medium.temperature_scale));
+}
 
 // A medium that a host filled in by hand names no file, and needs none.
 void load_medium_files(GridMedium& medium, SceneFiles& files)
@@ -769,6 +809,14 @@ void load_medium_files(GridMedium& medium, SceneFiles& files)
                                     "three (a vec3 grid, or name.x, name.y and name.z)",
                                     medium.file, medium.color_grid));
     }
+    if (!medium.temperature && !medium.temperature_grid.empty()) {
+        medium.temperature = files.grid(medium.file, medium.temperature_grid);
+        if (medium.temperature->channels != 1)
+            throw Error(fmt::format("{}: grid '{}' has three numbers a voxel, and a "
+                                    "temperature_grid needs one",
+                                    medium.file, medium.temperature_grid));
+    }
+    settle_temperature(medium, files);
 }
 
 }  // namespace
@@ -787,6 +835,7 @@ void load_scene_files(LoadedScene& loaded)
             files.know(grid->file, grid->grid, grid->density);
             files.know(grid->file, grid->emission_grid, grid->emission);
             files.know(grid->file, grid->color_grid, grid->color);
+            files.know(grid->file, grid->temperature_grid, grid->temperature);
         }
     }
     for (const Surface& surface : scene.surfaces) {

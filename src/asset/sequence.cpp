@@ -79,7 +79,8 @@ void settle_sequences(Scene& scene)
                                         list_names(all)));
             grid->grid = (*held)->name;
         }
-        for (const std::string& name : {grid->grid, grid->emission_grid, grid->color_grid})
+        for (const std::string& name :
+             {grid->grid, grid->emission_grid, grid->color_grid, grid->temperature_grid})
             if (!name.empty() && !has_grid(all, name))
                 throw Error(fmt::format("{}: no frame has a grid '{}'; {}", grid->file, name,
                                         list_names(all)));
@@ -95,8 +96,11 @@ std::optional<int> first_frame_with_content(const Scene& scene)
             continue;
         const std::vector<SequenceFrame> frames = read_sequence(grid->file);
         const auto held = std::find_if(frames.begin(), frames.end(), [&](const SequenceFrame& of) {
-            return voxels_in(of.file, grid->grid) > 0 ||
-                   (!grid->emission_grid.empty() && voxels_in(of.file, grid->emission_grid) > 0);
+            const auto holds = [&](const std::string& name) {
+                return !name.empty() && voxels_in(of.file, name) > 0;
+            };
+            return voxels_in(of.file, grid->grid) > 0 || holds(grid->emission_grid) ||
+                   holds(grid->temperature_grid);
         });
         const int frame = (held == frames.end() ? frames.begin() : held)->frame;
         first = std::min(first.value_or(frame), frame);

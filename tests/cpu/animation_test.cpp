@@ -269,6 +269,36 @@ TEST_F(LitLater, WhatAFrameLacksIsEmptyInIt)
     }
 }
 
+// What is cold in a later frame stays in the unit of those before.
+TEST(FrameLoader, TemperaturesHaveOneUnitInAllFrames)
+{
+    const test::TempFolder folder;
+    for (const auto& [frame, kelvin] : {std::pair{1, 1500.0}, {2, 15.0}, {3, 1700.0}}) {
+        test::VdbGrid density, hot;
+        density.boxes = {{{0, 0, 0}, {3, 3, 3}, glm::dvec3(1)}};
+        hot = density;
+        hot.name = "temperature";
+        hot.boxes[0].value = glm::dvec3(kelvin);
+        test::write_vdb(folder.path() / fmt::format("fire.{}.vdb", frame), {density, hot});
+    }
+    GridMedium fire;
+    fire.file = (folder.path() / "fire.#.vdb").string();
+    fire.grid = "density";
+    fire.temperature_grid = "temperature";
+    Scene scene;
+    scene.media = {fire};
+    asset::FrameLoader frames({scene, {}}, {1, 3});
+    for (int frame = 1; frame <= 3; ++frame) {
+        const std::optional<asset::LoadedScene> loaded = frames.next();
+        ASSERT_TRUE(loaded);
+        const auto& medium = std::get<GridMedium>(loaded->scene.media[0]);
+        ASSERT_TRUE(medium.temperature);
+        EXPECT_EQ(medium.temperature_scale, 1) << frame;
+        EXPECT_EQ(glows_hot(medium), frame != 2) << frame;
+        EXPECT_EQ(loaded->notes.size(), frame == 1 ? 1u : 0u) << "said once";
+    }
+}
+
 TEST_F(LitLater, WhatNoFrameHasIsAMistake)
 {
     std::get<GridMedium>(scene_.media.front()).emission_grid = "fire";

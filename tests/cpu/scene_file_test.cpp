@@ -43,7 +43,9 @@ constexpr std::string_view kFullScene = R"({
   "media": [
     {"type": "vdb", "file": "smoke_plume.vdb", "grid": "density", "translate": [1,2,3], "scale": 0.5,
      "sigma_s_per_density": [4,6,10], "sigma_a_per_density": [0.5,0.75,1.25], "g": 0.4,
-     "emission_grid": "flame", "emission_per_unit": [3,0.9,0.18], "color_grid": "Cd"},
+     "emission_grid": "flame", "emission_per_unit": [3,0.9,0.18], "color_grid": "Cd",
+     "temperature_grid": "temperature", "temperature_scale": 850, "blackbody_intensity": 2.5,
+     "blackbody_tint": [1,0.75,0.5]},
     {"type": "box", "min": [-5,-5,-0.5], "max": [5,5,5.5], "profile": "homogeneous",
      "sigma_s": [0.1,0.2,0.3], "sigma_a": [0.02,0.03,0.04], "g": 0.3, "emission": [1,2,3]},
     {"type": "box", "min": [-60,-20,-0.5], "max": [60,180,60], "profile": "exp_height",
@@ -138,6 +140,7 @@ void expect_equal(const Scene& a, const Scene& b)
             EXPECT_EQ(grid->sigma_a_per_density, other.sigma_a_per_density);
             EXPECT_EQ(grid->g, other.g);
             EXPECT_EQ(grid->emission_per_unit, other.emission_per_unit);
+            EXPECT_EQ(*grid, other);
             continue;
         }
         const auto& box = std::get<BoxMedium>(a.media[i]);
@@ -242,6 +245,10 @@ TEST(SceneFile, ReadsEveryKey)
     EXPECT_EQ(grid.g, 0.4f);
     EXPECT_EQ(grid.emission_grid, "flame");
     EXPECT_EQ(grid.emission_per_unit, glm::vec3(3, 0.9f, 0.18f));
+    EXPECT_EQ(grid.temperature_grid, "temperature");
+    EXPECT_EQ(grid.temperature_scale, 850);
+    EXPECT_EQ(grid.blackbody_intensity, 2.5f);
+    EXPECT_EQ(grid.blackbody_tint, glm::vec3(1, 0.75f, 0.5f));
     EXPECT_EQ(grid.color_grid, "Cd");
     EXPECT_EQ(grid.density, nullptr);
     const auto& fog = std::get<BoxMedium>(scene.media[1]);
@@ -663,6 +670,24 @@ std::vector<BadScene> bad_scenes()
         {"grid_without_emission",
          grid(R"("emission_grid": "flame")"),
          {"media[0]", "'emission_grid' needs 'emission_per_unit'"}},
+        {"temperature_scale_zero",
+         grid(R"("temperature_grid": "heat", "temperature_scale": 0)"),
+         {"media[0].temperature_scale", "kelvin per unit", "got 0"}},
+        {"temperature_scale_alone",
+         grid(R"("temperature_scale": 1000)"),
+         {"media[0]", "'temperature_scale' needs 'temperature_grid'"}},
+        {"blackbody_intensity_negative",
+         grid(R"("temperature_grid": "heat", "blackbody_intensity": -1)"),
+         {"media[0].blackbody_intensity", "got -1"}},
+        {"blackbody_intensity_alone",
+         grid(R"("blackbody_intensity": 1)"),
+         {"media[0]", "'blackbody_intensity' needs 'temperature_grid'"}},
+        {"blackbody_tint_of_two",
+         grid(R"("temperature_grid": "heat", "blackbody_tint": [1,1])"),
+         {"media[0].blackbody_tint", "three numbers"}},
+        {"blackbody_tint_alone",
+         grid(R"("blackbody_tint": [1,1,1])"),
+         {"media[0]", "'blackbody_tint' needs 'temperature_grid'"}},
 
         {"surface_type",
          surface(R"("type": "plane")"),
@@ -1014,6 +1039,59 @@ TEST(LoadScene, ReadsEachGridOnceAndKeepsWhatIsThere)
     asset::load_scene_files(loaded);
     EXPECT_EQ(std::get<GridMedium>(loaded.scene.media[0]).density, filled.density);
     EXPECT_NE(std::get<GridMedium>(loaded.scene.media[0]).emission, nullptr);
+}
+
+TEST(LoadScene, ChoosesAndSaysTheUnitOfATemperature)
+{
+    const fs::path sample = fs::path(FUM_TEST_DATA) / "fire_plume.vdb";
+    if (!fs::exists(sample))
+        GTEST_SKIP() << "no " << sample;
+    GridMedium fire;
+    fire.file = sample.string();
+    fire.grid = "density";
+    fire.temperature_grid = "temperature";
+    asset::LoadedScene loaded;
+    loaded.scene.media = {fire};
+    asset::load_scene_files(loaded);
+    const auto& read = std::get<GridMedium>(loaded.scene.media[0]);
+    ASSERT_NE(read.temperature, nullptr);
+    EXPECT_EQ(read.temperature_scale, 1000);
+    ASSERT_EQ(loaded.notes.size(), 1u);
+    EXPECT_NE(loaded.notes[0].find("grid 'temperature' holds up to 2.84: taken as thousands of "
+                                   "kelvin, 2840 K at most (\"temperature_scale\": 1000)"),
+              std::string::npos)
+        << loaded.notes[0];
+    // What was chosen is written, and nothing is said of what is stated.
+    const std::string text = asset::scene_to_json(loaded.scene, sample.parent_path());
+    EXPECT_NE(text.find("\"temperature_scale\": 1000"), std::string::npos) << text;
+    fire.temperature_scale = 100;
+    loaded = {};
+    loaded.scene.media = {fire};
+    asset::load_scene_files(loaded);
+    EXPECT_EQ(std::get<GridMedium>(loaded.scene.media[0]).temperature_scale, 100);
+    EXPECT_TRUE(loaded.notes.empty());
+}
+
+TEST(LoadScene, ATemperatureHasOneNumberAVoxel)
+{
+    const fs::path cloud = fs::path(FUM_TEST_SHARED) / "field/22_color/cd.vdb";
+    if (!fs::exists(cloud))
+        GTEST_SKIP() << "no " << cloud;
+    GridMedium fire;
+    fire.file = cloud.string();
+    fire.temperature_grid = "Cd";
+    asset::LoadedScene loaded;
+    loaded.scene.media = {fire};
+    try {
+        asset::load_scene_files(loaded);
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what())
+                      .find("cd.vdb: grid 'Cd' has three numbers a voxel, and a temperature_grid "
+                            "needs one"),
+                  std::string::npos)
+            << error.what();
+    }
 }
 
 TEST(LoadScene, NamesAFileThatIsNotThere)

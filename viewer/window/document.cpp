@@ -20,6 +20,7 @@ void take_grids(Scene& scene, const Scene& frame)
         grid->density = next->density;
         grid->emission = next->emission;
         grid->color = next->color;
+        grid->temperature = next->temperature;
     }
 }
 

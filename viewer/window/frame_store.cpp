@@ -68,7 +68,8 @@ std::uint64_t frame_bytes(const Scene& scene, const Scene& frame)
         if (moving == nullptr || !is_sequence(moving->file))
             continue;
         const auto& grid = std::get<GridMedium>(frame.media[i]);
-        grids.insert({grid.density.get(), grid.emission.get(), grid.color.get()});
+        grids.insert(
+            {grid.density.get(), grid.emission.get(), grid.color.get(), grid.temperature.get()});
     }
     grids.erase(nullptr);
     std::uint64_t bytes = 0;

@@ -63,6 +63,15 @@ bool medium_controls(GridMedium& medium, const GridMedium& first)
         changed |= triple_control(
             {"emission", "", "", "W/m^2/sr per metre, per unit of the emission grid"},
             medium.emission_per_unit, 0, first.emission_per_unit);
+    if (medium.temperature != nullptr) {
+        changed |= number_control({"kelvin", "K", "", "per unit of the temperature grid"},
+                                  medium.temperature_scale, 1, 5000, first.temperature_scale);
+        changed |=
+            number_control({"blackbody", "", "", "intensity; 1: a blackbody's, in MW/m^2/sr"},
+                           medium.blackbody_intensity, 0, 1000, first.blackbody_intensity);
+        changed |= triple_control({"tint", "", "", "times the blackbody's colour"},
+                                  medium.blackbody_tint, 0, first.blackbody_tint);
+    }
     changed |= triple_control({"translate", "m", "", "where the grid stands"}, medium.translate,
                               -1e9, first.translate);
     changed |=

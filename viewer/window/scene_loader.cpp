@@ -22,9 +22,11 @@ Scene without_missing(const Scene& scene)
     Scene there = scene;
     std::erase_if(there.media, [](const Medium& medium) {
         const auto* grid = std::get_if<GridMedium>(&medium);
-        return grid != nullptr && (grid->density == nullptr ||
-                                   (!grid->emission_grid.empty() && grid->emission == nullptr) ||
-                                   (!grid->color_grid.empty() && grid->color == nullptr));
+        return grid != nullptr &&
+               (grid->density == nullptr ||
+                (!grid->emission_grid.empty() && grid->emission == nullptr) ||
+                (!grid->color_grid.empty() && grid->color == nullptr) ||
+                (!grid->temperature_grid.empty() && grid->temperature == nullptr));
     });
     std::erase_if(there.surfaces, [](const Surface& surface) {
         const auto* mesh = std::get_if<MeshSurface>(&surface);
@@ -49,10 +51,14 @@ void share(Scene& scene, const GridMedium& from)
         if (auto* grid = std::get_if<GridMedium>(&medium);
             grid != nullptr && grid->density == nullptr && grid->file == from.file &&
             grid->grid == from.grid && grid->emission_grid == from.emission_grid &&
-            grid->color_grid == from.color_grid) {
+            grid->color_grid == from.color_grid &&
+            grid->temperature_grid == from.temperature_grid) {
             grid->density = from.density;
             grid->emission = from.emission;
             grid->color = from.color;
+            grid->temperature = from.temperature;
+            if (grid->temperature_scale == 0)
+                grid->temperature_scale = from.temperature_scale;
         }
 }
 

@@ -102,10 +102,12 @@ struct GridMedium {
     std::string emission_grid;  ///< "" for none; float or vec3 grid
     std::string color_grid;  ///< "" for none; vec3 grid (or name.x name.y name.z): scales sigma_s,
                              ///< sigma_t stays
+    std::string temperature_grid;  ///< "" for none; float grid
 
     std::shared_ptr<const VoxelGrid> density;  ///< vec3: one density per colour channel
     std::shared_ptr<const VoxelGrid> emission;
     std::shared_ptr<const VoxelGrid> color;
+    std::shared_ptr<const VoxelGrid> temperature;
 
     glm::dvec3 translate{0};           ///< metres
     double scale = 1;                  ///< > 0
@@ -114,8 +116,23 @@ struct GridMedium {
     float g = 0;                       ///< Henyey-Greenstein, (-1, 1), > 0 scatters forward
     glm::vec3 emission_per_unit{0};    ///< W/m^2/sr per metre, per unit of the emission grid
 
+    /// Kelvin per unit of the temperature grid; 0: as kelvin_per_unit() finds.
+    double temperature_scale = 0;
+    /// Over a blackbody's radiance per metre, in the units of docs/scene_files.md; >= 0.
+    float blackbody_intensity = 1;
+    glm::vec3 blackbody_tint{1};  ///< times the blackbody's colour
+
     bool operator==(const GridMedium&) const = default;
 };
+
+/// Kelvin that a unit of a medium's temperature grid stands for: its temperature_scale, or where
+/// that is 0 what the grid's largest value tells: 1000 if it is under 20, as simulators have it
+/// that hold 0 to 3, else 1.
+FUMAROLE_API double kelvin_per_unit(const GridMedium& medium);
+
+/// Whether some of a medium's temperature grid is hot enough to be seen, and neither its intensity
+/// nor its tint is 0.
+FUMAROLE_API bool glows_hot(const GridMedium& medium);
 
 struct HomogeneousProfile {
     bool operator==(const HomogeneousProfile&) const = default;
