@@ -8,6 +8,7 @@
 
 #include "noise_gradient.h"
 #include "overloaded.h"
+#include "study/reference_blackbody.h"
 #include "study/reference_quadrature.h"
 #include "study/reference_sampling.h"
 
@@ -163,7 +164,13 @@ void ReferenceMedia::add(const GridMedium& medium)
     } else {
         entry.emission = glm::dvec3(0);
     }
-    if (entry.density || entry.emission_field)
+    if (glows_hot(medium)) {
+        entry.blackbody = glm::dvec3(medium.blackbody_tint) * double(medium.blackbody_intensity);
+        entry.kelvin_per_unit = kelvin_per_unit(medium);
+        entry.temperature = place(*medium.temperature, medium);
+        entry.bounds.add(entry.temperature->world_bounds);
+    }
+    if (entry.is_grid())
         entries_.push_back(std::move(entry));
 }
 
@@ -192,7 +199,7 @@ void ReferenceMedia::add(const BoxMedium& medium, double tolerance)
 bool ReferenceMedia::emits() const
 {
     return std::any_of(entries_.begin(), entries_.end(),
-                       [](const Entry& entry) { return entry.emission != glm::dvec3(0); });
+                       [](const Entry& entry) { return entry.glows(); });
 }
 
 bool ReferenceMedia::scatters() const
@@ -210,6 +217,11 @@ void ReferenceMedia::add_light_breaks(const Ray& ray, const LightPlace& light,
 }
 
 // ---------------------------------------------------------------------------------- at a point
+
+glm::dvec3 ReferenceMedia::Entry::emission_at(double value) const
+{
+    return blackbody * blackbody_emission(kelvin_per_unit * value);
+}
 
 glm::dvec3 ReferenceMedia::Field::sample(glm::dvec3 p) const
 {
@@ -285,15 +297,16 @@ MediumPoint ReferenceMedia::at(glm::dvec3 p) const
 {
     PointSum sum;
     for (const Entry& entry : entries_) {
-        const bool grid = entry.density || entry.emission_field;
-        const glm::dvec3 value = entry.density ? entry.density->sample(p)
-                                 : grid        ? glm::dvec3(0)
-                                               : profile_at(entry, p);
+        const glm::dvec3 value = entry.density     ? entry.density->sample(p)
+                                 : entry.is_grid() ? glm::dvec3(0)
+                                                   : profile_at(entry, p);
         const glm::dvec3 tint = entry.tint ? entry.tint->sample(p) : glm::dvec3(1);
         sum.add(entry.sigma_s * value * tint, entry.g);
         if (entry.emission != glm::dvec3(0))
             sum.add_emission(entry.emission *
                              (entry.emission_field ? entry.emission_field->sample(p) : value));
+        if (entry.temperature)
+            sum.add_emission(entry.emission_at(entry.temperature->sample(p).x));
     }
     return sum.get();
 }
@@ -409,7 +422,7 @@ glm::dvec3 MediaAlongRay::profile_integral(const Part& part, double t) const
     if (entry.density || std::holds_alternative<NoiseProfile>(entry.profile))
         return part.density.integral(t);
     const double end = std::min(t, part.end);
-    if (!(end > part.begin) || entry.emission_field)
+    if (!(end > part.begin) || entry.is_grid())
         return glm::dvec3(0);
     if (const auto* height = std::get_if<ExpHeightProfile>(&entry.profile))
         return glm::dvec3(exp_height_integral(*height, ray_, part.begin, end));
@@ -435,12 +448,14 @@ MediumPoint MediaAlongRay::at(double t) const
         glm::dvec3 value(0);
         if (entry.density || std::holds_alternative<NoiseProfile>(entry.profile))
             value = part.density.at(t);
-        else if (!entry.emission_field)
+        else if (!entry.is_grid())
             value = media_.profile_at(entry,
                                       glm::clamp(ray_.at(t), entry.bounds.min, entry.bounds.max));
         sum.add(entry.sigma_s * value * (entry.tint ? part.tint.at(t) : glm::dvec3(1)), entry.g);
         if (entry.emission != glm::dvec3(0))
             sum.add_emission(entry.emission * (entry.emission_field ? part.emission.at(t) : value));
+        if (entry.temperature)
+            sum.add_emission(entry.emission_at(part.temperature.at(t).x));
     }
     return sum.get();
 }
@@ -519,16 +534,19 @@ void MediaAlongRay::set(const Ray& ray, double begin, double end)
             entry.density->spans(ray, part.begin, part.end,
                                  least > 0 ? ReferenceMedia::kOpaque / least : kInfinity,
                                  part.density.list);
-        } else if (std::holds_alternative<NoiseProfile>(entry.profile) && !entry.emission_field) {
+        } else if (std::holds_alternative<NoiseProfile>(entry.profile)) {
             media_.noise_spans(entry, ray, part.begin, part.end, part.density.list);
         }
         if (entry.emission_field)
             entry.emission_field->spans(ray, part.begin, part.end, kInfinity, part.emission.list);
+        if (entry.temperature)
+            entry.temperature->spans(ray, part.begin, part.end, kInfinity, part.temperature.list);
         if (entry.tint)
             entry.tint->spans(ray, part.begin, part.end, kInfinity, part.tint.list);
         part.density.sum();
         add_span_breaks(part.density);
         add_span_breaks(part.emission);
+        add_span_breaks(part.temperature);
         parts_.push_back(std::move(part));
     }
     whole_ = optical_depth(end_);

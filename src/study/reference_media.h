@@ -68,12 +68,19 @@ private:
     struct Entry {
         Bounds bounds;    ///< world
         Profile profile;  ///< of a box
-        std::optional<Field> density, emission_field, tint;
+        std::optional<Field> density, emission_field, tint, temperature;
         glm::dvec3 sigma_s{0}, sigma_t{0}, emission{0};
+        glm::dvec3 blackbody{0};     ///< over a blackbody's emission
+        double kelvin_per_unit = 1;  ///< of `temperature`
         double g = 0;
         double noise_scale = 1, noise_error = 0;
 
         [[nodiscard]] bool dims() const { return sigma_t != glm::dvec3(0); }
+        [[nodiscard]] bool glows() const { return emission != glm::dvec3(0) || temperature; }
+        /// Whether it has no profile.
+        [[nodiscard]] bool is_grid() const { return density || emission_field || temperature; }
+        /// What it emits where its temperature grid holds `value`. [W/m^2/sr per metre]
+        [[nodiscard]] glm::dvec3 emission_at(double value) const;
     };
 
     template <class OfGrid, class OfNoise>
@@ -126,7 +133,7 @@ private:
     struct Part {
         const ReferenceMedia::Entry* entry = nullptr;
         double begin = 0, end = 0;
-        Spans density, emission, tint;
+        Spans density, emission, tint, temperature;
     };
     [[nodiscard]] glm::dvec3 profile_integral(const Part& part, double t) const;
     void add_span_breaks(const Spans& spans);

@@ -16,6 +16,11 @@ constexpr int kBrickDim = VoxelGrid::kBrickDim;
 // ------------------------------------------------------------------------------------- bounds
 
 BlockBounds::BlockBounds(const VoxelGrid& grid, glm::dvec3 weight)
+    : BlockBounds(grid, [weight](glm::dvec3 value) { return study::largest(weight * value); })
+{
+}
+
+BlockBounds::BlockBounds(const VoxelGrid& grid, const Function& of)
 {
     if (grid.empty())
         return;
@@ -32,8 +37,8 @@ BlockBounds::BlockBounds(const VoxelGrid& grid, glm::dvec3 weight)
                    static_cast<std::size_t>(size_.z));
     const auto bound = [&](const glm::dvec3& value) {
         // Rounded up: a bound in single precision must not fall below the field.
-        return std::nextafter(static_cast<float>(study::largest(weight * value)),
-                              std::numeric_limits<float>::infinity());
+        const auto most = static_cast<float>(of(value));
+        return most > 0 ? std::nextafter(most, std::numeric_limits<float>::infinity()) : 0.0f;
     };
     for (const VoxelTile& tile : grid.tiles)
         raise(
@@ -98,7 +103,6 @@ MediaTracking::MediaTracking(const ReferenceMedia& media) : media_{media}
             first = false;
         }
         const auto* height = std::get_if<ExpHeightProfile>(&entry.profile);
-        const bool grid = entry.density || entry.emission_field;
         if (entry.dims()) {
             Process process;
             process.entry = &entry;
@@ -114,21 +118,29 @@ MediaTracking::MediaTracking(const ReferenceMedia& media) : media_{media}
             }
             extinction_.push_back(process);
         }
-        if (entry.emission != glm::dvec3(0)) {
+        const auto add_glow = [&](const ReferenceMedia::Field& field, auto bounded) {
             Process process;
             process.entry = &entry;
-            if (grid) {
-                process.kind = Process::Kind::blocks;
-                process.field = &*entry.emission_field;
-                process.blocks = blocks_.size();
-                const BlockBounds& blocks =
-                    blocks_.emplace_back(*entry.emission_field->grid, glm::dvec3(1));
-                // A flame is small in its grid, and bright at its core.
-                process.rate = 0.5 / (process.field->voxel * blocks.largest());
-                process.least_rate = 0.05 / process.field->voxel;
-            }
+            process.kind = Process::Kind::blocks;
+            process.field = &field;
+            process.blocks = blocks_.size();
+            const BlockBounds& blocks = blocks_.emplace_back(*field.grid, bounded);
+            // A flame is small in its grid, and bright at its core.
+            process.rate = 0.5 / (field.voxel * blocks.largest());
+            process.least_rate = 0.05 / field.voxel;
+            process.blackbody = entry.temperature && &field == &*entry.temperature;
+            emission_.push_back(process);
+        };
+        if (entry.emission_field) {
+            add_glow(*entry.emission_field, glm::dvec3(1));
+        } else if (entry.emission != glm::dvec3(0)) {
+            Process process;
+            process.entry = &entry;
             emission_.push_back(process);
         }
+        if (entry.temperature)
+            add_glow(*entry.temperature,
+                     [&entry](glm::dvec3 value) { return largest(entry.emission_at(value.x)); });
     }
 }
 
@@ -304,9 +316,10 @@ glm::dvec3 MediaTracking::emitted(const Ray& ray, double range, Random& random) 
         double before = 0;
         for (double left = random(); stream.advance(left); left = 1) {
             const glm::dvec3 p = ray.at(stream.t);
+            const glm::dvec3 field =
+                process.field != nullptr ? process.field->value(p) : media_.profile_at(entry, p);
             const glm::dvec3 value =
-                entry.emission *
-                (process.field != nullptr ? process.field->value(p) : media_.profile_at(entry, p));
+                process.blackbody ? entry.emission_at(field.x) : entry.emission * field;
             if (value == glm::dvec3(0))
                 continue;
             tau += media_.optical_depth({ray.at(before), ray.direction}, stream.t - before);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <glm/glm.hpp>
 #include <vector>
 
@@ -38,7 +39,11 @@ private:
 /// Upper bounds of a grid's trilinear field, one for each block of cells.
 class BlockBounds {
 public:
-    /// @param weight of each channel; the bound is of the largest weighted channel
+    using Function = std::function<double(glm::dvec3)>;
+
+    /// @param of what is bounded, a function of the field that no channel makes smaller as it grows
+    BlockBounds(const VoxelGrid& grid, const Function& of);
+    /// Of the largest channel, each times its weight.
     BlockBounds(const VoxelGrid& grid, glm::dvec3 weight);
 
     /// A block's edge in voxels is 1 << shift(): a brick, or more where bricks would be too many.
@@ -97,6 +102,7 @@ private:
         Kind kind = Kind::constant;
         const Entry* entry = nullptr;
         const ReferenceMedia::Field* field = nullptr;  ///< of blocks
+        bool blackbody = false;  ///< the field is a temperature, whose emission is looked for
         double rate = 0;         ///< 1/m; of height where its profile is 1; of blocks per bound
         double least_rate = 0;   ///< of blocks that hold something [1/m]
         std::size_t blocks = 0;  ///< index into blocks_
