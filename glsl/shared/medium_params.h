@@ -32,6 +32,8 @@ struct FUM_STD140 MediumParams {
     float inverse_scale_height;  // of exp_height [1/m]
     float base_height;           // of exp_height: z0 - eye height [m]
     int noise_octaves;
+    float kilokelvin_per_unit;  // of the temperature grid
+    vec3 blackbody;             // W/m^2/sr per m, of what glows at 1000 K with a colour of 1
 };
 
 struct FUM_STD140 MediaParams {

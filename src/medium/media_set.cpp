@@ -6,6 +6,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <limits>
 
+#include "blackbody.h"
 #include "medium/noise_grid.h"
 #include "noise_gradient.h"
 #include "overloaded.h"
@@ -30,6 +31,8 @@ float mean(glm::vec3 v)
 {
     return (v.r + v.g + v.b) / 3.0f;
 }
+
+constexpr std::size_t kMostBoxes = 4096;  // of a grid: projecting so many takes half a millisecond
 
 struct TexelFormat {
     GLenum internal, format, type;
@@ -134,7 +137,8 @@ void MediaSet::add(const GridMedium& medium, const SceneSettings& settings)
     const bool dims = !is_zero(sigma_t) && medium.density != nullptr && !medium.density->empty();
     const bool glows = !is_zero(medium.emission_per_unit) && medium.emission != nullptr &&
                        !medium.emission->empty();
-    if (!dims && !glows)
+    const bool hot = glows_hot(medium);
+    if (!dims && !glows && !hot)
         return;
     const glm::dmat4 world_from_grid =
         glm::scale(glm::translate(glm::dmat4(1.0), medium.translate), glm::dvec3(medium.scale));
@@ -147,10 +151,21 @@ void MediaSet::add(const GridMedium& medium, const SceneSettings& settings)
     // A medium that only glows is given its flame for a density, with coefficients of 0.
     if (!dims)
         entry.params = coefficients(glm::vec3(0), glm::vec3(0), emission, 0);
-    const auto& main = dims ? medium.density : medium.emission;
-    entry.density = place(main, world_from_grid, settings);
     if (glows)
         entry.emission = place(medium.emission, world_from_grid, settings);
+    if (hot) {
+        entry.params.blackbody = static_cast<float>(kBlackbodyOfKilokelvin) *
+                                 medium.blackbody_intensity * medium.blackbody_tint;
+        entry.params.kilokelvin_per_unit = static_cast<float>(kelvin_per_unit(medium) / 1000);
+        // The fourth power would show a byte's steps as bands.
+        SceneSettings finer = settings;
+        if (finer.storage == Storage::automatic)
+            finer.storage = Storage::r16f;
+        entry.temperature = place(medium.temperature, world_from_grid, finer);
+    }
+    entry.density = dims    ? place(medium.density, world_from_grid, settings)
+                    : glows ? entry.emission
+                            : entry.temperature;
     if (dims && !is_zero(medium.sigma_s_per_density))
         entry.tint = place(medium.color, world_from_grid, settings);
     entry.depth = dims ? Depth::marched : Depth::none;
@@ -163,19 +178,24 @@ void MediaSet::add(const GridMedium& medium, const SceneSettings& settings)
         return field;
     };
     entry.bounds_from_world = placed_[static_cast<std::size_t>(entry.density)].index_from_world;
-    entry.bounds = field_bounds(entry.density);
+    const auto add_bounds = [&](int placed, const Bounds& bounds) {
+        entry.bounds.add(bounds.transformed(
+            entry.bounds_from_world *
+            glm::inverse(placed_[static_cast<std::size_t>(placed)].index_from_world)));
+    };
+    if (dims || glows)
+        entry.bounds = field_bounds(entry.density);
     if (entry.emission >= 0)  // a flame may reach out of its smoke
-        entry.bounds.add(
-            field_bounds(entry.emission)
-                .transformed(
-                    entry.bounds_from_world *
-                    glm::inverse(
-                        placed_[static_cast<std::size_t>(entry.emission)].index_from_world)));
+        add_bounds(entry.emission, field_bounds(entry.emission));
+    if (entry.temperature >= 0)  // but the air around it is of no concern
+        for (const OccupiedBox& box :
+             occupied_boxes(layout_of(entry.temperature), kMostBoxes, entry.dark()))
+            add_bounds(entry.temperature, box.bounds);
     media_.push_back(entry);
 
     ++traits_.heterogeneous;
     traits_.marched += dims ? 1 : 0;
-    traits_.colored_density |= dims && main->channels == 3;
+    traits_.colored_density |= dims && medium.density->channels == 3;
 }
 
 void MediaSet::add(const BoxMedium& medium)
@@ -292,7 +312,8 @@ void MediaSet::set(const Scene& scene, const SceneSettings& settings)
             traits_.noise_turns += entry.noise.octaves + 1;
         entry.world_bounds = entry.bounds.transformed(glm::inverse(entry.bounds_from_world));
         traits_.colored_extinction |= !is_grey(glm::vec3(entry.params.sigma_t));
-        traits_.emission |= !is_zero(entry.params.emission);
+        traits_.blackbody |= entry.temperature >= 0;
+        traits_.emission |= !is_zero(entry.params.emission) || entry.temperature >= 0;
         if (!entry.scatters())
             continue;
         traits_.isotropic &= entry.params.g == 0.0f;
@@ -357,26 +378,26 @@ Occupied MediaSet::occupied_by(int placed, std::vector<OccupiedBox> boxes, float
 
 void MediaSet::find_occupied()
 {
-    constexpr std::size_t kMostBoxes =
-        4096;  // of a grid: projecting so many takes half a millisecond
     constexpr float kGlows = std::numeric_limits<float>::infinity();
-    const auto add = [&](int placed, float per_unit) {
+    const auto add = [&](int placed, float per_unit, float least = 0) {
         occupied_.push_back(
-            occupied_by(placed, occupied_boxes(layout_of(placed), kMostBoxes), per_unit));
+            occupied_by(placed, occupied_boxes(layout_of(placed), kMostBoxes, least), per_unit));
     };
     for (const Entry& entry : media_) {
         const glm::vec3 sigma_t(entry.params.sigma_t), emission(entry.params.emission);
         const float most = is_zero(emission) || entry.emission >= 0
                                ? std::max({sigma_t.r, sigma_t.g, sigma_t.b})
                                : kGlows;
-        if (entry.density >= 0)
+        if (entry.density >= 0 && entry.density != entry.temperature)
             add(entry.density, most);
-        else
+        else if (entry.density < 0)
             occupied_.push_back(occupied_by(entry, most));
         if (entry.is_box)
             occupied_.back().detail = box_detail(entry);
         if (entry.emission >= 0)
             add(entry.emission, kGlows);
+        if (entry.temperature >= 0)
+            add(entry.temperature, kGlows, entry.dark());
     }
 }
 
@@ -548,7 +569,8 @@ gl::Defines MediaSet::defines() const
     std::vector<MediumSource> media;
     for (const Entry& entry : media_)
         media.push_back({entry.profile, entry.depth, entry.is_box, entry.density,
-                         !is_zero(entry.params.emission), entry.emission, entry.tint});
+                         !is_zero(entry.params.emission), entry.emission, entry.tint,
+                         entry.temperature});
     gl::Defines defines{{"extinction_t", traits_.colored_extinction ? "vec3" : "float"},
                         {"kGridCount", fmt::format("{}", placed_.size())}};
     const auto add = [&](bool condition, const char* name) {

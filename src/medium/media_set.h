@@ -13,6 +13,7 @@
 #include "medium/grid_layout.h"
 #include "medium/media_source.h"
 #include "medium/occupancy.h"
+#include "shared/blackbody.h"
 #include "shared/medium_params.h"
 #include <fumarole/bounds.h>
 #include <fumarole/scene.h>
@@ -33,6 +34,7 @@ struct MediaTraits {
     bool colored_extinction = false;
     bool colored_density = false;
     bool emission = false;
+    bool blackbody = false;  ///< some of it is a blackbody's
     bool mixed_g = false;
     bool isotropic = true;
     bool scatters = false;
@@ -154,7 +156,7 @@ private:
     struct Entry {
         MediumSource::Profile profile = MediumSource::Profile::grid;
         MediumSource::Depth depth = MediumSource::Depth::none;
-        int density = -1, emission = -1, tint = -1;  ///< into placed_
+        int density = -1, emission = -1, tint = -1, temperature = -1;  ///< into placed_
         glm::dmat4 bounds_from_world{1.0};
         Bounds bounds;        ///< in the space of bounds_from_world
         Bounds world_bounds;  ///< metres
@@ -169,6 +171,11 @@ private:
         [[nodiscard]] bool is_marched() const { return depth == MediumSource::Depth::marched; }
         [[nodiscard]] bool is_noise() const { return profile == MediumSource::Profile::noise; }
         [[nodiscard]] bool scatters() const { return params.sigma_s != glm::vec3(0.0f); }
+        /// The value of its temperature grid up to which nothing is seen of it.
+        [[nodiscard]] float dark() const
+        {
+            return shared::kDarkKilokelvin / params.kilokelvin_per_unit;
+        }
     };
 
     [[nodiscard]] int most_grids() const;

@@ -1,5 +1,6 @@
 #include "medium/media_source.h"
 
+#include <algorithm>
 #include <fmt/format.h>
 
 namespace fumarole::medium {
@@ -22,6 +23,9 @@ public:
         write("// A colour's share in extinction: its rgb, or its mean in alpha.\n"
               "extinction_t extinction_of(vec4 color)\n{{\n    return color.{};\n}}\n\n",
               channels_);
+        if (std::any_of(media_.begin(), media_.end(),
+                        [](const MediumSource& medium) { return medium.temperature >= 0; }))
+            write("#include \"lib/blackbody.glsl\"\n\n");
         for (std::size_t k = 0; k < grids_.size(); ++k)
             textures(k);
         for (std::size_t m = 0; m < media_.size(); ++m)
@@ -82,10 +86,22 @@ private:
         return color ? "vec3" : "float";
     }
 
+    /// What it emits at a MediaPoint `at`, where its `medium` and `density` are known.
+    [[nodiscard]] std::string emission(const MediumSource& medium) const
+    {
+        std::string sum;
+        if (medium.glows)
+            sum = fmt::format("medium.emission * ({})",
+                              medium.emission >= 0 ? lookup(medium.emission) : "density");
+        if (medium.temperature >= 0)
+            sum += fmt::format("{}medium.blackbody * blackbody(medium.kilokelvin_per_unit * {})",
+                               sum.empty() ? "" : " + ", lookup(medium.temperature));
+        return sum.empty() ? "vec3(0.0)" : sum;
+    }
+
     void medium(std::size_t m, const MediumSource& medium)
     {
         const char* type = density_type(medium);
-        const bool brightens = medium.emission >= 0;
         write("\n{} medium_{}_density(MediaPoint at)\n{{\n    return {};\n}}\n", type, m,
               density(m, medium));
         write("\nMediumSample medium_{0}(MediaPoint at)\n{{\n"
@@ -95,11 +111,7 @@ private:
               "extinction_t(medium.sigma_t.{3} * "
               "density),\n                        {4}, medium.g);\n}}\n",
               m, type, medium.tint >= 0 ? fmt::format(" * ({})", lookup(medium.tint)) : "",
-              channels_,
-              !medium.glows
-                  ? "vec3(0.0)"
-                  : fmt::format("medium.emission * ({})",
-                                brightens ? lookup(medium.emission) : std::string("density")));
+              channels_, emission(medium));
         write("\nvec2 medium_{0}_segment(vec3 p, vec3 d, float begin, float end)\n{{\n"
               "    return {1}_segment(u_media.media[{0}], p, d, begin, end);\n}}\n",
               m, medium.is_box ? "box" : "grid");

@@ -25,6 +25,7 @@ struct MediumSource {
     int density = -1;     ///< the grid it is read from; -1: none
     bool glows = false;   ///< by `emission`, or where that is -1 by its density
     int emission = -1, tint = -1;
+    int temperature = -1;  ///< the grid that it glows by as a blackbody
 };
 
 /// The text of written/media.glsl.

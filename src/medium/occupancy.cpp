@@ -8,8 +8,8 @@ namespace {
 
 enum class Part { whole, held };
 
-/// The pages that are not empty, or what of them holds something.
-std::vector<OccupiedBox> kept_pages(const GridLayout& layout, Part part)
+/// The pages with more than `least`, or what of them holds something.
+std::vector<OccupiedBox> kept_pages(const GridLayout& layout, Part part, float least = 0)
 {
     std::vector<OccupiedBox> kept;
     std::size_t i = 0;
@@ -17,7 +17,7 @@ std::vector<OccupiedBox> kept_pages(const GridLayout& layout, Part part)
         for (int y = 0; y < layout.maxima_count.y; ++y)
             for (int x = 0; x < layout.maxima_count.x; ++x, ++i) {
                 const float most = layout.maxima[i];
-                if (!(most > 0))
+                if (!(most > least))
                     continue;
                 const glm::dvec3 first(layout.maxima_origin - layout.origin +
                                        glm::ivec3(x, y, z) * VoxelGrid::kBrickDim);
@@ -73,9 +73,9 @@ std::vector<OccupiedBox> kept_boxes(const GridLayout& layout)
     return {all};
 }
 
-std::vector<OccupiedBox> occupied_boxes(const GridLayout& layout, std::size_t limit)
+std::vector<OccupiedBox> occupied_boxes(const GridLayout& layout, std::size_t limit, float least)
 {
-    const std::vector<OccupiedBox> pages = kept_pages(layout, Part::held);
+    const std::vector<OccupiedBox> pages = kept_pages(layout, Part::held, least);
     for (int side = 1;; side *= 2) {
         std::vector<OccupiedBox> boxes = join(pages, layout, side);
         if (boxes.size() <= limit)

@@ -18,8 +18,9 @@ struct OccupiedBox {
 /// What a layout keeps: its bricks that are not empty, whole, or all of a dense one's field.
 std::vector<OccupiedBox> kept_boxes(const GridLayout& layout);
 
-/// Boxes outside which the field is 0: the layout's pages that are not empty, without what reaches
-/// out of the field, joined by 2^3, 4^3, ... until there are no more than `limit`.
-std::vector<OccupiedBox> occupied_boxes(const GridLayout& layout, std::size_t limit);
+/// Boxes outside which the field is at most `least`: the layout's pages with more, without what
+/// reaches out of the field, joined by 2^3, 4^3, ... until there are no more than `limit`.
+std::vector<OccupiedBox> occupied_boxes(const GridLayout& layout, std::size_t limit,
+                                        float least = 0);
 
 }  // namespace fumarole::medium

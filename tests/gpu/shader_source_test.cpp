@@ -93,6 +93,13 @@ std::vector<NamedMedia> all_media()
         GridMedium glow = grid_medium(1, 1, 0, 0);
         glow.sigma_s_per_density = none;
         all.push_back({fmt::format("{}_only_glows", kind), {glow}, layout});
+        GridMedium hot = grid_medium(1, 3, 0, 0);
+        hot.temperature = small_grid(1);
+        all.push_back({fmt::format("{}_hot_with_a_flame", kind), {hot}, layout});
+        hot.emission = nullptr;
+        all.push_back({fmt::format("{}_hot", kind), {hot}, layout});
+        hot.density = nullptr;
+        all.push_back({fmt::format("{}_only_hot", kind), {hot}, layout});
     }
     for (const auto& [name, profile] : {std::pair{"homogeneous", Profile{HomogeneousProfile{}}},
                                         std::pair{"exp_height", Profile{ExpHeightProfile{}}},

@@ -7,6 +7,7 @@
 #include "image_test.h"
 #include "study/metrics.h"
 #include "study/reference.h"
+#include <fumarole/asset/scene_file.h>
 
 namespace fumarole::test {
 namespace {
@@ -198,6 +199,46 @@ TEST_F(Agreement, MediaOfDifferentGOverlap)
     Scene scene = lit_scene();
     scene.media = {fire(), haze()};
     expect_agreement(scene, "mixed g", 1e-5);
+}
+
+// A flame of a real fire, and the smoke in front of it.
+TEST_F(Agreement, FireOfASampleGlowsByItsTemperature)
+{
+    Scene scene = lit_scene();
+    scene.camera.position = {1.5, -14.5, 1.7};
+    scene.camera.look_at = {0, 0, 1.5};
+    scene.camera.vfov_deg = 14;
+    scene.lights.resize(1);
+    GridMedium medium;
+    medium.file = FUM_TEST_DATA "/fire_plume.vdb";
+    medium.grid = "density";
+    medium.sigma_s_per_density = {8, 8.5f, 9};
+    medium.sigma_a_per_density = {4, 4.25f, 4.5f};
+    medium.g = 0.3f;
+    medium.temperature_grid = "temperature";
+    medium.blackbody_intensity = 3;
+    medium.blackbody_tint = {1, 0.9f, 0.8f};
+    asset::LoadedScene loaded{scene, {}};
+    loaded.scene.media = {medium};
+    asset::load_scene_files(loaded);
+    EXPECT_THAT(loaded.notes, testing::Contains(testing::HasSubstr("thousands of kelvin")));
+    expect_agreement(loaded.scene, "sample fire", 5e-5);
+}
+
+TEST_F(Agreement, HotSmokeGlowsAndAFlameInIt)
+{
+    Scene scene = lit_scene();
+    GridMedium medium = fire();
+    auto kelvin = std::make_shared<VoxelGrid>(*medium.density);
+    for (float& value : kelvin->values)
+        value = 293 + 1800 * value;
+    kelvin->max_value = 293 + 1800 * kelvin->max_value;
+    kelvin->index_min = glm::ivec3(0);
+    kelvin->index_max = glm::ivec3(15);
+    medium.temperature = kelvin;
+    medium.blackbody_intensity = 8;
+    scene.media.emplace_back(medium);
+    expect_agreement(scene, "hot smoke", 1e-5);
 }
 
 TEST_F(Agreement, OrthographicCamera)
