@@ -13,6 +13,7 @@
 
 #include "asset/grid_names.h"
 #include "asset/printable.h"
+#include "blackbody.h"
 #include <fumarole/asset/animation.h>
 #include <fumarole/asset/sequence.h>
 #include <fumarole/errors.h>
@@ -344,10 +345,102 @@ Box world_bounds(const VoxelGrid& grid)
             origin + glm::dvec3(reach[0], reach[1], reach[2])};
 }
 
-/// What is shown of a file. Either may be null or empty.
+/// What is shown of a file. Each may be null or empty.
 struct Shown {
+    /// The emission of a temperature is the luminance that it has as a blackbody.
     std::shared_ptr<const VoxelGrid> density, emission;
+    std::shared_ptr<const VoxelGrid> temperature;
 };
+
+/// The luminance of a blackbody of each temperature of a grid. [W/m^2/sr per metre]
+std::shared_ptr<const VoxelGrid> blackbody_grid(const VoxelGrid& temperature, double kelvin)
+{
+    VoxelGrid glow = temperature;
+    glow.bricks.clear();
+    glow.values.clear();
+    glow.tiles.clear();
+    glow.max_value = 0;
+    glow.index_min = glm::ivec3(std::numeric_limits<int>::max());
+    glow.index_max = glm::ivec3(std::numeric_limits<int>::min());
+    const auto luminance = [&](float value) {
+        return static_cast<float>(blackbody_luminance(kelvin * static_cast<double>(value)));
+    };
+    const auto add = [&](const glm::ivec3& first, const glm::ivec3& last, float value) {
+        glow.max_value = std::max(glow.max_value, value);
+        glow.index_min = glm::min(glow.index_min, first * VoxelGrid::kBrickDim);
+        glow.index_max = glm::max(glow.index_max, (last + 1) * VoxelGrid::kBrickDim - 1);
+    };
+    for (std::size_t b = 0; b < temperature.bricks.size(); ++b) {
+        const auto begin =
+            temperature.values.begin() + static_cast<std::ptrdiff_t>(b * VoxelGrid::kBrickVoxels);
+        const float most = luminance(*std::max_element(begin, begin + VoxelGrid::kBrickVoxels));
+        if (most == 0)
+            continue;
+        add(temperature.bricks[b], temperature.bricks[b], most);
+        glow.bricks.push_back(temperature.bricks[b]);
+        std::transform(begin, begin + VoxelGrid::kBrickVoxels, std::back_inserter(glow.values),
+                       luminance);
+    }
+    for (VoxelTile tile : temperature.tiles) {
+        tile.value = glm::vec3(luminance(tile.value.x), 0, 0);
+        if (tile.value.x == 0)
+            continue;
+        add(tile.brick_min, tile.brick_max, tile.value.x);
+        glow.tiles.push_back(tile);
+    }
+    if (glow.max_value == 0) {
+        glow.index_min = glm::ivec3(1);
+        glow.index_max = glm::ivec3(0);
+    } else {  // whole bricks may reach past the grid
+        glow.index_min = glm::max(glow.index_min, temperature.index_min);
+        glow.index_max = glm::min(glow.index_max, temperature.index_max);
+    }
+    return std::make_shared<const VoxelGrid>(std::move(glow));
+}
+
+/// How hot what is shown is, and whether that is hot enough to glow.
+struct Heat {
+    std::string name;  ///< "" if there is no temperature
+    double most = 0;   ///< the largest value
+    double kelvin = 1000;
+    bool glows = false;
+};
+
+Heat heat_of(const std::vector<Shown>& shown)
+{
+    GridMedium medium;
+    for (const Shown& one : shown)
+        if (one.temperature && !one.temperature->empty() &&
+            (!medium.temperature || medium.temperature->max_value < one.temperature->max_value))
+            medium.temperature = one.temperature;
+    if (!medium.temperature)
+        return {};
+    const auto most = static_cast<double>(medium.temperature->max_value);
+    const double kelvin = kelvin_per_unit(medium);
+    // Smoke that only rises is given a warmth of up to 1 by those who don't count in kelvin.
+    const bool glows = kelvin == 1 ? most > kDraperKelvin : most > 1;
+    return {medium.temperature->name, most, kelvin, glows};
+}
+
+/// Gives temperatures the light of a blackbody, if they are those of something that glows.
+/// @returns kelvin per unit, or 0 if they are not
+double light_up(std::vector<Shown>& shown, std::vector<std::string>& notes)
+{
+    const Heat heat = heat_of(shown);
+    if (heat.name.empty())
+        return 0;
+    notes.push_back(fmt::format(
+        "grid '{}' holds up to {:.4g}, taken as {}: {:.4g} K at most, {}", heat.name, heat.most,
+        heat.kelvin == 1 ? "kelvin" : "thousands of kelvin", heat.kelvin * heat.most,
+        heat.glows ? "glows as a blackbody" : "too cold to glow as a blackbody"));
+    if (!heat.glows)
+        return 0;
+    for (Shown& one : shown)
+        one.emission = one.temperature && !one.temperature->empty()
+                           ? blackbody_grid(*one.temperature, heat.kelvin)
+                           : nullptr;
+    return heat.kelvin;
+}
 
 /// What a metre of a value of 1 adds to the picture, where 1 in all is a lot.
 struct PerValue {
@@ -574,6 +667,7 @@ std::vector<WeightedColumn> columns_of(const std::vector<Shown>& shown,
 struct Names {
     std::string density, emission;
     double brightest_color = 1;
+    double kelvin = 0;  ///< per unit of `emission`, which is a temperature; 0: it is none
 };
 
 /// A scene for grids at hand and for what is not read of a sequence. A density at hand holds
@@ -611,14 +705,23 @@ LoadedScene compose(const std::vector<Shown>& shown, Unread unread, const Names&
             glm::dot(glm::dvec3(kSunIrradiance), kLuminance) / (4 * glm::pi<double>());
         const double bright = column_quantile(columns, kBrightShare);
         const double luminance_per_unit = kFireOverSmoke * sunlit_smoke / bright;
-        medium.emission_grid = names.emission;
-        medium.emission_per_unit =
-            three_digits(color * (luminance_per_unit / glm::dot(color, kLuminance)));
         per_value.emission = luminance_per_unit / sunlit_smoke;
-        notes.push_back(
-            fmt::format("grid '{}' glows: {:.3g} W/m^2/sr per metre per unit in red: a bright line "
-                        "of sight through it is {:.2g} times as bright as sunlit smoke",
-                        names.emission, medium.emission_per_unit.r, kFireOverSmoke));
+        std::string how;
+        if (names.kelvin > 0) {
+            medium.temperature_grid = names.emission;
+            medium.temperature_scale = names.kelvin;
+            medium.blackbody_intensity = three_digits(glm::dvec3(luminance_per_unit)).x;
+            how = fmt::format("blackbody_intensity {:.3g}", medium.blackbody_intensity);
+        } else {
+            medium.emission_grid = names.emission;
+            medium.emission_per_unit =
+                three_digits(color * (luminance_per_unit / glm::dot(color, kLuminance)));
+            how = fmt::format("{:.3g} W/m^2/sr per metre per unit in red",
+                              medium.emission_per_unit.r);
+        }
+        notes.push_back(fmt::format("grid '{}' glows: {}: a bright line of sight through it is "
+                                    "{:.2g} times as bright as sunlit smoke",
+                                    names.emission, how, kFireOverSmoke));
     }
 
     const Axes axes(up);
@@ -674,7 +777,8 @@ void tell_grids(const VdbInfo& file, const GridMedium& medium, std::vector<std::
                                       base_name(grid).starts_with(color) &&
                                       base_name(grid).size() <= color.size() + 2;
         if (grid.name != medium.grid && grid.name != medium.emission_grid &&
-            grid.name != medium.color_grid && !channel_of_color)
+            grid.name != medium.color_grid && grid.name != medium.temperature_grid &&
+            !channel_of_color)
             rest.push_back(grid.name);
     }
     if (all.size() > 1)
@@ -709,6 +813,7 @@ public:
     {
         choose_density(options.grid);
         emission_ = guess_emission_grid(all_, density_);
+        temperature_ = guess_temperature_grid(all_, density_);
         color_ = guess_color_grid(all_, density_);
     }
 
@@ -740,12 +845,14 @@ private:
 
     [[nodiscard]] Shown read(const SequenceFrame& frame, std::vector<std::string>* notes) const;
     [[nodiscard]] std::vector<const SequenceFrame*> samples() const;
-    [[nodiscard]] Unread unread(const std::vector<const SequenceFrame*>& known) const;
+    /// @param kelvin per unit of the temperature, if that is what glows; else 0
+    [[nodiscard]] Unread unread(const std::vector<const SequenceFrame*>& known,
+                                double kelvin) const;
 
     fs::path pattern_;
     std::vector<SequenceFrame> frames_;
     VdbInfo all_;
-    std::string density_, emission_, color_;
+    std::string density_, emission_, color_, temperature_;
 };
 
 Shown Sequence::read(const SequenceFrame& frame, std::vector<std::string>* notes) const
@@ -759,7 +866,9 @@ Shown Sequence::read(const SequenceFrame& frame, std::vector<std::string>* notes
         return std::make_shared<const VoxelGrid>(std::move(loaded.grid));
     };
     try {
-        return {load(density_), load(emission_)};
+        Shown one{load(density_), load(emission_), nullptr};
+        one.temperature = temperature_ == emission_ ? one.emission : load(temperature_);
+        return one;
     } catch (const Error&) {
         return {};  // a broken frame is told of when it is shown
     }
@@ -779,8 +888,9 @@ std::vector<const SequenceFrame*> Sequence::samples() const
                                   });
     };
     std::vector<const SequenceFrame*> wanted{fullest(density_)};
-    if (!emission_.empty())
-        wanted.push_back(fullest(emission_));
+    for (const std::string& glow : {emission_, temperature_})
+        if (!glow.empty())
+            wanted.push_back(fullest(glow));
     const std::size_t count = std::min(kSamples, held.size());
     for (std::size_t i = 0; i < count; ++i)
         wanted.push_back(held[count == 1 ? 0 : i * (held.size() - 1) / (count - 1)]);
@@ -795,26 +905,31 @@ std::vector<const SequenceFrame*> Sequence::samples() const
     return chosen;
 }
 
-Unread Sequence::unread(const std::vector<const SequenceFrame*>& known) const
+Unread Sequence::unread(const std::vector<const SequenceFrame*>& known, double kelvin) const
 {
+    const std::string& glow = kelvin > 0 ? temperature_ : emission_;
     std::vector<Unread::Frame> frames;
     for (const SequenceFrame& frame : frames_) {
         if (std::find(known.begin(), known.end(), &frame) != known.end())
             continue;
         Unread::Frame of{frame.frame, {}, frame.file.file_bytes};
         for (const GridInfo& grid : frame.file.grids)
-            if ((grid.name == density_ || grid.name == emission_) && grid.active_voxels > 0)
+            if ((grid.name == density_ || grid.name == glow) && grid.active_voxels > 0)
                 of.extents.push_back({grid.world_from_index,
                                       Box{glm::dvec3(grid.index_min), glm::dvec3(grid.index_max)}});
         if (!of.extents.empty())
             frames.push_back(std::move(of));
     }
     return {std::move(frames),
-            [this](int number) {
+            [this, kelvin](int number) {
                 const auto frame =
                     std::find_if(frames_.begin(), frames_.end(),
                                  [&](const SequenceFrame& f) { return f.frame == number; });
-                return read(*frame, nullptr);
+                Shown one = read(*frame, nullptr);
+                if (kelvin > 0)
+                    one.emission =
+                        one.temperature ? blackbody_grid(*one.temperature, kelvin) : nullptr;
+                return one;
             },
             kMostBytes};
 }
@@ -825,15 +940,28 @@ LoadedScene Sequence::scene(const AutoSceneOptions& options) const
     std::vector<Shown> shown;
     std::vector<const SequenceFrame*> known;
     std::string numbers;
-    for (const SequenceFrame* frame : samples()) {
-        Shown one = read(*frame, &notes);
-        known.push_back(frame);
+    std::uint64_t bytes = 0;
+    const auto know = [&](const SequenceFrame& frame) {
+        Shown one = read(frame, &notes);
+        known.push_back(&frame);
+        bytes += frame.file.file_bytes;
         if (one.density && !one.density->empty())
-            numbers += fmt::format("{}{}", numbers.empty() ? "" : ", ", frame->frame);
+            numbers += fmt::format("{}{}", numbers.empty() ? "" : ", ", frame.frame);
         shown.push_back(std::move(one));
-    }
+    };
+    for (const SequenceFrame* frame : samples())
+        know(*frame);
+    // Where none of these burns, another may.
+    for (const SequenceFrame& frame : frames_)
+        if (!temperature_.empty() && !heat_of(shown).glows &&
+            voxels_in(frame.file, temperature_) > 0 &&
+            std::find(known.begin(), known.end(), &frame) == known.end() &&
+            bytes + frame.file.file_bytes <= kMostBytes)
+            know(frame);
     if (numbers.empty())
         fail(fmt::format("grid '{}' is 0 everywhere", density_));
+
+    const double kelvin = light_up(shown, notes);
 
     glm::dvec3 least(std::numeric_limits<double>::infinity()), most(-least);
     for (const SequenceFrame& frame : frames_)
@@ -852,7 +980,7 @@ LoadedScene Sequence::scene(const AutoSceneOptions& options) const
         fullest.creator = all_.creator;
     const char up = choose_up(options, fullest, most - least, notes);
 
-    Names names{density_, emission_, 1};
+    Names names{density_, kelvin > 0 ? temperature_ : emission_, 1, kelvin};
     for (const SequenceFrame* frame : known) {
         if (color_.empty() || voxels_in(frame->file, color_) == 0)
             continue;
@@ -863,7 +991,7 @@ LoadedScene Sequence::scene(const AutoSceneOptions& options) const
         } catch (const Error&) {
         }
     }
-    LoadedScene loaded = compose(shown, unread(known), names, up, options.resolution);
+    LoadedScene loaded = compose(shown, unread(known, kelvin), names, up, options.resolution);
     auto& medium = std::get<GridMedium>(loaded.scene.media.front());
     medium.file = pattern_.string();
     medium.color_grid = color_;
@@ -873,6 +1001,25 @@ LoadedScene Sequence::scene(const AutoSceneOptions& options) const
                                        frames_.size(), frames_.front().frame, frames_.back().frame,
                                        numbers.find(',') == std::string::npos ? "" : "s", numbers));
     return loaded;
+}
+
+// As simulators call what burns, and how hot it is; the first that holds something is meant.
+constexpr std::array kFlames{"flame", "flames", "fire", "burn", "burning", "emission"};
+constexpr std::array kHeats{"temperature", "temp", "kelvin", "heat"};
+
+/// The first of `names` that has something beside `density`, in fewer voxels than `most`; or "".
+template <std::size_t N>
+std::string find_glow(const VdbInfo& file, const std::string& density,
+                      const std::array<const char*, N>& names,
+                      double most = std::numeric_limits<double>::infinity())
+{
+    for (const char* name : names)
+        for (const GridInfo& grid : file.grids)
+            if (base_name(grid) == name && grid.name != density && grid.refusal.empty() &&
+                grid.active_voxels > 0 && grid.max > 0 &&
+                static_cast<double>(grid.active_voxels) < most)
+                return grid.name;
+    return "";
 }
 
 }  // namespace
@@ -885,30 +1032,21 @@ double sigma_t_for_opacity(const VoxelGrid& grid, double opacity)
 
 std::string guess_emission_grid(const VdbInfo& file, const std::string& density)
 {
-    const auto find = [&](const std::string& name) -> const GridInfo* {
-        for (const GridInfo& grid : file.grids) {
-            if (base_name(grid) == name && grid.name != density && grid.refusal.empty() &&
-                grid.active_voxels > 0 && grid.max > 0)
-                return &grid;
-        }
-        return nullptr;
-    };
-    for (const char* name : {"flame", "flames", "fire", "burn", "burning", "emission"})
-        if (const GridInfo* grid = find(name))
-            return grid->name;
-
+    const std::string flame = find_glow(file, density, kFlames);
+    if (!flame.empty())
+        return flame;
     // Hot is not burning: a solver's temperature fills all of its smoke. Where it is a part of it,
     // it marks the source.
     const auto smoke = std::find_if(file.grids.begin(), file.grids.end(),
                                     [&](const GridInfo& grid) { return grid.name == density; });
-    for (const char* name : {"heat", "temperature", "temp"}) {
-        const GridInfo* grid = find(name);
-        if (grid != nullptr && smoke != file.grids.end() &&
-            static_cast<double>(grid->active_voxels) <
-                0.6 * static_cast<double>(smoke->active_voxels))
-            return grid->name;
-    }
-    return "";
+    if (smoke == file.grids.end())
+        return "";
+    return find_glow(file, density, kHeats, 0.6 * static_cast<double>(smoke->active_voxels));
+}
+
+std::string guess_temperature_grid(const VdbInfo& file, const std::string& density)
+{
+    return find_glow(file, density, kFlames).empty() ? find_glow(file, density, kHeats) : "";
 }
 
 std::string guess_color_grid(const VdbInfo& file, const std::string& density)
@@ -983,8 +1121,8 @@ LoadedScene frame_grids(std::shared_ptr<const VoxelGrid> density,
 {
     assert(density && !density->empty());
     LoadedScene loaded =
-        compose({{density, emission}}, {}, {density->name, emission ? emission->name : "", 1}, up,
-                resolution);
+        compose({{density, emission, nullptr}}, {},
+                {density->name, emission ? emission->name : "", 1, 0}, up, resolution);
     auto& medium = std::get<GridMedium>(loaded.scene.media.front());
     medium.density = std::move(density);
     medium.emission = std::move(emission);
@@ -1010,19 +1148,25 @@ LoadedScene make_auto_scene(const fs::path& vdb, const AutoSceneOptions& options
         return std::make_shared<const VoxelGrid>(std::move(loaded.grid));
     };
     const auto grid = std::make_shared<const VoxelGrid>(std::move(density.grid));
-    const std::shared_ptr<const VoxelGrid> emission = read(guess_emission_grid(info, grid->name)),
+    const std::string flame = guess_emission_grid(info, grid->name),
+                      heat = guess_temperature_grid(info, grid->name);
+    std::vector<Shown> shown{{grid, read(flame), nullptr}};
+    shown.front().temperature = heat == flame ? shown.front().emission : read(heat);
+    const std::shared_ptr<const VoxelGrid> emission = shown.front().emission,
+                                           temperature = shown.front().temperature,
                                            color = read(guess_color_grid(info, grid->name));
+    const double kelvin = light_up(shown, notes);
+    const std::string glow = kelvin > 0 ? temperature->name : emission ? emission->name : "";
     const char up = choose_up(options, info, world_bounds(*grid).size(), notes);
 
     const bool colored = color && !color->empty();
-    LoadedScene loaded = compose({{grid, emission}}, {},
-                                 {grid->name, emission ? emission->name : "",
-                                  colored ? static_cast<double>(color->max_value) : 1},
-                                 up, options.resolution);
+    LoadedScene loaded = compose(
+        shown, {}, {grid->name, glow, colored ? static_cast<double>(color->max_value) : 1, kelvin},
+        up, options.resolution);
     auto& medium = std::get<GridMedium>(loaded.scene.media.front());
     medium.file = vdb.string();
     medium.density = grid;
-    medium.emission = emission;
+    (kelvin > 0 ? medium.temperature : medium.emission) = kelvin > 0 ? temperature : emission;
     if (colored) {
         medium.color = color;
         medium.color_grid = color->name;

@@ -12,6 +12,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <string>
 
+#include "blackbody.h"
 #include "support/make_vdb.h"
 #include "support/temp_folder.h"
 #include <fumarole/asset/scene_file.h>
@@ -496,6 +497,26 @@ TEST(AutoScene, FireGlowsByItsFlameAndNotByItsTemperature)
     EXPECT_GT(medium.emission_per_unit.r, 0);
 }
 
+TEST(GuessTemperatureGrid, TakesWhatSimulatorsCallItWhereNoFlameTells)
+{
+    const auto guess = [](std::vector<GridInfo> grids) {
+        VdbInfo file;
+        file.grids = std::move(grids);
+        file.grids.push_back(grid_info("density", 1000));
+        return guess_temperature_grid(file, "density");
+    };
+    EXPECT_EQ(guess({}), "");
+    EXPECT_EQ(guess({grid_info("temperature", 900)}), "temperature");
+    EXPECT_EQ(guess({grid_info("Temperature[1]", 9)}), "Temperature[1]");
+    EXPECT_EQ(guess({grid_info("heat", 9), grid_info("temp", 9)}), "temp");
+    EXPECT_EQ(guess({grid_info("heat", 9), grid_info("temperature", 0)}), "heat");
+    EXPECT_EQ(guess({grid_info("heat", 9), grid_info("flame", 9)}), "");
+    EXPECT_EQ(guess({grid_info("heat", 9), grid_info("flame", 0)}), "heat");
+    VdbInfo hot;
+    hot.grids = {grid_info("temperature", 10)};
+    EXPECT_EQ(guess_temperature_grid(hot, "temperature"), "");
+}
+
 test::VdbGrid box_grid(const std::string& name, const glm::ivec3& min, const glm::ivec3& max,
                        const glm::dvec3& value, test::VdbGrid::Type type = {})
 {
@@ -529,13 +550,77 @@ TEST(AutoScene, SaysWhichGridOfWhichWasTakenAndWhatIsNotShown)
     const LoadedScene loaded = make_auto_scene(file, {});
     const std::string notes = text_of(loaded.notes);
     for (const char* line : {"grid 'Soot' is the smoke, of 'Heat', 'Soot', 'Cd', 'vel'\n",
-                             "grid 'Cd' colours it\n", "not shown: 'Heat', 'vel'\n"})
+                             "grid 'Cd' colours it\n", "not shown: 'vel'\n",
+                             "grid 'Heat' holds up to 2, taken as thousands of kelvin: 2000 K at "
+                             "most, glows as a blackbody\n"})
         EXPECT_NE(notes.find(line), std::string::npos) << line << notes;
     const auto& medium = std::get<GridMedium>(loaded.scene.media.front());
     EXPECT_EQ(medium.grid, "Soot");
     EXPECT_EQ(medium.color_grid, "Cd");
     ASSERT_TRUE(medium.color);
     EXPECT_EQ(VoxelLookup(*medium.color).value({1, 1, 1}), glm::vec3(0.5f, 0.2f, 1));
+}
+
+TEST(AutoScene, ATemperatureGlowsAsABlackbodyWhereItIsHotEnough)
+{
+    const test::TempFolder folder;
+    const fs::path file = folder.path() / "a.vdb";
+    const glm::ivec3 from(0), to(15);
+    const auto with = [&](const char* name, double value) {
+        test::write_vdb(file, {box_grid("density", from, to, glm::dvec3(1)),
+                               box_grid(name, from, to, glm::dvec3(value))});
+        return make_auto_scene(file, {});
+    };
+    struct Case {
+        const char* name;
+        double value, kelvin;  ///< 0: it does not glow
+    };
+    for (const Case& c : {Case{"temperature", 1.5, 1000},
+                          {"Temperature", 2200, 1},
+                          {"temp", 900, 1},
+                          {"heat", 3, 1000},
+                          {"temperature", 1, 0},
+                          {"temperature", 293, 0},
+                          {"heat", 0.76, 0}}) {
+        const LoadedScene loaded = with(c.name, c.value);
+        const auto& medium = std::get<GridMedium>(loaded.scene.media.front());
+        SCOPED_TRACE(text_of(loaded.notes));
+        EXPECT_EQ(medium.emission_grid, "");
+        if (c.kelvin == 0) {
+            EXPECT_EQ(medium.temperature_grid, "");
+            EXPECT_NE(text_of(loaded.notes).find("too cold to glow"), std::string::npos);
+            continue;
+        }
+        EXPECT_EQ(medium.temperature_grid, c.name);
+        ASSERT_TRUE(medium.temperature);
+        EXPECT_EQ(medium.temperature_scale, c.kelvin);
+        EXPECT_TRUE(glows_hot(medium));
+        // Sixteen metres of it are three times as bright as sunlit smoke.
+        const double sunlit = (8 * 0.2126 + 7.6 * 0.7152 + 6.8 * 0.0722) / (4 * glm::pi<double>());
+        EXPECT_NEAR(16 * double(medium.blackbody_intensity) *
+                        blackbody_luminance(c.kelvin * c.value) / (3 * sunlit),
+                    1, 0.01);
+    }
+}
+
+// Where a file's temperature is a plume around a core, what glows of it is framed and counted.
+TEST(AutoScene, OnlyTheHotPartOfATemperatureCounts)
+{
+    const test::TempFolder folder;
+    const fs::path file = folder.path() / "a.vdb";
+    test::VdbGrid hot = box_grid("temperature", {0, 0, 0}, {15, 40, 15}, glm::dvec3(300));
+    for (test::VdbVoxel& voxel : hot.voxels)
+        if (voxel.index.y < 8)
+            voxel.value = glm::dvec3(2000);
+    test::write_vdb(file, {box_grid("density", {0, 0, 0}, {15, 15, 15}, glm::dvec3(1)), hot});
+    const Scene scene = make_auto_scene(file, {.grid = "", .up = 'y'}).scene;
+    const Scene smoke = [&] {
+        test::write_vdb(file, {box_grid("density", {0, 0, 0}, {15, 15, 15}, glm::dvec3(1))});
+        return make_auto_scene(file, {.grid = "", .up = 'y'}).scene;
+    }();
+    EXPECT_EQ(scene.camera.position, smoke.camera.position);
+    const auto& medium = std::get<GridMedium>(scene.media.front());
+    EXPECT_NEAR(16 * double(medium.blackbody_intensity) * blackbody_luminance(2000) / 1.8, 1, 0.1);
 }
 
 TEST(AutoScene, ColoursOfThreeGridsAreTakenAndNoneScattersMoreThanIsLost)
@@ -627,6 +712,28 @@ TEST_F(Growing, AFireOfLaterFramesGlows)
     // By the flame's own columns: 4 m of 2 are three times as bright as sunlit smoke.
     const Scene lit = make_auto_scene(file(6), {}).scene;
     EXPECT_EQ(medium.emission_per_unit, std::get<GridMedium>(lit.media.front()).emission_per_unit);
+}
+
+TEST_F(Growing, ATemperatureOfLaterFramesGlowsInOneUnit)
+{
+    const auto with_heat = [&](int frame, double heat) {
+        test::VdbGrid hot;
+        hot.name = "temperature";
+        if (heat > 0)
+            hot = box_grid("temperature", {0, 0, 0}, {3, 3, 3}, glm::dvec3(heat));
+        test::write_vdb(file(frame),
+                        {box_grid("density", {0, 0, 0}, {3, 9, 3}, glm::dvec3(1)), hot});
+    };
+    with_heat(2, 0);
+    with_heat(4, 293);
+    with_heat(6, 1800);
+    const Scene scene = make_auto_scene(pattern(), {}).scene;
+    const auto& medium = std::get<GridMedium>(scene.media.front());
+    EXPECT_EQ(medium.temperature_grid, "temperature");
+    EXPECT_EQ(medium.temperature_scale, 1);
+    const Scene lit = make_auto_scene(file(6), {}).scene;
+    EXPECT_EQ(medium.blackbody_intensity,
+              std::get<GridMedium>(lit.media.front()).blackbody_intensity);
 }
 
 TEST_F(Growing, ASequenceOfNothingIsRefused)

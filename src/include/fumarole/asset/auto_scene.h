@@ -20,8 +20,9 @@ struct AutoSceneOptions {
 
 /// A scene for a bare .vdb: a camera that frames it, a key sun, a sky, a ground below it, and a
 /// coefficient per density chosen from the grid's own statistics, so that the medium is neither
-/// invisible nor a black lump whatever its voxel size and range. A grid called flame, fire, heat,
-/// temperature, ... makes it glow, one called Cd, color, rgb, albedo, ... colours it. The notes say
+/// invisible nor a black lump whatever its voxel size and range. A grid called flame, fire, ...
+/// makes it glow; without one temperature, heat, ... does, as a blackbody where it is hot enough.
+/// One called Cd, color, rgb, albedo, ... colours it. The notes say
 /// what was chosen and why, and which grids are not shown. A sequence (animation.h) has one scene
 /// for all of its frames, whose grids are not read.
 /// @throws Error as load_grid does; also if the grid is empty.
@@ -42,6 +43,10 @@ FUMAROLE_API double sigma_t_for_opacity(const VoxelGrid& grid, double opacity);
 
 /// The grid of a file that should glow beside `density`, or "".
 FUMAROLE_API std::string guess_emission_grid(const VdbInfo& file, const std::string& density);
+
+/// The grid of a file that holds temperatures beside `density` and no flame to tell what burns, or
+/// "".
+FUMAROLE_API std::string guess_temperature_grid(const VdbInfo& file, const std::string& density);
 
 /// The grid of a file that should colour `density` (three numbers a voxel, or three grids of one),
 /// or "".
