@@ -19,6 +19,14 @@ inline constexpr double kBlackbodyOfKilokelvin = 5.670374419e-8 * 1e12 * 1e-6 / 
 inline const double kDarkKelvin = 1000.0 * static_cast<double>(shared::kDarkKilokelvin);
 inline const double kDraperKelvin = 1000.0 * static_cast<double>(shared::kDraperKilokelvin);
 
+/// Kelvin that a unit of a grid of temperatures stands for, by its largest value: no simulator that
+/// counts in kelvin has a domain so cold, none that doesn't flames so hot.
+inline double guess_kelvin_per_unit(double largest)
+{
+    constexpr double kMostUnits = 20;
+    return largest < kMostUnits ? 1000 : 1;
+}
+
 /// The luminance that a metre at a temperature adds, at an intensity of 1. [W/m^2/sr per metre]
 inline double blackbody_luminance(double kelvin)
 {

@@ -71,7 +71,10 @@ std::vector<std::string> explain(const Toolbox& tools, int surfaces, const Frame
                      : media.mixed_g
                          ? "media differ in g: its mean, weighted by sigma_s, per sample"
                          : "one g for all media");
-    say("emission: {}", media.emission ? "yes" : "none: no fetch");
+    say("emission: {}", media.blackbody  ? "yes, of a temperature by Stefan and Boltzmann in the "
+                                           "colour of Planck's law"
+                        : media.emission ? "yes"
+                                         : "none: no fetch");
     if (lights.count() == 0)
         say("lights: none: no loop over lights, no shadows");
     else

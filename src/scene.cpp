@@ -29,11 +29,10 @@ glm::dvec3 slope(const std::vector<CameraKey>& path, std::size_t i, glm::dvec3 C
 
 double kelvin_per_unit(const GridMedium& medium)
 {
-    // No simulator that counts in kelvin has a domain so cold, none that doesn't flames so hot.
-    constexpr float kMostUnits = 20;
     if (medium.temperature_scale > 0)
         return medium.temperature_scale;
-    return medium.temperature == nullptr || medium.temperature->max_value < kMostUnits ? 1000 : 1;
+    return guess_kelvin_per_unit(
+        medium.temperature == nullptr ? 0 : static_cast<double>(medium.temperature->max_value));
 }
 
 bool glows_hot(const GridMedium& medium)

@@ -1,8 +1,11 @@
+#include <algorithm>
 #include <fmt/format.h>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "asset/grid_names.h"
+#include "blackbody.h"
 #include "command.h"
 #include "medium/grid_layout.h"
 #include <fumarole/asset/animation.h>
@@ -37,6 +40,20 @@ GpuPlan plan(const std::filesystem::path& file, const asset::GridInfo& grid)
     } catch (const Error& error) {
         return {0, "", "", "", error.what()};
     }
+}
+
+bool is_temperature(const asset::GridInfo& grid)
+{
+    const auto& names = asset::temperature_names();
+    return grid.active_voxels > 0 && !grid.value_type.starts_with("vec3") &&
+           std::find(names.begin(), names.end(),
+                     asset::lower_case(asset::without_number(grid.name))) != names.end();
+}
+
+/// As a scene takes it that states no temperature_scale.
+double kelvin_per_unit(const asset::GridInfo& grid)
+{
+    return guess_kelvin_per_unit(grid.max);
 }
 
 Json to_json(glm::dvec3 v)
@@ -74,6 +91,7 @@ Json to_json(const asset::GridInfo& grid, const GpuPlan& gpu)
             {"min", grid.min},
             {"max", grid.max},
             {"mean", grid.mean},
+            {"kelvin_per_unit", is_temperature(grid) ? Json(kelvin_per_unit(grid)) : Json()},
             {"nan", grid.nan_count},
             {"infinite", grid.inf_count},
             {"negative", grid.negative_count},
@@ -102,6 +120,9 @@ void print(const asset::GridInfo& grid, const GpuPlan& gpu)
     fmt::print("  active voxels  {} in {} bricks and {} tiles\n", grid.active_voxels,
                grid.leaf_bricks, grid.active_tiles);
     fmt::print("  values         {:.6g} .. {:.6g}, mean {:.6g}\n", grid.min, grid.max, grid.mean);
+    if (is_temperature(grid))
+        fmt::print("  temperature    {:.6g} K at most, 1 taken for {} K\n",
+                   kelvin_per_unit(grid) * grid.max, kelvin_per_unit(grid));
     if (grid.nan_count + grid.inf_count + grid.negative_count > 0)
         fmt::print("  unusual        {} NaN, {} infinite, {} negative\n", grid.nan_count,
                    grid.inf_count, grid.negative_count);

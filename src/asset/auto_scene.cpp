@@ -1003,17 +1003,20 @@ LoadedScene Sequence::scene(const AutoSceneOptions& options) const
     return loaded;
 }
 
-// As simulators call what burns, and how hot it is; the first that holds something is meant.
-constexpr std::array kFlames{"flame", "flames", "fire", "burn", "burning", "emission"};
-constexpr std::array kHeats{"temperature", "temp", "kelvin", "heat"};
+/// As simulators call what burns; the first that holds something is meant.
+const std::vector<std::string_view>& flame_names()
+{
+    static const std::vector<std::string_view> names{"flame", "flames",  "fire",
+                                                     "burn",  "burning", "emission"};
+    return names;
+}
 
 /// The first of `names` that has something beside `density`, in fewer voxels than `most`; or "".
-template <std::size_t N>
 std::string find_glow(const VdbInfo& file, const std::string& density,
-                      const std::array<const char*, N>& names,
+                      const std::vector<std::string_view>& names,
                       double most = std::numeric_limits<double>::infinity())
 {
-    for (const char* name : names)
+    for (const std::string_view name : names)
         for (const GridInfo& grid : file.grids)
             if (base_name(grid) == name && grid.name != density && grid.refusal.empty() &&
                 grid.active_voxels > 0 && grid.max > 0 &&
@@ -1032,7 +1035,7 @@ double sigma_t_for_opacity(const VoxelGrid& grid, double opacity)
 
 std::string guess_emission_grid(const VdbInfo& file, const std::string& density)
 {
-    const std::string flame = find_glow(file, density, kFlames);
+    const std::string flame = find_glow(file, density, flame_names());
     if (!flame.empty())
         return flame;
     // Hot is not burning: a solver's temperature fills all of its smoke. Where it is a part of it,
@@ -1041,12 +1044,15 @@ std::string guess_emission_grid(const VdbInfo& file, const std::string& density)
                                     [&](const GridInfo& grid) { return grid.name == density; });
     if (smoke == file.grids.end())
         return "";
-    return find_glow(file, density, kHeats, 0.6 * static_cast<double>(smoke->active_voxels));
+    return find_glow(file, density, temperature_names(),
+                     0.6 * static_cast<double>(smoke->active_voxels));
 }
 
 std::string guess_temperature_grid(const VdbInfo& file, const std::string& density)
 {
-    return find_glow(file, density, kFlames).empty() ? find_glow(file, density, kHeats) : "";
+    return find_glow(file, density, flame_names()).empty()
+               ? find_glow(file, density, temperature_names())
+               : "";
 }
 
 std::string guess_color_grid(const VdbInfo& file, const std::string& density)

@@ -137,6 +137,12 @@ std::optional<std::array<std::size_t, 3>> find_channels(const std::vector<GridNa
     return std::nullopt;
 }
 
+const std::vector<std::string_view>& temperature_names()
+{
+    static const std::vector<std::string_view> names{"temperature", "temp", "kelvin", "heat"};
+    return names;
+}
+
 const std::vector<std::string_view>& color_names()
 {
     static const std::vector<std::string_view> names{"cd",  "color",  "colour",

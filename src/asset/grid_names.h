@@ -35,6 +35,9 @@ std::optional<std::size_t> find_name(const std::vector<GridName>& grids, std::st
 std::optional<std::array<std::size_t, 3>> find_channels(const std::vector<GridName>& grids,
                                                         std::string_view wanted);
 
+/// Names of a temperature, the likeliest first.
+const std::vector<std::string_view>& temperature_names();
+
 /// Names of a colour: Cd, color, rgb, albedo, ...
 const std::vector<std::string_view>& color_names();
 

@@ -120,6 +120,26 @@ TEST(Input, GridsThatAreNotThereAreNamedWithThoseThatAre)
     expect_refused(run, "--grid smoke", {"fire_plume.vdb", "smoke", "density", "flame"});
 }
 
+TEST(SceneFile, ATemperatureThatIsNotThereOrWrongIsNamed)
+{
+    const TempFolder folder;
+    const auto refused = [&](const char* name, const std::string& keys,
+                             const std::vector<std::string>& named) {
+        folder.write(name, fmt::format(R"({{"camera": {{"position": [0,-10,0], "look_at": [0,0,0],
+ "vfov_deg": 30}}, "media": [{{"type": "vdb", "file": "{}", "grid": "density",
+ "sigma_s_per_density": [1,1,1], {}}}]}})",
+                                       sample("fire_plume.vdb"), keys));
+        expect_refused(run_program(folder.path(), {"render", name, kSmall, "-o", "x.png"}), name,
+                       named);
+    };
+    refused("missing.json", R"("temperature_grid": "hot")",
+            {"fire_plume.vdb", "no grid 'hot' (has: ", "'temperature'"});
+    refused("alone.json", R"("blackbody_intensity": 2)",
+            {"alone.json", "media[0]", "'blackbody_intensity' needs 'temperature_grid'"});
+    refused("cold.json", R"("temperature_grid": "temperature", "temperature_scale": -1)",
+            {"cold.json", "media[0].temperature_scale", "kelvin per unit", "got -1"});
+}
+
 TEST(SceneFile, ThatIsWrongIsNamedWithThePlace)
 {
     const TempFolder folder;

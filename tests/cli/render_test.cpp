@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "cli/run_program.h"
+#include "support/make_vdb.h"
 #include <fumarole/settings.h>
 #include <fumarole/write/image_writer.h>
 
@@ -230,6 +231,59 @@ TEST(Render, ExrHasTheNamedChannelsAndTheyCompose)
         for (std::size_t i = 0; i < t.size(); ++i)
             ASSERT_NEAR(composite[i], lit[i] * t[i] + s[i], 1e-5 * (1 + composite[i]));
     }
+}
+
+// The same fire in kelvin and in thousands of them, with air around it: it is red hot where it is
+// seen alone, and the corner of the picture, before the air, is the sky's.
+TEST(Render, ABareFileGlowsByItsTemperature)
+{
+    const TempFolder folder;
+    const auto with_heat = [&](const char* file, double unit, double air) {
+        test::VdbGrid density, hot;
+        hot.name = "Temperature";
+        for (int z = 0; z < 24; ++z)
+            for (int y = 0; y < 24; ++y)
+                for (int x = 0; x < 24; ++x) {
+                    const double r = glm::length(glm::dvec3(x, y, z) - 11.5) / 10;
+                    if (r < 1)
+                        density.voxels.push_back({{x, y, z}, glm::dvec3(0.05 + r)});
+                    hot.voxels.push_back(
+                        {{x, y, z}, glm::dvec3(unit * std::max(air, 1800 * (1 - r)))});
+                }
+        test::write_vdb(folder.path() / file, {density, hot});
+    };
+    with_heat("kelvin.vdb", 1, 293);
+    with_heat("thousands.vdb", 1e-3, 0);
+    const auto render = [&](const char* file, const char* picture) {
+        return must(folder, with_little_light(
+                                {"render", file, kSmall, "-o", picture, "--save-scene", "s.json"}));
+    };
+    const Outcome run = render("thousands.vdb", "b.exr");
+    EXPECT_NE(run.out.find("taken as thousands of kelvin"), std::string::npos) << run;
+    EXPECT_NE(render("kelvin.vdb", "a.exr").out.find("taken as kelvin: "), std::string::npos);
+    const Channels a(folder.path() / "a.exr"), b(folder.path() / "b.exr");
+    const auto red = a.of("scattering.R"), blue = a.of("scattering.B"),
+               other = b.of("scattering.R");
+    const auto brightest =
+        static_cast<std::size_t>(std::max_element(red.begin(), red.end()) - red.begin());
+    EXPECT_GT(red[brightest], 4 * blue[brightest]);
+    EXPECT_NEAR(red[brightest] / other[brightest], 1, 0.02);
+    EXPECT_EQ(red.front(), 0);
+
+    const std::string scene = read_bytes(folder.path() / "s.json");
+    EXPECT_NE(scene.find(R"("temperature_grid": "Temperature")"), std::string::npos) << scene;
+    EXPECT_NE(scene.find(R"("temperature_scale": 1,)"), std::string::npos) << scene;
+    must(folder, with_little_light({"render", "s.json", "-o", "c.exr"}));
+    EXPECT_EQ(Channels(folder.path() / "c.exr").image.pixels, a.image.pixels);
+    EXPECT_NE(must(folder, with_little_light({"render", "s.json", "-o", "c.exr", "--explain"}))
+                  .out.find("emission: yes, of a temperature"),
+              std::string::npos);
+
+    const Outcome info = must(folder, {"info", "kelvin.vdb"});
+    EXPECT_NE(info.out.find(" K at most, 1 taken for 1 K"), std::string::npos) << info;
+    const Json json = Json::parse(must(folder, {"info", "thousands.vdb", "--json"}).out);
+    EXPECT_EQ(json.at("grids").at(1).at("kelvin_per_unit"), 1000);
+    EXPECT_TRUE(json.at("grids").at(0).at("kelvin_per_unit").is_null());
 }
 
 TEST(Render, SavedSceneRendersTheSameBits)
