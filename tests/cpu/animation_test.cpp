@@ -297,6 +297,9 @@ TEST(FrameLoader, TemperaturesHaveOneUnitInAllFrames)
         EXPECT_EQ(glows_hot(medium), frame != 2) << frame;
         EXPECT_EQ(loaded->notes.size(), frame == 1 ? 1u : 0u) << "said once";
     }
+    const Scene first = asset::load_frame(scene, 1, scene).scene;
+    const Scene second = asset::load_frame(scene, 2, first).scene;
+    EXPECT_EQ(std::get<GridMedium>(second.media[0]).temperature_scale, 1) << "as the window does";
 }
 
 TEST_F(LitLater, WhatNoFrameHasIsAMistake)
