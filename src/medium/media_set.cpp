@@ -157,7 +157,7 @@ void MediaSet::add(const GridMedium& medium, const SceneSettings& settings)
         entry.params.blackbody = static_cast<float>(kBlackbodyOfKilokelvin) *
                                  medium.blackbody_intensity * medium.blackbody_tint;
         entry.params.kilokelvin_per_unit = static_cast<float>(kelvin_per_unit(medium) / 1000);
-        // The fourth power would show a byte's steps as bands.
+        // What bytes may err by is four times as much in the light.
         SceneSettings finer = settings;
         if (finer.storage == Storage::automatic)
             finer.storage = Storage::r16f;

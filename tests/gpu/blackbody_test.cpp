@@ -4,7 +4,9 @@
 #include <limits>
 
 #include "blackbody.h"
+#include "medium/media_set.h"
 #include "study/reference_blackbody.h"
+#include "study/stability_bench.h"
 #include "support/gl_test.h"
 #include "support/kernel.h"
 
@@ -67,6 +69,39 @@ TEST_F(BlackbodyKernel, NoTemperatureIsTooOdd)
     EXPECT_LT(found[0].b, 1e7f);
     for (std::size_t i = 2; i < found.size(); ++i)
         EXPECT_EQ(found[i], glm::vec4(0)) << i;
+}
+
+class HotMedia : public GlTest {};
+
+// Bricks of 8 voxels of 1 m: a flame in the second along each axis, air in all four.
+TEST_F(HotMedia, AirWidensNoBoundsAndTemperaturesAreNoBytes)
+{
+    GridMedium fire;
+    fire.temperature = study::make_grid(glm::ivec3(4), glm::dmat4(1), [](glm::ivec3 at) {
+        const double r = glm::length(glm::dvec3(at) - 11.5);
+        return std::max(293.0, 2000 - 500 * r);
+    });
+    Scene scene;
+    scene.media = {fire};
+    medium::MediaSet media(gl());
+    media.set(scene, Settings{});
+    EXPECT_TRUE(media.traits().emission);
+    EXPECT_TRUE(media.traits().blackbody);
+    EXPECT_EQ(media.bounds().min, glm::dvec3(8));
+    EXPECT_EQ(media.bounds().max, glm::dvec3(16));
+    ASSERT_EQ(media.occupied().size(), 1u);
+    EXPECT_EQ(media.occupied()[0].boxes.size(), 1u);
+    ASSERT_EQ(media.describe().size(), 1u);
+    EXPECT_NE(media.describe()[0].find("R16F"), std::string::npos) << media.describe()[0];
+
+    auto cold = std::make_shared<VoxelGrid>(*fire.temperature);
+    for (float& value : cold->values)
+        value = 293;
+    cold->max_value = 293;
+    fire.temperature = cold;
+    scene.media = {fire};
+    media.set(scene, Settings{});
+    EXPECT_TRUE(media.empty()) << "air alone is no medium";
 }
 
 }  // namespace
