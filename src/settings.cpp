@@ -280,6 +280,7 @@ Settings eevee2017()
     s.shadow_map = 1024;
     s.shadow_cache = 0;
     s.world_cache = 0;
+    s.bounces = 0;
     s.resolution = 2;
     s.upsample = Settings::Upsample::box4x4;
     s.depth_threshold = 0.05f;

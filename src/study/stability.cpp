@@ -153,8 +153,10 @@ std::vector<StabilityResult> measure_stability(const std::vector<StabilityRun>& 
         StabilityResult result;
         result.run = run;
         try {
-            result.figure =
-                run.what->measure(StabilityBench(renderer, run.subject->settings, scratch));
+            Settings settings = run.subject->settings;
+            if (!run.what->bounces)
+                settings.bounces = 0;
+            result.figure = run.what->measure(StabilityBench(renderer, settings, scratch));
             result.holds = run.what->holds(result.figure.value);
         } catch (const Error& error) {
             result.figure.value = std::nan("");

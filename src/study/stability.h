@@ -58,6 +58,9 @@ struct StabilityCase {
     std::string unit;
     std::string reason;  ///< why the bound is what it is
     bool quick = true;   ///< of --quick too
+    /// True if light scatters as often as the subject has it; false if once, which the closed forms
+    /// and the quadrature are of.
+    bool bounces = false;
     /// Which subjects can run it; none given: all.
     std::function<bool(const StabilitySubject&)> runs = {};
     /// @throws Error where the subject can't do what the case asks; the case then falls short.

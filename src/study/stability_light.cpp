@@ -16,7 +16,7 @@ Picture reference_scattering(const Scene& scene)
 {
     ReferenceOptions options;
     options.tolerance = 1e-4;
-    options.bounces = kMeasuredBounces;
+    options.bounces = 0;
     return layer(render_reference(scene, options), &ReferenceStill::scattering);
 }
 

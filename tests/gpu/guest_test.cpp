@@ -533,6 +533,7 @@ Settings small_settings(Settings::Mode mode = Settings::Mode::raymarch)
     settings.shadow_map = 64;
     settings.steps = 16;
     settings.shadow_steps = 4;
+    settings.bounces = 0;
     return settings;
 }
 

@@ -50,6 +50,7 @@ protected:
         Settings s;
         s.shadow_map = 16;
         s.steps = 8;
+        s.bounces = 0;
         return s;
     }
 

@@ -119,7 +119,7 @@ protected:
         const Still still = render(scene, settings);
         study::ReferenceOptions options;
         options.tolerance = 2e-3;
-        options.bounces = study::kMeasuredBounces;
+        options.bounces = study::kLampsAndWorldOnce;
         const study::ReferenceStill reference = study::render_reference(scene, options);
         const auto check = [&](const char* target, const std::vector<float>& picture,
                                const std::vector<float>& expected) {

@@ -369,7 +369,9 @@ protected:
         const study::ReferenceStill truth_of_points = study::render_reference(points, options);
         Settings march;
         march.resolution = 1;
+        march.bounces = 0;
         Settings froxels;
+        froxels.bounces = 0;
         froxels.mode = Settings::Mode::froxel;
         froxels.tile = 1;
         froxels.slices = 128;

@@ -212,6 +212,7 @@ Settings gathering(int tile)
     settings.tile = tile;
     settings.slices = 24;
     settings.shadow_map = 256;
+    settings.bounces = 0;
     settings.format = Settings::Format::rgba32f;
     return settings;
 }
@@ -402,6 +403,7 @@ TEST_F(Froxel, AgreesWithPathTracing)
     if (!fs::exists(folder / "S1.json"))
         GTEST_SKIP() << "no reference pictures in " << folder;
     Settings settings = find_preset("froxel");
+    settings.bounces = 0;  // the path tracer's light scatters once
     settings.tile = 4;
     settings.slices = 128;
     const auto check = [&](const char* scene, const char* layer, const std::vector<float>& picture,

@@ -18,6 +18,7 @@ Settings ImageTest::plain_settings(int resolution)
     settings.jitter = Settings::Jitter::none;
     settings.format = Settings::Format::rgba32f;
     settings.storage = medium::Storage::r32f;
+    settings.bounces = 0;
     settings.shadow_map = 256;  // large ones are cleared at a cost, and no test here looks closely
     return settings;
 }

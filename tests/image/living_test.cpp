@@ -26,10 +26,12 @@ std::vector<Mode> modes()
     march.temporal = true;
     march.steps = 12;
     march.shadow_map = 256;
+    march.bounces = 0;  // it's the histories' test, and the truth is 128 frames of a still
     Settings froxels;
     froxels.mode = Settings::Mode::froxel;
     froxels.slices = 32;
     froxels.shadow_map = 256;
+    froxels.bounces = 0;
     Settings fine = froxels;
     fine.tile = 4;
     return {{"march", march}, {"froxels", froxels}, {"froxels_of_4", fine}};

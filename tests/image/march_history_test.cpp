@@ -47,6 +47,7 @@ Settings temporal(int steps)
     settings.temporal = true;
     settings.steps = steps;
     settings.shadow_map = 256;
+    settings.bounces = 0;
     return settings;
 }
 
