@@ -157,11 +157,15 @@ void MediaSet::add(const GridMedium& medium, const SceneSettings& settings)
         entry.params.blackbody = static_cast<float>(kBlackbodyOfKilokelvin) *
                                  medium.blackbody_intensity * medium.blackbody_tint;
         entry.params.kilokelvin_per_unit = static_cast<float>(kelvin_per_unit(medium) / 1000);
-        // What bytes may err by is four times as much in the light.
         SceneSettings finer = settings;
         if (finer.storage == Storage::automatic)
             finer.storage = Storage::r16f;
         entry.temperature = place(medium.temperature, world_from_grid, finer);
+        if (settings.storage == Storage::automatic) {
+            const int texture = placed_[static_cast<std::size_t>(entry.temperature)].texture;
+            grids_[static_cast<std::size_t>(texture)].plan.storage_reason =
+                "a byte's error would be four times as large in a temperature's light";
+        }
     }
     entry.density = dims    ? place(medium.density, world_from_grid, settings)
                     : glows ? entry.emission
