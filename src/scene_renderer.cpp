@@ -1,6 +1,7 @@
 #include <fumarole/scene_renderer.h>
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <fmt/format.h>
@@ -9,17 +10,32 @@
 
 #include "gl/texture.h"
 #include "halton.h"
+#include "picture_parts.h"
 #include <fumarole/errors.h>
 
 namespace fumarole {
 
 namespace {
 
-/// The mean of several pictures, rows turned to come from the top.
+/// A whole picture that is drawn at once.
+PicturePart whole_part(glm::ivec2 size)
+{
+    return {{0, 0}, size, {0, 0}, size};
+}
+
+/// The mean of several pictures of a part, or of what is kept of it, rows turned to come from the
+/// top.
 class Mean {
 public:
-    Mean(int width, int height, int channels)
-        : width_{static_cast<std::size_t>(width)}, height_{static_cast<std::size_t>(height)},
+    /// @param used or else it stays empty
+    Mean(const PicturePart& part, int channels, bool used = true)
+        : stride_{static_cast<std::size_t>(part.size.x)}, pixels_{stride_ *
+                                                                  static_cast<std::size_t>(
+                                                                      part.size.y)},
+          left_{static_cast<std::size_t>(part.keep_origin.x)}, bottom_{static_cast<std::size_t>(
+                                                                   part.keep_origin.y)},
+          width_{used ? static_cast<std::size_t>(part.keep_size.x) : 0},
+          height_{used ? static_cast<std::size_t>(part.keep_size.y) : 0},
           channels_{static_cast<std::size_t>(channels)}, sum_(width_ * height_ * channels_)
     {
     }
@@ -27,12 +43,12 @@ public:
     /// `from` may have more channels; the first ones are taken.
     void add(const std::vector<float>& from)
     {
-        const std::size_t stride = from.size() / (width_ * height_);
+        const std::size_t stride = from.size() / pixels_;
         for (std::size_t y = 0; y < height_; ++y)
             for (std::size_t x = 0; x < width_; ++x)
                 for (std::size_t c = 0; c < channels_; ++c)
                     sum_[((height_ - 1 - y) * width_ + x) * channels_ + c] +=
-                        from[(y * width_ + x) * stride + c];
+                        from[((y + bottom_) * stride_ + x + left_) * stride + c];
         ++count_;
     }
 
@@ -45,8 +61,18 @@ public:
         return mean;
     }
 
+    /// Of what was added here and not there.
+    [[nodiscard]] std::vector<float> get_without(const Mean& part) const
+    {
+        std::vector<float> mean;
+        mean.reserve(sum_.size());
+        for (std::size_t i = 0; i < sum_.size(); ++i)
+            mean.push_back(static_cast<float>((sum_[i] - part.sum_[i]) / (count_ - part.count_)));
+        return mean;
+    }
+
 private:
-    std::size_t width_, height_, channels_;
+    std::size_t stride_, pixels_, left_, bottom_, width_, height_, channels_;
     std::vector<double> sum_;
     int count_ = 0;
 };
@@ -58,7 +84,8 @@ glm::dvec2 layer_offset(std::uint64_t i)
 }
 
 /// view_z [m] of our own reversed depth, rows from the top.
-std::vector<float> view_depth(const Frame& frame, const std::vector<float>& window_depth)
+std::vector<float> view_depth(const Frame& frame, const PicturePart& part,
+                              const std::vector<float>& window_depth)
 {
     const glm::dmat4& p = frame.clip_from_view;
     std::vector<float> view_z;
@@ -67,7 +94,7 @@ std::vector<float> view_depth(const Frame& frame, const std::vector<float>& wind
         view_z.push_back(
             n == 0 ? Still::kSkyDepth
                    : static_cast<float>((p[3][3] * n - p[3][2]) / (p[2][3] * n - p[2][2])));
-    Mean one(frame.depth.size.x, frame.depth.size.y, 1);
+    Mean one(part, 1);
     one.add(view_z);
     return one.get();
 }
@@ -117,11 +144,10 @@ void check_size(glm::ivec2 size, const gl::Device& gl)
 
 /// Where a scene is drawn, and the frame that lends it.
 struct Canvas {
-    Canvas(const gl::Device& gl, const Scene& scene)
-        : color{gl::Texture::make_2d(gl, "picture", glm::ivec2(scene.resolution), GL_RGBA32F,
-                                     gl::Filter::nearest)},
-          depth{gl::Texture::make_2d(gl, "picture depth", glm::ivec2(scene.resolution),
-                                     GL_DEPTH_COMPONENT32F, gl::Filter::nearest)}
+    Canvas(const gl::Device& gl, glm::ivec2 size)
+        : color{gl::Texture::make_2d(gl, "picture", size, GL_RGBA32F, gl::Filter::nearest)},
+          depth{gl::Texture::make_2d(gl, "picture depth", size, GL_DEPTH_COMPONENT32F,
+                                     gl::Filter::nearest)}
     {
     }
 
@@ -134,6 +160,109 @@ struct Canvas {
 
     gl::Texture color, depth;
 };
+
+PictureRegion whole_region(glm::uvec2 size)
+{
+    return {0, 0, static_cast<int>(size.x), static_cast<int>(size.y)};
+}
+
+void check_region(const PictureRegion& region, glm::uvec2 size)
+{
+    const auto within = [](int from, int length, unsigned all) {
+        return from >= 0 && length > 0 && length <= static_cast<int>(all) &&
+               from <= static_cast<int>(all) - length;
+    };
+    if (!within(region.x, region.width, size.x) || !within(region.y, region.height, size.y))
+        throw Error(fmt::format("the region {} {} {} {} (x y width height) lies not within the "
+                                "picture of {} x {}; give one that does",
+                                region.x, region.y, region.width, region.height, size.x, size.y));
+}
+
+/// What a part knows nothing of: the frames before it, and what else is in view.
+void check_parts(const Settings& settings, bool builds_on_frames)
+{
+    if (builds_on_frames)
+        throw Error("a part of a picture, or a picture in tiles, has no history, which needs all "
+                    "of the view; set history 0, or average frames instead (StillOptions::aa)");
+    if (settings.mode == Settings::Mode::froxel &&
+        settings.froxel_shadows == Settings::FroxelShadows::grid)
+        throw Error("froxel_shadows grid needs all of the view, and a part of a picture, or a "
+                    "picture in tiles, has not; set froxel_shadows media");
+}
+
+/// Frames that a still of this size takes, by a smaller copy of it.
+int frames_of_copy(SceneRenderer& renderer, const Scene& scene, const Settings& settings,
+                   StillOptions options)
+{
+    constexpr double kSide = 1024;
+    Scene copy = scene;
+    const glm::dvec2 size(scene.resolution);
+    copy.resolution =
+        glm::max(glm::uvec2(glm::round(size * (kSide / std::max(size.x, size.y)))), 1u);
+    options.region.reset();
+    options.layers = false;
+    options.foreground = false;
+    options.progress = {};
+    options.most_side = 0;
+    return renderer.render(copy, settings, options).frames;
+}
+
+/// Puts a part's pictures where they belong.
+class Pasting {
+public:
+    Pasting(Still& still, const PicturePart& part, int bottom, int left)
+        : still_{still}, part_{part}, bottom_{bottom}, left_{left}
+    {
+    }
+
+    void paste(std::vector<float> Still::*picture, const Still& from, std::size_t channels)
+    {
+        const std::vector<float>& rows = from.*picture;
+        if (rows.empty())
+            return;
+        std::vector<float>& to = still_.*picture;
+        const auto width = static_cast<std::size_t>(still_.width);
+        to.resize(width * static_cast<std::size_t>(still_.height) * channels);
+        const std::size_t row = static_cast<std::size_t>(part_.keep_size.x) * channels;
+        const int top =
+            still_.height - (part_.origin.y + part_.keep_origin.y - bottom_) - part_.keep_size.y;
+        const int begin = part_.origin.x + part_.keep_origin.x - left_;
+        for (int y = 0; y < part_.keep_size.y; ++y)
+            std::copy_n(rows.begin() + static_cast<std::ptrdiff_t>(row) * y, row,
+                        to.begin() +
+                            static_cast<std::ptrdiff_t>((static_cast<std::size_t>(top + y) * width +
+                                                         static_cast<std::size_t>(begin)) *
+                                                        channels));
+    }
+
+private:
+    Still& still_;
+    const PicturePart& part_;
+    int bottom_, left_;  ///< of the still in the whole picture
+};
+
+/// The cost of one part more.
+void add_cost(StillReport& sum, const StillReport& part)
+{
+    const auto add = [](PassTime& to, const PassTime& one) {
+        to.min_ms += one.min_ms;
+        to.median_ms += one.median_ms;
+        to.max_ms += one.max_ms;
+    };
+    for (const PassTime& pass : part.passes) {
+        const auto same = std::find_if(sum.passes.begin(), sum.passes.end(),
+                                       [&](const PassTime& p) { return p.name == pass.name; });
+        if (same == sum.passes.end())
+            sum.passes.push_back(pass);
+        else
+            add(*same, pass);
+    }
+    sum.volume.name = part.volume.name;
+    add(sum.volume, part.volume);
+    sum.timing_method = part.timing_method;
+    sum.samples += part.samples;
+    sum.gpu_bytes = std::max(sum.gpu_bytes, part.gpu_bytes);
+}
 
 /// While it lives the renderer measures by waiting, so that explain() says what its volumes took.
 class Measured {
@@ -251,23 +380,80 @@ Settings SceneRenderer::settled(const Scene& scene, const Settings& settings)
     return settled;
 }
 
-Still SceneRenderer::render(const Scene& scene, const Settings& settings,
-                            const StillOptions& options, StillReport* report)
+/// A part of a picture that is to be drawn.
+struct SceneRenderer::Drawing {
+    const Scene& scene;
+    const Settings& settings;
+    PicturePart part;
+};
+
+Still SceneRenderer::render(const Scene& scene, const Settings& asked,
+                            const StillOptions& asked_options, StillReport* report)
 {
+    constexpr int kSide = 4096;  // some 2 GB with all that is read back
     const gl::Device& gl = renderer_.device();
     const glm::ivec2 size(scene.resolution);
-    check_size(size, gl);
-    const double setup_ms = set_scene(scene, settings);
+    StillOptions options = asked_options;
+    const PictureRegion region = options.region.value_or(whole_region(scene.resolution));
+    check_region(region, scene.resolution);
+    const double setup_ms = set_scene(scene, asked);
     if (report != nullptr)
         report->setup_ms = setup_ms;
+    const int limit = std::min(kSide, gl.capabilities().max_texture_2d);
+    const int side = options.most_side > 0 ? std::min(options.most_side, limit) : limit;
+    if (region == whole_region(scene.resolution) && std::max(size.x, size.y) <= side)
+        return draw_part({scene, asked, whole_part(size)}, options, report);
 
-    const Canvas canvas(gl, scene);
+    check_parts(asked, asked.keeps_history() && options.aa == 1 &&
+                           (options.moving_frame || options.timed_frames > 1));
+    const Settings settings = settled(scene, asked);
+    const std::vector<PicturePart> parts = picture_parts(size, region, side, settings);
+    if (options.enough && parts.size() > 1) {
+        options.aa = frames_of_copy(*this, scene, asked, options);
+        options.enough = {};
+    }
+    Still still;
+    still.width = region.width;
+    still.height = region.height;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        if (asked_options.progress)
+            options.progress = [&](int done, int all) {
+                asked_options.progress(static_cast<int>(i) * all + done,
+                                       static_cast<int>(parts.size()) * all);
+            };
+        StillReport cost;
+        const Still part =
+            draw_part({scene, settings, parts[i]}, options, report != nullptr ? &cost : nullptr);
+        if (report != nullptr)
+            add_cost(*report, cost);
+        still.frames = part.frames;
+        Pasting pasting(still, parts[i], size.y - region.y - region.height, region.x);
+        for (const auto picture : {&Still::composite, &Still::scattering, &Still::transmittance,
+                                   &Still::surface, &Still::surface_lit})
+            pasting.paste(picture, part, 3);
+        pasting.paste(&Still::depth, part, 1);
+        pasting.paste(&Still::foreground, part, 4);
+    }
+    return still;
+}
+
+Still SceneRenderer::draw_part(const Drawing& drawing, const StillOptions& options,
+                               StillReport* report)
+{
+    const Scene& scene = drawing.scene;
+    const Settings& settings = drawing.settings;
+    const PicturePart& part = drawing.part;
+    const gl::Device& gl = renderer_.device();
+    const Canvas canvas(gl, part.size);
     const gl::Texture& color = canvas.color;
     const gl::Texture& depth = canvas.depth;
     Frame frame;
     View* view = &stills_;
     const auto aim = [&](int i) {
         frame = canvas.frame(scene.camera, settings, i, options.seed);
+        const glm::ivec2 whole(scene.resolution);
+        frame.clip_from_view = clip_of_part(
+            clip_from_view(scene.camera, scene.resolution, subpixel_offset(i)), whole, part);
         view = &stills_;
         if (options.moving_frame) {
             // Each frame has jitter of its own, however many are averaged in it.
@@ -346,27 +532,34 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
             report->gpu_bytes = renderer_.take_report().gpu_bytes;
         return still;
     }
-    still.width = size.x;
-    still.height = size.y;
-    Mean composite(size.x, size.y, 3), scattering(size.x, size.y, 3),
-        transmittance(size.x, size.y, 3), surface(size.x, size.y, 3),
-        surface_lit(size.x, size.y, 3), foreground(size.x, size.y, 4);
+    still.width = part.keep_size.x;
+    still.height = part.keep_size.y;
+    const bool layered = options.layers, halved = static_cast<bool>(options.enough);
+    Mean composite(part, 3), scattering(part, 3, layered), transmittance(part, 3, layered),
+        surface(part, 3, layered), surface_lit(part, 3, layered),
+        foreground(part, 4, options.foreground), first(part, 3, halved);
+    constexpr int kFewest = 8;  // so that edges of surfaces are smooth, which no one measures
     for (int i = 0; i < options.aa; ++i) {
         tell();
         if (gathers)
             aim_to_gather(options.timed_frames);
         else
             aim(i);
-        if (report != nullptr && moves && i == 0) {
+        const bool timed = report != nullptr && moves && i == 0;
+        if (timed)
             renderer_.set_timing(renderer_.measuring_timing());
-        }
-        renderer_.draw_surfaces(frame, settings, false);
-        surface.add(color.read(4));
+        if (options.layers || timed)
+            renderer_.draw_surfaces(frame, settings, false);
+        if (options.layers)
+            surface.add(color.read(4));
         renderer_.draw_surfaces(frame, settings, true);
-        const std::vector<float> lit = color.read(4);
-        surface_lit.add(lit);
+        std::vector<float> lit;
+        if (options.layers || options.foreground)
+            lit = color.read(4);
+        if (options.layers)
+            surface_lit.add(lit);
         renderer_.composite(*view, frame, settings);
-        if (report != nullptr && moves && i == 0) {
+        if (timed) {
             const FrameReport one = timed_report();
             renderer_.set_timing(Timing::off);
             for (const auto& [name, ms] : one.pass_ms)
@@ -375,25 +568,39 @@ Still SceneRenderer::render(const Scene& scene, const Settings& settings,
             report->timing_method = timing_name(renderer_.measuring_timing());
             report->history = one.history;
         }
-        composite.add(color.read(4));
-        const LayerImages layers = renderer_.read_layers(*view, frame, settings);
-        scattering.add(layers.scattering);
-        transmittance.add(layers.transmittance);
-
-        const std::vector<float> window_depth = gl::read_texture(gl, depth.view(), 1, true);
-        if (i == 0)
-            still.depth = view_depth(frame, window_depth);
-        if (options.foreground)
-            foreground.add(without_sky(layers, lit, window_depth));
+        const std::vector<float> pixels = color.read(4);
+        composite.add(pixels);
+        still.frames = i + 1;
+        if (options.layers || options.foreground) {
+            const LayerImages layers = renderer_.read_layers(*view, frame, settings);
+            if (options.layers) {
+                scattering.add(layers.scattering);
+                transmittance.add(layers.transmittance);
+            }
+            const std::vector<float> window_depth = gl::read_texture(gl, depth.view(), 1, true);
+            if (options.layers && i == 0)
+                still.depth = view_depth(frame, part, window_depth);
+            if (options.foreground)
+                foreground.add(without_sky(layers, lit, window_depth));
+        }
+        if (options.enough && std::has_single_bit(static_cast<unsigned>(still.frames))) {
+            if (still.frames >= kFewest && options.enough({still.frames, still.width, first.get(),
+                                                           composite.get_without(first)}))
+                break;
+            first = composite;
+        }
     }
-    tell();
+    if (options.progress)
+        options.progress(all, all);
     if (report != nullptr)
         report->gpu_bytes = renderer_.take_report().gpu_bytes;
     still.composite = composite.get();
-    still.scattering = scattering.get();
-    still.transmittance = transmittance.get();
-    still.surface = surface.get();
-    still.surface_lit = surface_lit.get();
+    if (options.layers) {
+        still.scattering = scattering.get();
+        still.transmittance = transmittance.get();
+        still.surface = surface.get();
+        still.surface_lit = surface_lit.get();
+    }
     if (options.foreground)
         still.foreground = foreground.get();
     return still;
@@ -407,7 +614,7 @@ Glance SceneRenderer::glance(const Scene& scene, const Settings& settings, int f
     check_size(size, gl);
     Glance glance;
     glance.setup_ms = set_scene(scene, settings);
-    const Canvas canvas(gl, scene);
+    const Canvas canvas(gl, size);
     const Frame frame = canvas.frame(scene.camera, settings, 0, 0);
     const auto draw = [&] {
         renderer_.draw_surfaces(frame, settings, false);
@@ -428,7 +635,7 @@ Glance SceneRenderer::glance(const Scene& scene, const Settings& settings, int f
     }
     renderer_.set_timing(Timing::off);
     glance.volume = summarize("volume", volume);
-    Mean composite(size.x, size.y, 3);
+    Mean composite(whole_part(size), 3);
     composite.add(canvas.color.read(4));
     glance.composite = composite.get();
     return glance;
@@ -441,14 +648,14 @@ InspectionStill SceneRenderer::inspect(const Scene& scene, const Settings& setti
     const glm::ivec2 size(scene.resolution);
     check_size(size, gl);
     set_scene(scene, settings);
-    const Canvas canvas(gl, scene);
+    const Canvas canvas(gl, size);
     const Frame frame = canvas.frame(scene.camera, settings, 0, seed);
     renderer_.draw_surfaces(frame, settings, true);
     InspectionStill still;
     still.width = size.x;
     still.height = size.y;
     still.legend = renderer_.inspect(stills_, frame, settings, inspection);
-    Mean pixels(size.x, size.y, 3);
+    Mean pixels(whole_part(size), 3);
     pixels.add(canvas.color.read(4));
     still.pixels = pixels.get();
     return still;

@@ -18,6 +18,7 @@
 #include "progress.h"
 #include "scene_input.h"
 #include "settings_input.h"
+#include "study/grain.h"
 #include "study/reference.h"
 #include <fumarole/asset/animation.h>
 #include <fumarole/asset/auto_scene.h>
@@ -40,7 +41,9 @@ struct Options {
     std::string size, grid, up = "auto", backend = "osmesa", exposure = "auto", display = "filmic",
                             target, save_scene, mode, region, bounces;
     std::string frames = "1", missing_frames = "fail";
-    int aa = 1;
+    std::string aa_text = "auto";
+    int aa = 1;                ///< frames averaged, or the most of them:
+    bool until_clear = false;  ///< no more than the grain of the picture asks for
     std::uint32_t seed = 0;
     std::optional<double> tolerance;  ///< of the reference
     bool alpha = false, half = false, explain = false, json = false;
@@ -64,8 +67,7 @@ void check_mode(const Options& options, const CLI::App& command)
             throw UsageError(fmt::format("{}: {}", name, why));
     };
     if (!options.reference()) {
-        for (const char* name : {"--tolerance", "--region"})
-            refuse(name, "is for --mode reference");
+        refuse("--tolerance", "is for --mode reference");
         if (options.target == "error")
             throw UsageError("--target error: is for --mode reference, which estimates its error");
         return;
@@ -82,7 +84,7 @@ void check_mode(const Options& options, const CLI::App& command)
             refuse("--" + std::string(info.name), kWhy);
 }
 
-std::optional<study::ReferenceRegion> parse_region(const std::string& text)
+std::optional<PictureRegion> parse_region(const std::string& text)
 {
     if (text.empty())
         return std::nullopt;
@@ -98,7 +100,7 @@ std::optional<study::ReferenceRegion> parse_region(const std::string& text)
                                          "pixels from the top left, e.g. 200,100,64,48",
                                          text));
     }
-    return study::ReferenceRegion{numbers[0], numbers[1], numbers[2], numbers[3]};
+    return PictureRegion{numbers[0], numbers[1], numbers[2], numbers[3]};
 }
 
 /// N, or `all`, which is also what is meant where nothing is said.
@@ -126,6 +128,27 @@ std::string bounces_text(int bounces)
 double tolerance_of(const Options& options)
 {
     return options.tolerance.value_or(parse_bounces(options.bounces) == 0 ? 1e-3 : 2e-2);
+}
+
+constexpr int kMostAutomatic = 64;  ///< frames
+
+/// N, or `auto`: a still is averaged until its grain is gone. What is timed, planned, moving or a
+/// reference is of as many frames as are asked for, one if nothing is said.
+void parse_aa(Options& options, const CLI::App& command)
+{
+    if (options.aa_text == "auto") {
+        const bool one = options.reference() || options.wish.asked() ||
+                         command.get_option("--frames")->count() > 0;
+        options.until_clear = !one;
+        options.aa = one ? 1 : kMostAutomatic;
+        return;
+    }
+    const char *at = options.aa_text.data(), *end = at + options.aa_text.size();
+    const auto parsed = std::from_chars(at, end, options.aa);
+    if (parsed.ec != std::errc{} || parsed.ptr != end || options.aa < 1 || options.aa > 65536)
+        throw UsageError(fmt::format("--aa: '{}' is neither auto nor a number of frames to average "
+                                     "(1..65536)",
+                                     options.aa_text));
 }
 
 /// A..B, or A..BxS for every S-th frame.
@@ -233,13 +256,14 @@ Json report_json(const StillReport& report)
 }
 
 /// What all modes print of a picture for machines.
-Json picture_json(const Options& options, const Picture& picture, float exposure_ev,
+/// @param frames that were averaged
+Json picture_json(const Options& options, const Picture& picture, int frames, float exposure_ev,
                   const std::vector<std::string>& notes)
 {
     return {{"input", options.input},
             {"outputs", options.outputs},
             {"size", {picture.width, picture.height}},
-            {"aa", options.aa},
+            {"aa", frames},
             {"mode", options.mode},
             {"exposure_ev", exposure_ev},
             {"notes", notes}};
@@ -248,6 +272,15 @@ Json picture_json(const Options& options, const Picture& picture, float exposure
 void print_json(const Json& json)
 {
     fmt::print("{}\n", json.dump(1, ' ', false, Json::error_handler_t::replace));
+}
+
+Picture part_of(Picture picture, const std::optional<PictureRegion>& region, const Scene& scene)
+{
+    if (region) {
+        picture.whole = glm::ivec2(scene.resolution);
+        picture.origin = {region->x, region->y};
+    }
+    return picture;
 }
 
 PictureFiles files_of(const Options& options)
@@ -337,6 +370,7 @@ public:
         if (!renderer_)
             renderer_.emplace(get_proc_);
         options.timed_frames = 1;
+        options.layers = false;
         options.progress = {};
         cover_ = renderer_->render(without_glow(scene), settings, options, nullptr).foreground;
         picture.cover = &cover_;
@@ -350,8 +384,58 @@ private:
     std::vector<float> cover_;
 };
 
+/// Whether more than the composite is written.
+bool needs_layers(const PictureFiles& files)
+{
+    return !files.target.empty() ||
+           !std::all_of(files.outputs.begin(), files.outputs.end(), is_png);
+}
+
+/// The grain of a still while its frames are averaged, in steps of the files' formats.
+class Grain {
+public:
+    explicit Grain(const PictureFiles& files) : files_{files} {}
+
+    [[nodiscard]] bool is_gone(const Halves& halves)
+    {
+        const int width = halves.width;
+        Image mean{.width = width, .channels = {"R", "G", "B"}, .pixels = halves.first};
+        mean.height = static_cast<int>(mean.pixels.size() / 3) / width;
+        for (std::size_t i = 0; i < mean.pixels.size(); ++i)
+            mean.pixels[i] = 0.5f * (mean.pixels[i] + halves.second[i]);
+        const auto in = [&](const study::InSteps& steps) {
+            return study::grain(halves.first, halves.second, width, steps);
+        };
+        left_ = 0;
+        if (std::any_of(files_.outputs.begin(), files_.outputs.end(), is_png)) {
+            const Display display{exposure_of("composite", mean, files_.exposure),
+                                  files_.transform};
+            left_ =
+                in([&](glm::vec3 rgb) { return 255.0f * write::display_transform(rgb, display); });
+        }
+        if (!std::all_of(files_.outputs.begin(), files_.outputs.end(), is_png))
+            left_ = std::max(*left_, in(study::relative_steps(mean.pixels)));
+        return *left_ < 1;
+    }
+
+    /// At the last measurement, or nothing if there was none.
+    [[nodiscard]] std::optional<double> left() const { return left_; }
+
+    [[nodiscard]] std::string line(int frames) const
+    {
+        return fmt::format("{} frames averaged; grain left: {:.2g} of a step (.png: 1/255, .exr: "
+                           "1 %){}",
+                           frames, left_.value_or(0),
+                           left_.value_or(0) < 1 ? "" : "; --aa N takes more");
+    }
+
+private:
+    const PictureFiles& files_;
+    std::optional<double> left_;
+};
+
 void run_still(Options options, const PictureFiles& files, Settings settings,
-               const asset::LoadedScene& loaded)
+               const std::optional<PictureRegion>& region, const asset::LoadedScene& loaded)
 {
     const Scene& scene = loaded.scene;
     const auto context = make_context(options);
@@ -364,6 +448,11 @@ void run_still(Options options, const PictureFiles& files, Settings settings,
     Progress progress;
     StillOptions still_options;
     still_options.aa = options.aa;
+    Grain grain(files);
+    if (options.until_clear)
+        still_options.enough = [&](const Halves& halves) { return grain.is_gone(halves); };
+    still_options.region = region;
+    still_options.layers = needs_layers(files);
     still_options.timed_frames = options.timed_frames;
     still_options.seed = options.seed;
     still_options.foreground = options.alpha;
@@ -373,7 +462,9 @@ void run_still(Options options, const PictureFiles& files, Settings settings,
         };
     StillReport report;
     const Still still = renderer.render(scene, settings, still_options, &report);
-    Picture picture = picture_of(still);
+    still_options.aa = still.frames;  // of what goes with it, too
+    still_options.enough = {};
+    Picture picture = part_of(picture_of(still), region, scene);
     CoverRenderer cover(options, files, context->get_proc());
     const bool raised = cover.add_to(picture, scene, settings, still_options);
     progress.clear();
@@ -385,7 +476,8 @@ void run_still(Options options, const PictureFiles& files, Settings settings,
         std::vector<std::string> notes = loaded.notes;
         if (raised)
             notes.emplace_back(kRaisedAlpha);
-        Json json = picture_json(options, picture, exposure_ev, notes);
+        Json json = picture_json(options, picture, still.frames, exposure_ev, notes);
+        json["grain"] = grain.left() ? Json(*grain.left()) : Json();
         json.update({{"frames", options.timed_frames},
                      {"seed", options.seed},
                      {"preset", options.words.preset},
@@ -404,6 +496,8 @@ void run_still(Options options, const PictureFiles& files, Settings settings,
             fmt::print("  {}\n", line);
     }
     print_report(report, renderer.renderer().device(), scene, options);
+    if (options.until_clear)
+        fmt::print("{}\n", grain.line(still.frames));
     if (raised)
         fmt::print("{}\n", kRaisedAlpha);
     print_written(files.outputs, exposure_ev);
@@ -494,7 +588,7 @@ ErrorSummary summarize(const study::ReferenceStill& still, double tolerance)
 }
 
 study::ReferenceStill render_reference(const Options& options,
-                                       const std::optional<study::ReferenceRegion>& region,
+                                       const std::optional<PictureRegion>& region,
                                        const Scene& scene, Progress& progress)
 {
     study::ReferenceOptions wanted;
@@ -507,20 +601,9 @@ study::ReferenceStill render_reference(const Options& options,
     return study::render_reference(scene, wanted);
 }
 
-Picture part_of(Picture picture, const std::optional<study::ReferenceRegion>& region,
-                const Scene& scene)
-{
-    if (region) {
-        picture.whole = glm::ivec2(scene.resolution);
-        picture.origin = {region->x, region->y};
-    }
-    return picture;
-}
-
 /// No OpenGL here: the reference runs on the processor.
 void run_reference(const Options& options, const PictureFiles& files,
-                   const std::optional<study::ReferenceRegion>& region,
-                   const asset::LoadedScene& loaded)
+                   const std::optional<PictureRegion>& region, const asset::LoadedScene& loaded)
 {
     Progress progress;
     progress.show("reference: preparing");
@@ -536,7 +619,7 @@ void run_reference(const Options& options, const PictureFiles& files,
     const int bounces = parse_bounces(options.bounces);
     const ErrorSummary error = summarize(still, tolerance);
     if (options.json) {
-        Json json = picture_json(options, picture, exposure_ev, loaded.notes);
+        Json json = picture_json(options, picture, options.aa, exposure_ev, loaded.notes);
         json["region"] =
             region ? Json{region->x, region->y, region->width, region->height} : Json();
         json.update(
@@ -587,7 +670,7 @@ asset::MissingFrames missing_frames(const Options& options)
 /// Frames are loaded ahead, drawn in order with their history, and written one by one. All have
 /// the exposure of the first, or brightness would hunt.
 void run_moving(Options options, PictureFiles files, Settings settings,
-                const std::optional<study::ReferenceRegion>& region)
+                const std::optional<PictureRegion>& region)
 {
     const FrameRange range = *options.range;
     const asset::LoadedScene opened =
@@ -632,6 +715,8 @@ void run_moving(Options options, PictureFiles files, Settings settings,
             wanted.aa = options.aa;
             wanted.seed = options.seed;
             wanted.foreground = options.alpha;
+            wanted.region = region;
+            wanted.layers = needs_layers(files);
             wanted.moving_frame = static_cast<std::uint64_t>(i);
             StillReport report;
             still = renderer->render(now.scene, settings, wanted, &report);
@@ -643,7 +728,7 @@ void run_moving(Options options, PictureFiles files, Settings settings,
             reference = render_reference(options, region, now.scene, progress);
         }
         Picture picture =
-            renderer ? picture_of(still) : part_of(picture_of(reference), region, now.scene);
+            part_of(renderer ? picture_of(still) : picture_of(reference), region, now.scene);
         if (cover && cover->add_to(picture, now.scene, settings, wanted) &&
             std::find(notes.begin(), notes.end(), kRaisedAlpha) == notes.end())
             notes.emplace_back(kRaisedAlpha);
@@ -698,7 +783,8 @@ std::optional<Inspection> inspection_of(const Options& options, const Settings& 
     }
     if (options.reference())
         throw UsageError("--show: is for OpenGL, and not for --mode reference");
-    refuse({"--target", "--alpha", "--aa", "--frames", "--explain", "--max-error", "--budget"},
+    refuse({"--target", "--alpha", "--aa", "--region", "--frames", "--explain", "--max-error",
+            "--budget"},
            "--show draws one frame's insides, and has no such thing");
     if (options.inspection.show != inspection_name(Inspection::Kind::scattering))
         refuse({"--exposure", "--display"},
@@ -724,6 +810,7 @@ asset::LoadedScene load(const Options& options)
 void run(Options options, const CLI::App& command)
 {
     parse_frames(options);
+    parse_aa(options, command);
     check_words(options, command);
     if (options.outputs.empty() && options.range)
         options.outputs.push_back(fs::path(options.input).stem().string() + ".####.png");
@@ -740,7 +827,7 @@ void run(Options options, const CLI::App& command)
     if (!options.reference())
         options.mode = mode_name(settings.mode);
     const std::optional<Inspection> inspection = inspection_of(options, settings, command);
-    const std::optional<study::ReferenceRegion> region = parse_region(options.region);
+    const std::optional<PictureRegion> region = parse_region(options.region);
     parse_bounces(options.bounces);  // a mistake is said before anything is loaded
     check_outputs(options.outputs);
     if (options.range)
@@ -750,7 +837,7 @@ void run(Options options, const CLI::App& command)
         return;
     }
     if (!options.reference() && !options.range) {
-        run_still(options, files, settings, load(options));
+        run_still(options, files, settings, region, load(options));
         return;
     }
     const Interruption interruption;
@@ -782,10 +869,11 @@ void add_render(CLI::App& app, const std::string& line)
     command->add_option("--size", o.size, "WIDTHxHEIGHT in pixels [480x270, or the scene's]");
     command->add_option("--grid", o.grid, "of a .vdb: name or name[n] [the first fog volume]");
     command->add_option("--up", o.up, "of a .vdb [auto]")->check(CLI::IsMember({"auto", "y", "z"}));
-    command
-        ->add_option("--aa", o.aa,
-                     "frames, or samples of the reference, averaged over the pixel's square [1]")
-        ->check(CLI::Range(1, 65536));
+    command->add_option(
+        "--aa", o.aa_text,
+        "frames, or samples of the reference, averaged over the pixel's square; auto: "
+        "of a still as many as leave no grain in its format, 64 at most, of all else "
+        "1 [auto]");
     command->add_option("--frames", o.frames,
                         "N: frames timed; the table gives their median; froxels gather over them; "
                         "A..B: a moving picture, into files named by #s as x.####.png; A..BxS: "
@@ -830,7 +918,7 @@ void add_render(CLI::App& app, const std::string& line)
             "of the reference: relative error of each pixel [0.02, with --bounces 0 0.001]")
         ->check(CLI::Range(1e-6, 0.5));
     command->add_option("--region", o.region,
-                        "of the reference: X,Y,WIDTH,HEIGHT in pixels from the top left; an .exr "
+                        "this part alone: X,Y,WIDTH,HEIGHT in pixels from the top left; an .exr "
                         "keeps the whole picture's display window");
     add_plan_options(*command, o.wish);
     add_settings(*command, o.words);

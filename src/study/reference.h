@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <fumarole/scene.h>
+#include <fumarole/scene_renderer.h>
 
 // The reference: what a scene looks like, as exactly as asked. Direct light of every light, of the
 // world and of what media emit, dimmed by the media and hidden by surfaces on its way, scattered
@@ -26,9 +27,7 @@
 
 namespace fumarole::study {
 
-struct ReferenceRegion {
-    int x = 0, y = 0, width = 0, height = 0;  ///< pixels, from the top left
-};
+using ReferenceRegion = PictureRegion;
 
 struct ReferenceStill;
 

@@ -24,7 +24,7 @@ TEST(External, RendersOrIsRefusedInOneLine)
         const fs::path& file = entry.path();
         if (file.extension() != ".vdb" && file.extension() != ".nvdb")
             continue;
-        commands.push_back(with_little_light({"render", file.string(), "--size=96x54"}));
+        commands.push_back(with_little_light({"render", "--aa=1", file.string(), "--size=96x54"}));
         commands.back().insert(commands.back().end(), {"-o", file.filename().string() + ".exr"});
     }
     ASSERT_GT(commands.size(), 10u);
@@ -32,7 +32,7 @@ TEST(External, RendersOrIsRefusedInOneLine)
     std::size_t drawn = 0;
     for (std::size_t i = 0; i < runs.size(); ++i) {
         const Outcome& run = runs[i];
-        const std::string name = fs::path(commands[i][1]).filename();
+        const std::string name = fs::path(commands[i][2]).filename();
         const fs::path picture = folder.path() / commands[i].back();
         if (run.code != 0) {
             EXPECT_EQ(run.code, 1) << name << '\n' << run;

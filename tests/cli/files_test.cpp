@@ -51,7 +51,7 @@ TEST(Input, ThatIsNoVdbIsNamed)
     }
     std::vector<Arguments> arguments;
     for (const std::string& name : names) {
-        arguments.push_back({"render", name, kSmall, "-o", "x.png"});
+        arguments.push_back({"render", name, kSmall, "--aa=1", "-o", "x.png"});
         arguments.push_back({"info", name});
     }
     const std::vector<Outcome> runs = run_all(folder.path(), arguments);
@@ -67,10 +67,11 @@ TEST(Input, WhoseNameWouldEndTheLineIsNamedInOne)
     const TempFolder folder;
     folder.write("a\nb.vdb", "this is no volume\n");
     folder.write("a\nb.json", "[");
-    for (const Arguments& command : std::vector<Arguments>{{"info", "a\nb.vdb"},
-                                                           {"info", "none\nb.vdb"},
-                                                           {"render", "a\nb.json", kSmall},
-                                                           {"compare", "a\nb.exr", "c.exr"}})
+    for (const Arguments& command :
+         std::vector<Arguments>{{"info", "a\nb.vdb"},
+                                {"info", "none\nb.vdb"},
+                                {"render", "--aa=1", "a\nb.json", kSmall},
+                                {"compare", "a\nb.exr", "c.exr"}})
         expect_refused(run_program(folder.path(), command), joined(command), {"\\x0ab."});
 }
 
@@ -87,7 +88,8 @@ TEST(Input, DamagedAnywhereNeverCrashes)
             damaged[at + k] = static_cast<char>(damaged[at + k] ^ (0x5a + 37 * k));
         const std::string name = fmt::format("damaged_at_{}.vdb", at);
         folder.write(name, damaged);
-        arguments.push_back(with_little_light({"render", name, kSmall, "-o", name + ".png"}));
+        arguments.push_back(
+            with_little_light({"render", name, kSmall, "--aa=1", "-o", name + ".png"}));
     }
     const std::vector<Outcome> runs = run_all(folder.path(), arguments);
     int refused = 0;
@@ -106,7 +108,7 @@ TEST(Input, WithAHashInItsNameIsThatFile)
 {
     const TempFolder folder;
     fs::copy_file(sample("fire_plume.vdb"), folder.path() / "take#2.vdb");
-    const Outcome run = run_program(folder.path(), {"render", "take#2.vdb", kSmall});
+    const Outcome run = run_program(folder.path(), {"render", "--aa=1", "take#2.vdb", kSmall});
     EXPECT_EQ(run.code, 0) << run;
     EXPECT_TRUE(fs::exists(folder.path() / "take#2.png")) << run;
     EXPECT_EQ(run_program(folder.path(), {"info", "take#2.vdb"}).code, 0);
@@ -115,8 +117,8 @@ TEST(Input, WithAHashInItsNameIsThatFile)
 TEST(Input, GridsThatAreNotThereAreNamedWithThoseThatAre)
 {
     const TempFolder folder;
-    const Outcome run = run_program(folder.path(), {"render", sample("fire_plume.vdb"), "--grid",
-                                                    "smoke", kSmall, "-o", "x.png"});
+    const Outcome run = run_program(folder.path(), {"render", "--aa=1", sample("fire_plume.vdb"),
+                                                    "--grid", "smoke", kSmall, "-o", "x.png"});
     expect_refused(run, "--grid smoke", {"fire_plume.vdb", "smoke", "density", "flame"});
 }
 
@@ -129,8 +131,9 @@ TEST(SceneFile, ATemperatureThatIsNotThereOrWrongIsNamed)
  "vfov_deg": 30}}, "media": [{{"type": "vdb", "file": "{}", "grid": "density",
  "sigma_s_per_density": [1,1,1], {}}}]}})",
                                        sample("fire_plume.vdb"), keys));
-        expect_refused(run_program(folder.path(), {"render", name, kSmall, "-o", "x.png"}), name,
-                       named);
+        expect_refused(
+            run_program(folder.path(), {"render", "--aa=1", name, kSmall, "-o", "x.png"}), name,
+            named);
     };
     refused("missing.json", R"("temperature_grid": "hot")",
             {"fire_plume.vdb", "no grid 'hot' (has: ", "'temperature'"});
@@ -163,7 +166,7 @@ TEST(SceneFile, ThatIsWrongIsNamedWithThePlace)
     std::vector<Arguments> arguments;
     for (const Case& c : cases) {
         folder.write(c.file, c.text);
-        arguments.push_back({"render", c.file, kSmall, "-o", "x.png"});
+        arguments.push_back({"render", "--aa=1", c.file, kSmall, "-o", "x.png"});
     }
     arguments.push_back({"render", "none.json", "-o", "x.png"});
     const std::vector<Outcome> runs = run_all(folder.path(), arguments);
@@ -186,12 +189,13 @@ TEST(Output, ThatCantBeWrittenIsNamedAndLeavesNothing)
     for (const std::string output :
          {"no_folder/x.png", "no_folder/x.exr", "file/x.png", "folder.png"}) {
         const std::vector<std::string> before = list(folder.path());
-        expect_refused(run_program(folder.path(), {"render", "fog.json", kSmall, "-o", output}),
-                       output, {output});
+        expect_refused(
+            run_program(folder.path(), {"render", "--aa=1", "fog.json", kSmall, "-o", output}),
+            output, {output});
         EXPECT_EQ(list(folder.path()), before);
     }
-    expect_refused(run_program(folder.path(), {"render", "fog.json", kSmall, "-o", "x.png",
-                                               "--save-scene", "no_folder/s.json"}),
+    expect_refused(run_program(folder.path(), {"render", "--aa=1", "fog.json", kSmall, "-o",
+                                               "x.png", "--save-scene", "no_folder/s.json"}),
                    "--save-scene", {"no_folder/s.json"});
 }
 
@@ -206,12 +210,12 @@ TEST(Output, InAFolderThatTakesNoneIsNotCalledMissing)
         outputs.emplace_back("locked/x.png");
     for (const std::string& output : outputs) {
         const Outcome run =
-            run_program(folder.path(), {"render", "fog.json", kSmall, "-o", output});
+            run_program(folder.path(), {"render", "--aa=1", "fog.json", kSmall, "-o", output});
         expect_refused(run, output, {output, fs::path(output).parent_path().string()});
         EXPECT_EQ(run.err.find("no such folder"), std::string::npos) << run;
     }
     const Outcome missing =
-        run_program(folder.path(), {"render", "fog.json", kSmall, "-o", "none/x.png"});
+        run_program(folder.path(), {"render", "--aa=1", "fog.json", kSmall, "-o", "none/x.png"});
     expect_refused(missing, "none/x.png", {"no such folder 'none'; create it first"});
 }
 
@@ -219,8 +223,8 @@ TEST(Output, EndsInAnyCase)
 {
     const TempFolder folder;
     folder.write("fog.JSON", scene());
-    const Outcome run = run_program(
-        folder.path(), {"render", "fog.JSON", kSmall, "-o", "x.PNG", "-o", "x.Exr", "-o", "y.png"});
+    const Outcome run = run_program(folder.path(), {"render", "--aa=1", "fog.JSON", kSmall, "-o",
+                                                    "x.PNG", "-o", "x.Exr", "-o", "y.png"});
     EXPECT_EQ(run.code, 0) << run;
     EXPECT_EQ(read_bytes(folder.path() / "x.PNG"), read_bytes(folder.path() / "y.png"));
     EXPECT_TRUE(fs::exists(folder.path() / "x.Exr"));
@@ -231,7 +235,7 @@ TEST(Output, OnAFullDiskKeepsTheOldFileWhole)
     const TempFolder folder;
     folder.write("fog.json", scene());
     for (const std::string output : {"x.png", "x.exr"}) {
-        const Arguments command{"render", "fog.json", "--size=160x90", "-o", output};
+        const Arguments command{"render", "--aa=1", "fog.json", "--size=160x90", "-o", output};
         RunOptions full;
         full.file_limit = 500;
         const std::vector<std::string> before = list(folder.path());
@@ -256,7 +260,7 @@ TEST(Output, StdoutThatIsFullIsAnError)
     folder.write("fog.json", scene());
     for (const Arguments& command :
          {Arguments{"info", sample("smoke_plume.vdb"), "--json"}, Arguments{"--help"},
-          Arguments{"render", "fog.json", kSmall, "-o", "x.png", "--json"}}) {
+          Arguments{"render", "--aa=1", "fog.json", kSmall, "-o", "x.png", "--json"}}) {
         RunOptions full;
         full.out = "/dev/full";
         const Outcome run = run_program(folder.path(), command, full);
@@ -271,11 +275,12 @@ TEST(Output, NamesMayHaveSpacesAndAnyLetters)
     fs::create_directory(odd);
     fs::copy_file(sample("fire_plume.vdb"), odd / "f\xc3\xa9u 1.vdb");
     const Outcome run = run_program(
-        odd, {"render", "f\xc3\xa9u 1.vdb", kSmall, "--save-scene", "sc\xc3\xa8ne.json"});
+        odd, {"render", "--aa=1", "f\xc3\xa9u 1.vdb", kSmall, "--save-scene", "sc\xc3\xa8ne.json"});
     EXPECT_EQ(run.code, 0) << run;
     EXPECT_EQ(list(odd), (std::vector<std::string>{"f\xc3\xa9u 1.png", "f\xc3\xa9u 1.vdb",
                                                    "sc\xc3\xa8ne.json"}));
-    const Outcome again = run_program(odd, {"render", "sc\xc3\xa8ne.json", kSmall, "-o", "2.png"});
+    const Outcome again =
+        run_program(odd, {"render", "--aa=1", "sc\xc3\xa8ne.json", kSmall, "-o", "2.png"});
     EXPECT_EQ(again.code, 0) << again;
     EXPECT_EQ(read_bytes(odd / "2.png"), read_bytes(odd / "f\xc3\xa9u 1.png"));
 }

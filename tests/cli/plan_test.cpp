@@ -40,7 +40,7 @@ protected:
     /// Root of relMSE of the composite that these settings draw.
     [[nodiscard]] double true_error(const std::string& settings) const
     {
-        Arguments render{"render", "fog.json", "-o", "a.exr"};
+        Arguments render{"render", "--aa=1", "fog.json", "-o", "a.exr"};
         std::istringstream words(settings);
         for (std::string word; words >> word;)
             render.push_back(word);

@@ -35,9 +35,9 @@ TEST(RenderReference, WritesTheTargetsOfARenderAndItsError)
     EXPECT_EQ(json["bounces"], 0);
     EXPECT_GT(json["seconds"], 0);
 
-    ASSERT_EQ(run_program(folder.path(),
-                          {"render", sample("smoke_plume_sun.json"), kSmall, "--resolution=full",
-                           "--steps=256", "--shadow-steps=64", "-o", "march.exr"})
+    ASSERT_EQ(run_program(folder.path(), {"render", "--aa=1", sample("smoke_plume_sun.json"),
+                                          kSmall, "--resolution=full", "--steps=256",
+                                          "--shadow-steps=64", "-o", "march.exr"})
                   .code,
               0);
     const auto channels_of = [&](const char* file) {

@@ -15,6 +15,7 @@ namespace fumarole {
 /// A still of a scene and what it cost. RGB floats, rows from the top, linear.
 struct Still {
     int width = 0, height = 0;
+    int frames = 0;                    ///< that were averaged
     std::vector<float> composite;      ///< surface_lit * transmittance + scattering, frame by frame
     std::vector<float> scattering;     ///< W/m^2/sr
     std::vector<float> transmittance;  ///< 0..1
@@ -54,8 +55,29 @@ struct InspectionStill {
     InspectionLegend legend;
 };
 
+/// A part of a picture: pixels, from the top left.
+struct PictureRegion {
+    int x = 0, y = 0, width = 0, height = 0;
+
+    bool operator==(const PictureRegion&) const = default;
+};
+
+/// The composite's mean over the first half of the frames so far, and over the second. RGB floats,
+/// rows from the top, linear.
+struct Halves {
+    int frames = 0;  ///< of both, a power of two
+    int width = 0;   ///< pixels of a row
+    std::vector<float> first, second;
+};
+
 struct StillOptions {
     int aa = 1;  ///< frames averaged over the pixel's square; 1 samples pixel centres
+    /// Ends the averaging before all of `aa` frames, once it says so. Asked after 8, 16, 32, ...
+    /// frames: either half of a power of two of them is spread evenly over what they vary.
+    std::function<bool(const Halves&)> enough = {};
+    /// False: of a Still's pictures the composite alone, and the foreground if asked for; others
+    /// cost as much again as drawing.
+    bool layers = true;
     /// Repeats of the first frame that are timed, after one that is not. Settings that keep a
     /// history, where no frames are averaged, gather over them, and the picture is the frame that
     /// follows.
@@ -63,6 +85,11 @@ struct StillOptions {
     bool picture = true;     ///< false: frames are timed alone, and the Still is empty
     std::uint32_t seed = 0;  ///< another seed, other jitter
     bool foreground = false;
+    std::optional<PictureRegion> region = std::nullopt;  ///< this part of the picture alone
+    /// Pixels along a side of what is drawn at once: a larger picture is drawn in tiles, to the
+    /// same pixels, and its frames are counted (`enough`) on a smaller copy. 0: 4096, or less where
+    /// the GL draws less.
+    int most_side = 0;
     /// The number of a frame of a moving picture, which may have a history: the frames rendered
     /// before it. Its own drawing is what is timed. Where frames are averaged, each is its own.
     std::optional<std::uint64_t> moving_frame = std::nullopt;
@@ -88,7 +115,8 @@ public:
     {
     }
 
-    /// @throws Error as Renderer does, or if the picture is larger than this GL can draw.
+    /// @throws Error as Renderer does; if the region is not within the picture; if a region, or a
+    /// picture in tiles, is to have a history, or froxels' shadows from what is in view
     Still render(const Scene& scene, const Settings& settings, const StillOptions& options,
                  StillReport* report = nullptr);
 
@@ -112,6 +140,9 @@ public:
     [[nodiscard]] Renderer& renderer() { return renderer_; }
 
 private:
+    struct Drawing;
+    /// One part of a picture, at once.
+    Still draw_part(const Drawing& drawing, const StillOptions& options, StillReport* report);
     /// Of the frame just drawn: waits for it.
     FrameReport timed_report();
 
