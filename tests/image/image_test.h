@@ -34,8 +34,8 @@ using PictureField = std::function<glm::dvec3(glm::dvec2 at)>;
 
 class ImageTest : public GlTest {
 protected:
-    /// 64 midpoint steps to their end, no jitter, 32-bit layer, light scattered once, as closed forms
-    /// have it: what is left is the method.
+    /// 64 midpoint steps to their end, no jitter, 32-bit layer, light scattered once, as closed
+    /// forms have it: what is left is the method.
     static Settings plain_settings(int resolution = 1);
 
     /// The same for froxels of a pixel: columns are the picture's rays, so what holds for the march
