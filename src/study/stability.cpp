@@ -115,6 +115,9 @@ const std::vector<StabilityCase>& stability_table()
         add_frame_cases(cases);
         add_invariance_cases(cases);
         add_hostile_cases(cases);
+        add_field_cases(cases);
+        std::stable_sort(cases.begin(), cases.end(),
+                         [](const auto& a, const auto& b) { return a.group < b.group; });
         return cases;
     }();
     return table;

@@ -176,5 +176,6 @@ void add_storage_cases(std::vector<StabilityCase>& table);     ///< 8
 void add_frame_cases(std::vector<StabilityCase>& table);       ///< 9
 void add_invariance_cases(std::vector<StabilityCase>& table);  ///< 10, 11
 void add_hostile_cases(std::vector<StabilityCase>& table);     ///< 12
+void add_field_cases(std::vector<StabilityCase>& table);       ///< 1, 3 and 7, all bounces
 
 }  // namespace fumarole::study
