@@ -182,7 +182,7 @@ std::vector<SettingInfo> make_table()
             "that a moved light's volume of shadows is filled in; the last one serves until then"),
         automatic("world-cache", "auto|0..128", "nodes", &S::world_cache, 0, 128,
                   "longest edge of the volume of the world's light; 0: it reaches media undimmed"),
-        number("world-directions", "light", "8..120", "", &S::world_directions, 8, 120,
+        choice("world-directions", "light", "26|74", &S::world_directions, {{"26", 26}, {"74", 74}},
                "that the world's light is summed over"),
         automatic("bounces", "auto|0..64", "", &S::bounces, 0, 64,
                   "times that light scatters again in the media; auto: as the scene asks for; the "

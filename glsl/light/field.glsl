@@ -1,15 +1,97 @@
-// What the steps that fill the field of light have in common.
+// What the steps that carry light through a lattice have in common.
+//
+// A way is walked by as many chains as one slice across it has nodes. A chain that leaves the lattice on one side goes
+// on at the other, where light enters anew: each node is met once, and all chains are of the same length, whichever line the nodes that they go to are nearest to.
 #include "shared/bindings.h"
 #include "shared/field_params.h"
 #include "lib/lattice.glsl"
 
 layout(std140, binding = FIELD_BLOCK) uniform Field { FieldParams u_field; };
+layout(binding = FIELD_CROSSED_UNIT) uniform usampler3D u_crossed_tx;
 
 // A place from its coordinate along an axis and those along the next two, and back.
-vec3 from_axes(int axis, float along, vec2 across)
+ivec3 from_axes(int axis, ivec3 q) { return axis == 0 ? q : axis == 1 ? q.zxy : q.yzx; }
+ivec3 to_axes(int axis, ivec3 q) { return axis == 0 ? q : axis == 1 ? q.yzx : q.zxy; }
+
+ivec3 node_count() { return ivec3(u_field.nodes.last) + 1; }
+
+// Where the images of several ways or harmonics have those of the k-th.
+ivec3 layer_of(int k) { return ivec3(0, 0, k * (int(u_field.nodes.last.z) + 1)); }
+
+// And where the image of all ways of a batch has the k-th: they stand beside each other in rows, since no edge of a
+// texture may be too long.
+ivec3 way_of(int k)
 {
-    vec3 q = vec3(along, across);
-    return axis == 0 ? q.xyz : axis == 1 ? q.zxy : q.yzx;
+    return ivec3(k & (FIELD_WAYS_A_ROW - 1), 0, k / FIELD_WAYS_A_ROW) * node_count();
 }
 
-vec3 to_axes(int axis, vec3 q) { return axis == 0 ? q.xyz : axis == 1 ? q.yzx : q.zxy; }
+// Radiance along a way, as floats without a sign, of 13, 13 and 12 bits behind the point, and what surfaces let through
+// of the world's in halves. Half as many bits: where a CPU draws, storing texels is what takes the time.
+uvec4 pack_way(vec3 light, float open)
+{
+    const uvec3 kBits = uvec3(10, 10, 11);
+    uvec3 bits = floatBitsToUint(abs(max(light, vec3(0.0))));
+    bits = (bits + (uvec3(1) << (kBits - 1))) >> kBits;
+    return uvec4(bits.r | bits.g << 21, bits.g >> 11 | bits.b << 10 | uint(2.0 * open) << 30, 0u, 0u);
+}
+
+vec4 unpack_way(uvec2 texel)
+{
+    uvec3 bits = uvec3(texel.x & 0x1fffffu, texel.x >> 21 | (texel.y & 0x3ffu) << 11, texel.y >> 10 & 0xfffffu);
+    return vec4(uintBitsToFloat(bits << uvec3(10, 10, 11)), 0.5 * float(texel.y >> 30));
+}
+
+bool is_marked(ivec3 node, int bit)
+{
+    return (texelFetch(u_crossed_tx, node + layer_of(bit >> 5), 0).x >> uint(bit & 31) & 1u) != 0u;
+}
+
+// Whether a surface lies between a node and the one before it on way k of the batch.
+bool is_crossed(ivec3 node, int k) { return is_marked(node, u_field.first + k); }
+
+// What surfaces beyond the lattice leave of the light that enters it at a node: what of two lines reaches it.
+float open_beyond(ivec3 node, int k)
+{
+    const int kPart = 32 * FIELD_CROSSED_WORDS;
+    int bit = u_field.first + k;
+    return 1.0 - 0.5 * (float(is_marked(node, bit + kPart)) + float(is_marked(node, bit + 2 * kPart)));
+}
+
+// Of nodes along a way: one in each slice.
+struct Chain {
+    int slice;
+    ivec3 node;
+    bool enters;  // there is no node before this one
+    ivec2 start;  // across, in slice 0
+    ivec2 lap;    // how often it has left the lattice, across
+};
+
+bool is_in(Chain chain, FieldWay way) { return chain.slice < to_axes(way.axis, node_count()).x; }
+
+// Nodes that a line along the way has gone across at a slice.
+ivec2 across_at(FieldWay way, int slice) { return ivec2(floor(way.slope * float(slice) + 0.5)); }
+
+void place(inout Chain chain, FieldWay way)
+{
+    ivec3 count = to_axes(way.axis, node_count());
+    ivec2 across = chain.start + across_at(way, chain.slice);
+    ivec2 lap = ivec2(floor((vec2(across) + 0.5) / vec2(count.yz)));
+    int along = way.forward > 0.0 ? chain.slice : count.x - 1 - chain.slice;
+    chain.node = from_axes(way.axis, ivec3(along, across - lap * count.yz));
+    chain.enters = chain.slice == 0 || lap != chain.lap;
+    chain.lap = lap;
+}
+
+Chain first_of_chain(FieldWay way, ivec2 start)
+{
+    ivec3 count = to_axes(way.axis, node_count());
+    Chain chain = Chain(any(greaterThanEqual(start, count.yz)) ? count.x : 0, ivec3(0), true, start, ivec2(0));
+    place(chain, way);
+    return chain;
+}
+
+void go_on(inout Chain chain, FieldWay way)
+{
+    ++chain.slice;
+    place(chain, way);
+}

@@ -3,7 +3,7 @@
 //   in   the volumes that dim lights
 //   out  coefficients [W/m^2/sr]; alpha of the first: 1 if any light gets there
 #include "light/field.glsl"
-#include "lib/spherical_harmonics.glsl"
+#include "shared/spherical_harmonics.h"
 #include "scene/light_volumes.glsl"
 #include "light/trace.glsl"
 
@@ -76,8 +76,7 @@ void main()
         weights += weight;
         add_lights(p, weight);
     }
-    ivec3 layer = ivec3(0, 0, int(lattice.last.z) + 1);
     float seen = g_seen;
     for (int i = 0; i < kCount; ++i)
-        imageStore(u_light_img, node + layer * i, vec4(g_light[i] / weights, i == 0 ? seen : 0.0));
+        imageStore(u_light_img, node + layer_of(i), vec4(g_light[i] / weights, i == 0 ? seen : 0.0));
 }

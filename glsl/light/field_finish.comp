@@ -1,12 +1,14 @@
-// The field of light as it is looked up.
-//   in   coefficients of what is scattered again and emitted, of the world's light, of all that is scattered
-//   out  coefficients of what is not direct [W/m^2/sr]; alpha of the first: 1 if any light gets there
+// Light at the nodes of a lattice as it is looked up.
+//   in   coefficients of the world's light or, kField, of what is scattered again and emitted, of all that is scattered,
+//        and of the world's light, as it is looked up without the others
+//   out  their sum [W/m^2/sr]; alpha of the first: 1 if any light gets there
 #include "light/field.glsl"
-#include "lib/spherical_harmonics.glsl"
+#include "shared/spherical_harmonics.h"
 
 // Variant
 const int kBands = 1;
-const bool kWorld = false;  // there are coefficients of the world's light
+const bool kField = false;
+const bool kWorld = false;  // there is light of the world beside the field
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
 layout(binding = 0) writeonly uniform image3D u_field_img;
@@ -18,14 +20,12 @@ void main()
 {
     const int kCount = kHarmonics[kBands - 1];
     ivec3 node = ivec3(gl_GlobalInvocationID);
-    LatticeParams lattice = u_field.nodes;
-    if (any(greaterThan(node, ivec3(lattice.last))))
+    if (any(greaterThanEqual(node, node_count())))
         return;
-    ivec3 layer = ivec3(0, 0, int(lattice.last.z) + 1);
-    float seen = texelFetch(u_total_tx, node, 0).a;
+    float seen = kField ? texelFetch(u_total_tx, node, 0).a : texelFetch(u_light_tx, node, 0).a;
     if (kWorld)
         seen = max(seen, texelFetch(u_world_coefficients_tx, node, 0).a);
-    if (seen == 0.0) {
+    if (kField && seen == 0.0) {
         // No lamp or sky is seen from here, but light may come by way of others: a place inside of a surface has no
         // more than what its neighbours let shine through.
         const float kShine = 0.1;
@@ -34,14 +34,14 @@ void main()
         for (int j = 0; j < 6; ++j) {
             ivec3 way = ivec3(0);
             way[j >> 1] = (j & 1) * 2 - 1;
-            ivec3 next = clamp(node + way, ivec3(0), ivec3(lattice.last));
+            ivec3 next = clamp(node + way, ivec3(0), node_count() - 1);
             around = max(around, texelFetch(u_light_tx, next, 0).rgb);
         }
         seen = dot(own, vec3(1.0)) > kShine * dot(around, vec3(1.0)) ? 1.0 : 0.0;
     }
     // What is left out of the mean of eight nodes must have no light either.
     for (int i = 0; i < kCount; ++i) {
-        ivec3 at = node + layer * i;
+        ivec3 at = node + layer_of(i);
         vec3 light = texelFetch(u_light_tx, at, 0).rgb;
         if (kWorld)
             light += texelFetch(u_world_coefficients_tx, at, 0).rgb;

@@ -1,10 +1,11 @@
-// What the media are at each node of the field: means over its cell.
-//   out  sigma_t [1/m]; albedo, and in alpha g; emission [W/m^2/sr per m]
+// What the media are at each node of a lattice: means over its cell.
+//   out  sigma_t [1/m]; unless kMarched, albedo, and in alpha g; emission [W/m^2/sr per m]
 #include "light/field.glsl"
 #include "scene/light_volumes.glsl"
 
 // Variant
-const bool kGlows = false;  // emission is asked for
+const bool kGlows = false;   // emission is asked for
+const bool kMarched = false;  // the extinction of the marched media is, and nothing else
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
 layout(binding = 0) writeonly uniform image3D u_sigma_t_img;
@@ -24,16 +25,22 @@ void main()
         vec3 in_cell = (vec3(i % n, i / n % n, i / (n * n)) + 0.5) / float(n) - 0.5;
         // Of a cell at the lattice's faces what lies within.
         vec3 q = clamp(vec3(node) + in_cell, vec3(0.0), lattice.last);
-        add_medium(sum, phase, sample_media((lattice.world_from_node * vec4(q, 1.0)).xyz));
+        vec3 p = (lattice.world_from_node * vec4(q, 1.0)).xyz;
+        if (kMarched)
+            sum.sigma_t += marched_extinction(p);
+        else
+            add_medium(sum, phase, sample_media(p));
     }
     float share = 1.0 / float(n * n * n);
     vec3 sigma_t = vec3(sum.sigma_t) * share;
+    imageStore(u_sigma_t_img, node, vec4(sigma_t, 0.0));
+    if (kMarched)
+        return;
     vec3 sigma_s = sum.sigma_s * share;
     // A place without a medium has the albedo that its neighbours have, as near as that is known.
     const float kLittle = 1e-9;
     vec3 albedo = (sigma_s + kLittle * u_field.albedo) / (max(sigma_t, sigma_s) + kLittle);
     float g = phase.y > 0.0 ? phase.x / phase.y : u_media.media[0].g;
-    imageStore(u_sigma_t_img, node, vec4(sigma_t, 0.0));
     imageStore(u_albedo_img, node, vec4(albedo, g));
     if (kGlows)
         imageStore(u_emission_img, node, vec4(sum.emission * share, 0.0));

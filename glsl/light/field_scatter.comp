@@ -1,28 +1,35 @@
-// What the media scatter at each node into each direction of a batch: the phase function's bands against the light's,
-// Henyey-Greenstein's l-th times g^l.
+// What the media scatter at each node into each way: the phase function's bands against the light's, Henyey-Greenstein's
+// l-th times g^l. Light is that which comes first, and what the order before brought along all ways.
 // Orders that were not carried are taken to fall off as the last two did: a geometric series. Hillaire 2020, "A
 // Scalable and Production Ready Sky and Atmosphere Rendering Technique", sec. 5.5.
-//   in   coefficients of the light that arrives; albedo and g; kTail: of the last order, and each order's mean
-//   out  radiance that a thick medium of this light would have, a direction a layer [W/m^2/sr]
+//   in   coefficients of the light that comes first; radiance of each way; albedo and g
+//        kTail: what was scattered the time before, and mean radiance of each order
+//   out  radiance that a thick medium of this light would have, of each way [W/m^2/sr]; the light's mean radiance
 #include "light/field.glsl"
-#include "lib/spherical_harmonics.glsl"
+#include "shared/spherical_harmonics.h"
 
 // Variant
 const int kBands = 1;
-const bool kTail = false;  // orders are left out
+const bool kFirst = false;  // no way has brought anything yet
+const bool kMean = false;   // the mean is all that is asked for
+const bool kTail = false;   // orders are left out
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
-layout(binding = 0) writeonly uniform image3D u_source_img;
-layout(binding = FIELD_LIGHT_UNIT) uniform sampler3D u_light_tx;
+layout(rg32ui, binding = 0) writeonly uniform uimage3D u_source_img;
+layout(rg32ui, binding = 1) writeonly uniform uimage3D u_mean_img;
+layout(binding = FIELD_LIGHT_UNIT) uniform sampler3D u_first_tx;
 layout(binding = FIELD_ALBEDO_UNIT) uniform sampler3D u_albedo_tx;
-layout(binding = FIELD_ORDER_UNIT) uniform sampler3D u_last_order_tx;
+layout(binding = FIELD_WAYS_UNIT) uniform usampler3D u_ways_tx;
+layout(binding = FIELD_SOURCE_UNIT) uniform usampler3D u_source_tx;
 layout(binding = FIELD_SUMS_UNIT) uniform sampler3D u_sums_tx;
+
+vec3 mean_of_order(int order) { return texelFetch(u_sums_tx, ivec3(order, 0, 0), 0).rgb; }
 
 vec3 tail_of_last_order()
 {
     const float kMostRatio = 0.98;
-    vec3 last = texelFetch(u_sums_tx, ivec3(u_field.order, 0, 0), 0).rgb;
-    vec3 before = texelFetch(u_sums_tx, ivec3(u_field.order - 1, 0, 0), 0).rgb;
+    vec3 last = mean_of_order(u_field.order);
+    vec3 before = mean_of_order(u_field.order - 1);
     vec3 ratio = clamp(last / max(before, vec3(1e-30)), 0.0, kMostRatio);
     return ratio / (1.0 - ratio);
 }
@@ -31,28 +38,36 @@ void main()
 {
     const int kCount = kHarmonics[kBands - 1];
     ivec3 node = ivec3(gl_GlobalInvocationID);
-    LatticeParams lattice = u_field.nodes;
-    if (any(greaterThan(node, ivec3(lattice.last))))
+    if (any(greaterThanEqual(node, node_count())))
         return;
-    ivec3 layer = ivec3(0, 0, int(lattice.last.z) + 1);
+    vec3 light[kCount];
+    for (int i = 0; i < kCount; ++i)
+        light[i] = texelFetch(u_first_tx, node + layer_of(i), 0).rgb;
+    for (int k = 0; !kFirst && k < u_field.count; ++k) {
+        vec3 way = u_field.ways[k].solid_angle * unpack_way(texelFetch(u_ways_tx, node + way_of(k), 0).rg).rgb;
+        for (int i = 0; i < kCount; ++i)
+            light[i] += way * u_field.ways[k].harmonics[i >> 2][i & 3];
+    }
+    if (!kTail)
+        imageStore(u_mean_img, node, pack_way(light[0] * spherical_harmonic(0, vec3(0.0)), 0.0));
+    if (kMean)
+        return;
     vec4 albedo = texelFetch(u_albedo_tx, node, 0);
-    vec3 light[16];
     vec3 scattered = albedo.rgb;
-    vec3 tail = kTail ? tail_of_last_order() : vec3(0.0);
     int i = 0;
     for (int l = 0; l < kBands; ++l) {
-        for (; i < kHarmonics[l]; ++i) {
-            light[i] = texelFetch(u_light_tx, node + layer * i, 0).rgb;
-            if (kTail)
-                light[i] += tail * texelFetch(u_last_order_tx, node + layer * i, 0).rgb;
+        for (; i < kHarmonics[l]; ++i)
             light[i] *= scattered;
-        }
         scattered *= albedo.a;
     }
+    vec3 tail = kTail ? tail_of_last_order() : vec3(0.0);
     for (int k = 0; k < u_field.count; ++k) {
         vec3 sum = vec3(0.0);
         for (int j = 0; j < kCount; ++j)
-            sum += light[j] * spherical_harmonic(j, u_field.directions[k].wi);
-        imageStore(u_source_img, node + layer * k, vec4(sqrt(sqrt(max(sum, vec3(0.0)))), 0.0));
+            sum += light[j] * u_field.ways[k].harmonics[j >> 2][j & 3];
+        ivec3 at = node + way_of(k);
+        if (kTail)
+            sum += tail * (sum - unpack_way(texelFetch(u_source_tx, at, 0).rg).rgb);
+        imageStore(u_source_img, at, pack_way(sum, 0.0));
     }
 }

@@ -1,29 +1,53 @@
-// What an order of scattering has brought: the mean over the nodes of its radiance, weighted by what scatters it
+// What each order of scattering has brought: the mean over the nodes of its radiance, weighted by what scatters it
 // again.
-//   in   coefficients of the order; sigma_t and albedo
-//   out  mean radiance [W/m^2/sr], a texel an order
+//   in   mean radiance of all orders so far at each node; sigma_t and albedo
+//   out  of each slice of nodes along z the sum of the weighted radiance, and of the weights, a row an order
+//   kFinish: from those, mean radiance that each order added [W/m^2/sr], a texel an order
 #include "light/field.glsl"
+
+// Variant
+const bool kFinish = false;  // sums up the slices
 
 layout(local_size_x = 64) in;
 layout(binding = 0) writeonly uniform image3D u_sums_img;
-layout(binding = FIELD_LIGHT_UNIT) uniform sampler3D u_light_tx;
+layout(binding = FIELD_LIGHT_UNIT) uniform sampler3D u_slices_tx;
+layout(binding = FIELD_WAYS_UNIT) uniform usampler3D u_mean_tx;
 layout(binding = FIELD_SIGMA_T_UNIT) uniform sampler3D u_sigma_t_tx;
 layout(binding = FIELD_ALBEDO_UNIT) uniform sampler3D u_albedo_tx;
 
 shared vec3 g_light[64];
 shared vec3 g_weights[64];
 
-void main()
+vec3 mean_to(int order)
 {
-    ivec3 size = ivec3(u_field.nodes.last) + 1;
-    int nodes = size.x * size.y * size.z;
+    if (order < 0)
+        return vec3(0.0);
     vec3 light = vec3(0.0);
     vec3 weights = vec3(0.0);
+    for (int slice = 0; slice < node_count().z; ++slice) {
+        light += texelFetch(u_slices_tx, ivec3(2 * slice, order, 0), 0).rgb;
+        weights += texelFetch(u_slices_tx, ivec3(2 * slice + 1, order, 0), 0).rgb;
+    }
+    return light / max(weights, vec3(1e-30));
+}
+
+void main()
+{
     int own = int(gl_LocalInvocationIndex);
-    for (int i = own; i < nodes; i += 64) {
-        ivec3 node = ivec3(i % size.x, i / size.x % size.y, i / (size.x * size.y));
+    if (kFinish) {
+        int order = int(gl_GlobalInvocationID.x);
+        if (order <= u_field.order)
+            imageStore(u_sums_img, ivec3(order, 0, 0), vec4(mean_to(order) - mean_to(order - 1), 0.0));
+        return;
+    }
+    int slice = int(gl_WorkGroupID.z);
+    ivec2 size = node_count().xy;
+    vec3 light = vec3(0.0);
+    vec3 weights = vec3(0.0);
+    for (int i = own; i < size.x * size.y; i += 64) {
+        ivec3 node = ivec3(i % size.x, i / size.x, slice);
         vec3 weight = texelFetch(u_sigma_t_tx, node, 0).rgb * texelFetch(u_albedo_tx, node, 0).rgb;
-        light += weight * texelFetch(u_light_tx, node, 0).rgb;
+        light += weight * unpack_way(texelFetch(u_mean_tx, node, 0).rg).rgb;
         weights += weight;
     }
     g_light[own] = light;
@@ -35,6 +59,6 @@ void main()
         light += g_light[i];
         weights += g_weights[i];
     }
-    const float kMean = 0.282094791773878;  // of the first harmonic
-    imageStore(u_sums_img, ivec3(u_field.order, 0, 0), vec4(kMean * light / max(weights, vec3(1e-30)), 0.0));
+    imageStore(u_sums_img, ivec3(2 * slice, u_field.order, 0), vec4(light, 0.0));
+    imageStore(u_sums_img, ivec3(2 * slice + 1, u_field.order, 0), vec4(weights, 0.0));
 }

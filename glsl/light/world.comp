@@ -1,64 +1,69 @@
-// The world's light as it reaches each node of a lattice: radiance from every direction, dimmed by the media
-// and hidden by surfaces, as spherical harmonics.
-//   in   directions with their share of the world, one view of the surfaces along each, the extinction's
-//        volume
-//   out  coefficients [W/m^2/sr], one a layer; alpha of the first: 1 if any light gets there
-//
-#include "lib/spherical_harmonics.glsl"
+// Carries the world's light through a lattice along each way of a batch: what the media let through, until a surface
+// is met.
+//   in   sigma_t of the marched media, and what surfaces cross
+//   out  radiance [W/m^2/sr], a way's nodes after each other; alpha: what of it surfaces let through
+#include "light/field.glsl"
 #include "scene/light_volumes.glsl"
-#include "light/trace.glsl"
 
 // Variant
-const int kBands = 1;              // to 4: no more than the media's g can tell apart
-const bool kWorldShadows = false;  // there are surfaces
-const bool kClear = false;         // the media don't dim it
-const bool kMarched = false;       // there is an extinction's volume
+const bool kClear = false;     // the media don't dim it
+const bool kMarched = false;   // there are some without a closed form
+const bool kSurfaces = false;  // surfaces stand in the way
+const bool kMeans = false;     // out: the mean over what lies between a node and its neighbours, by what dims there
 
-layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
-layout(std140, binding = WORLD_BLOCK) uniform World { WorldParams u_world; };
-layout(binding = 0) writeonly uniform image3D u_world_img;
-layout(binding = SHADOW_MAP_UNIT) uniform sampler2DArrayShadow u_world_shadow_tx;
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rg32ui, binding = 0) writeonly uniform uimage3D u_ways_img;
+layout(binding = FIELD_SIGMA_T_UNIT) uniform sampler3D u_sigma_t_tx;
 
-float visibility_of(int k, vec3 p)
+// Between two places light falls off evenly in optical depth.
+vec3 mean_of(vec3 before, vec3 light)
 {
-    if (!kWorldShadows)
-        return 1.0;
-    ShadowView view = u_world.views[k];
-    vec2 uv = (view.clip_from_world * vec4(p, 1.0)).xy * 0.5 + 0.5;
-    // Moved on by the bias: a node on a surface's far side must not see through it.
-    float depth = shadow_depth(view.depth, p + view.depth.travel * view.depth.bias);
-    return texture(u_world_shadow_tx, vec4(uv, float(k), depth));
+    return before * slab_weight(log(max(before, vec3(1e-30)) / max(light, vec3(1e-30))));
 }
 
 void main()
 {
-    const float kStep = 2.0;  // nodes of the extinction's volume: steps of 64 directions average out
-    const int kCount = kHarmonics[kBands - 1];
-    ivec3 node = ivec3(gl_GlobalInvocationID);
-    LatticeParams lattice = u_volumes.world;
-    if (any(greaterThan(node, ivec3(lattice.last))))
-        return;
-    vec3 p = node_position(lattice, node);
-    vec3 radiance[kCount];
-    for (int i = 0; i < kCount; ++i)
-        radiance[i] = vec3(0.0);
-    float seen = 0.0;
-    int directions = u_volumes.directions;
-    for (int k = 0; k < directions; ++k) {
-        float visibility = visibility_of(k, p);
-        if (visibility == 0.0)
-            continue;
-        seen = 1.0;
-        vec3 wi = u_world.directions[k].wi.xyz;
-        vec3 arriving = u_world.directions[k].power.rgb * visibility;
-        if (!kClear)
-            arriving *= exp(-closed_depth(p, wi, kSunRange));
+    int k = int(gl_GlobalInvocationID.z);
+    FieldWay way = u_field.ways[k];
+    Chain chain = first_of_chain(way, ivec2(gl_GlobalInvocationID.xy));
+    float visible = 1.0;
+    vec3 tau = vec3(0.0);
+    vec3 old_sigma_t = vec3(0.0);
+    vec3 old_light = vec3(0.0);
+    vec3 old_mean = vec3(0.0);
+    ivec3 old_node = ivec3(0);
+    bool first = true, alone = true;
+    for (; is_in(chain, way); go_on(chain, way)) {
+        ivec3 node = chain.node;
+        vec3 sigma_t = !kClear && kMarched ? texelFetch(u_sigma_t_tx, node, 0).rgb : vec3(0.0);
+        if (chain.enters) {
+            visible = kSurfaces ? open_beyond(node, k) : 1.0;
+            tau = vec3(0.0);
+        } else if (!kClear && kMarched) {
+            tau += 0.5 * way.metres * (sigma_t + old_sigma_t);
+        }
+        if (kSurfaces && is_crossed(node, k))
+            visible = 0.0;
+        vec3 light = way.entry * visible;
         if (!kClear && kMarched)
-            arriving *= exp(-from_volume(traced_depth(p, wi, kSunRange, kStep)));
-        for (int i = 0; i < kCount; ++i)
-            radiance[i] += arriving * spherical_harmonic(i, wi);
+            light *= exp(-tau);
+        if (!kClear)
+            light *= exp(-vec3(closed_depth(node_position(u_field.nodes, node), way.wi, kSunRange)));
+        if (kMeans) {
+            vec3 mean = chain.enters ? light : mean_of(old_light, light);
+            if (!first)
+                imageStore(u_ways_img, old_node + way_of(k),
+                           pack_way(chain.enters ? old_mean : alone ? mean : 0.5 * (mean + old_mean), 0.0));
+            alone = chain.enters;
+            old_mean = mean;
+        } else {
+            imageStore(u_ways_img, node + way_of(k), pack_way(light, visible));
+        }
+        first = false;
+        old_node = node;
+        old_light = light;
+        old_sigma_t = sigma_t;
     }
-    for (int i = 0; i < kCount; ++i)
-        imageStore(u_world_img, node + ivec3(0, 0, i * (int(lattice.last.z) + 1)),
-                   vec4(radiance[i], i == 0 ? seen : 0.0));
+    if (kMeans && !first)
+        imageStore(u_ways_img, old_node + way_of(k), pack_way(old_mean, 0.0));
 }

@@ -4,7 +4,7 @@
 //   in   coefficients of the world's light
 //   out  the fourth root of the radiance per metre and unit of sigma_s; alpha as it was; kMixedG: the radiance
 //        itself, a layer a band, g^l left out
-#include "lib/spherical_harmonics.glsl"
+#include "shared/spherical_harmonics.h"
 #include "scene/light_volumes.glsl"
 
 // Variant

@@ -3,7 +3,7 @@
 // Irradiance Environment Maps".
 #include "lib/lattice.glsl"
 #include "lib/phase.glsl"
-#include "lib/spherical_harmonics.glsl"
+#include "shared/spherical_harmonics.h"
 #include "scene/light_volumes_block.glsl"
 
 layout(binding = WORLD_VOLUME_UNIT) uniform sampler3D u_world_on_surfaces_tx;

@@ -11,8 +11,7 @@
 #define FROXEL_BLOCK 4
 #define MARCH_HISTORY_BLOCK FROXEL_BLOCK  // either froxels or a march
 #define LIGHT_VOLUMES_BLOCK 5
-#define WORLD_BLOCK 6
-#define FIELD_BLOCK WORLD_BLOCK  // the field of light is filled when the world's light is
+#define FIELD_BLOCK 6
 #define BLOCK_COUNT 7
 #define INSPECT_BLOCK DRAW_BLOCK  // no surface is drawn while a frame is inspected
 
@@ -59,12 +58,12 @@
 #define FIELD_SIGMA_T_UNIT 2
 #define FIELD_ALBEDO_UNIT 3
 #define FIELD_SOURCE_UNIT 4
+#define FIELD_SUMS_UNIT 5
 #define FIELD_CROSSED_UNIT 6
-#define FIELD_COLUMNS_UNIT 7
+#define FIELD_WAYS_UNIT 7
 #define FIELD_EMISSION_UNIT FIELD_ALBEDO_UNIT
 #define FIELD_ORDER_UNIT FIELD_SIGMA_T_UNIT
-#define FIELD_SUMS_UNIT FIELD_CROSSED_UNIT
-#define FIELD_WORLD_UNIT FIELD_COLUMNS_UNIT
+#define FIELD_WORLD_UNIT FIELD_WAYS_UNIT
 
 // A window shows pictures when no pass runs.
 #define DISPLAY_A_UNIT 0
@@ -97,5 +96,4 @@
 #define MAX_LIGHT_POINTS 64  // that stand for them
 #define MAX_SHADOW_VIEWS 96  // 16 points, 6 each
 #define MAX_OCTAVES 16
-#define MAX_WORLD_DIRECTIONS 120  // a view each, in one block
 #define BLUE_NOISE_SIZE 64

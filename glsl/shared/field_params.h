@@ -1,5 +1,5 @@
-// The field of light: radiance from all around at the nodes of a lattice, order by order of
-// scattering. See src/light/radiance_field.h. World space is eye-centred: see frame_params.h.
+// Light that is carried through a lattice of cubes, along ways that lead from node to node: see
+// src/light/radiance_field.h. World space is eye-centred: see frame_params.h.
 #ifdef __cplusplus
 #pragma once
 #endif
@@ -7,34 +7,33 @@
 #include "shared/types.h"
 FUM_SHARED_BEGIN
 
-#define FIELD_BATCH 8         // directions that are swept at once
-#define FIELD_MOST_ORDERS 64  // of scattering
+#define FIELD_BATCH 74         // ways that are walked at once
+#define FIELD_WAYS_A_ROW 4     // beside each other in an image of them
+#define FIELD_CROSSED_WORDS 3  // of 32 ways each that surfaces cross
+#define FIELD_MOST_ORDERS 64   // of scattering
 
-// A direction that light is carried along, in columns that go through the lattice slice by slice
-// along the axis that the direction is nearest to, so that each column meets one place of each
-// slice. A place is written along that axis and the next two in turn.
-struct FUM_STD140 FieldDirection {
+// A direction that light is carried along, from slice to slice of nodes across an axis. In a
+// lattice of cubes the step from a node leads to another along most ways, elsewhere to the node
+// that is nearest.
+struct FUM_STD140 FieldWay {
+    vec3 entry;         // the world's radiance that comes along [W/m^2/sr]
+    int axis;           // of the slices: 0: x
     vec3 wi;            // to where light comes from, unit length
-    float solid_angle;  // that it stands for [sr]
-    vec2 slope;         // nodes across, from a slice to the next
-    vec2 first;         // of column 0, across, in the first slice
-    int axis;           // 0: x
+    float metres;       // from a slice to the next
+    vec2 slope;         // nodes across, along the next two axes in turn, from a slice to the next
     float forward;      // 1 where light goes up along the axis, else -1
-    float metres;       // of a column from a slice to the next
-    int first_word;     // of its layers in the picture of what surfaces cross
-    vec3 entry;         // the world's radiance from there [W/m^2/sr]
-    float unused;
+    float solid_angle;  // that it stands for [sr]
+    vec4 harmonics[4];  // of wi, bands 0 to 3
 };
 
 struct FUM_STD140 FieldParams {
     LatticeParams nodes;
-    FieldDirection directions[FIELD_BATCH];
-    int count;    // of the directions
-    int columns;  // across a slice, along each edge, that there is room for
-    int slices;   // that there is room for
-    int order;    // of scattering that is summed up: 0 the lights' and the world's own light
-    vec3 albedo;  // of places that have no medium
-    float unused;
+    FieldWay ways[FIELD_BATCH];
+    vec3 albedo;    // of places that have no medium
+    int count;      // of the ways
+    ivec2 columns;  // of the lines that surfaces are drawn along: the first, across
+    int first;      // of the ways among all
+    int order;      // of scattering that is summed up: 0 the lights' and the world's own light
 };
 
 FUM_SHARED_END

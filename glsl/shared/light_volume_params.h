@@ -28,19 +28,8 @@ struct FUM_STD140 LightVolumesParams {
     float light_has_place;   // 1, or 0 of a sun
     int layer;               // that is filled
     int first_slice;         // of nodes along z that is filled
-    int directions;          // of the world
     int samples;             // of the media along an edge of a node's cell
-};
-
-// Light of the world from the directions of one cell of the sphere.
-struct FUM_STD140 WorldDirection {
-    vec4 wi;     // xyz: to where it comes from, unit length
-    vec4 power;  // rgb: radiance times the cell's solid angle [W/m^2]
-};
-
-struct FUM_STD140 WorldParams {
-    WorldDirection directions[MAX_WORLD_DIRECTIONS];
-    ShadowView views[MAX_WORLD_DIRECTIONS];
+    int unused;
 };
 
 FUM_SHARED_END

@@ -9,6 +9,8 @@ using uint = std::uint32_t;
 using vec2 = glm::vec2;
 using vec3 = glm::vec3;
 using vec4 = glm::vec4;
+using ivec2 = glm::ivec2;
+using ivec3 = glm::ivec3;
 using ivec4 = glm::ivec4;
 using mat4 = glm::mat4;
 }  // namespace fumarole::shared

@@ -31,6 +31,7 @@ std::int64_t texel_bytes(GLenum format)
     case GL_DEPTH_COMPONENT32F:
         return 4;
     case GL_RG32F:
+    case GL_RG32UI:
     case GL_RGBA16F:
         return 8;
     case GL_RGBA32F:

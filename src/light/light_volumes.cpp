@@ -7,7 +7,6 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "light/light_source.h"
-#include "light/world_light.h"
 
 namespace fumarole::light {
 
@@ -25,8 +24,6 @@ constexpr double kVoxelsPerWorldNode = 3;
 /// The extinction that they are filled from: one a voxel up to here.
 constexpr int kExtinctionNodes = 128;
 constexpr int kMostSamples = 4;  ///< of the media along an edge of a cell that is larger
-
-constexpr int kWorldShadowMap = 128;  ///< texels along an edge of each view
 
 /// Of the volume for surfaces: how far it goes beyond them and the media, in parts of their size.
 /// What smoke or a ball hides of the sky there is a few per cent.
@@ -52,6 +49,27 @@ Lattice make_lattice(const glm::dmat4& unit_from_world, const Bounds& bounds, do
     return lattice;
 }
 
+/// The same with cells of one edge where they were nearly so: it reaches out a little further.
+Lattice make_cubes(const glm::dmat4& unit_from_world, const Bounds& bounds, double spacing,
+                   int most)
+{
+    constexpr double kNearly = 1.2;
+    const Lattice lattice = make_lattice(unit_from_world, bounds, spacing, most);
+    const glm::dmat4 world_from_node = glm::inverse(lattice.node_from_world);
+    glm::dvec3 edges(0);
+    for (int i = 0; i < 3; ++i)
+        edges[i] = glm::length(glm::dvec3(world_from_node[i]));
+    const double edge = std::max({edges.x, edges.y, edges.z});
+    if (edge > kNearly * std::min({edges.x, edges.y, edges.z}))
+        return lattice;
+    const glm::dvec3 middle = glm::dvec3(lattice.count - 1) / 2.0;
+    Lattice cubes = lattice;
+    cubes.node_from_world = glm::translate(glm::dmat4(1.0), middle) *
+                            glm::scale(glm::dmat4(1.0), edges / edge) *
+                            glm::translate(glm::dmat4(1.0), -middle) * lattice.node_from_world;
+    return cubes;
+}
+
 shared::LatticeParams to_shared(const Lattice& lattice, int layers, glm::dvec3 eye)
 {
     const glm::dmat4 node_from_eye = lattice.node_from_world * glm::translate(glm::dmat4(1.0), eye);
@@ -69,14 +87,6 @@ glm::dvec3 centre_of(const Lattice& lattice)
 {
     return glm::dvec3(glm::inverse(lattice.node_from_world) *
                       glm::dvec4(glm::dvec3(lattice.count - 1) / 2.0, 1.0));
-}
-
-Bounds world_bounds(const Lattice& lattice)
-{
-    Bounds nodes;
-    nodes.add(glm::dvec3(0));
-    nodes.add(glm::dvec3(lattice.count - 1));
-    return nodes.transformed(glm::inverse(lattice.node_from_world));
 }
 
 gl::Texture make_volume(const gl::Device& gl, const char* label, const Lattice& lattice, int layers,
@@ -184,8 +194,8 @@ FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& me
         return {settings.bounces, false};
     // A slab's light is scattered again by what of it does not get out: on the mean over where it
     // starts, 1 - (1 - exp(-tau)) / tau of it meets the medium.
-    constexpr double kUnseen = 0.01;   // of a white picture
-    constexpr double kLeftOut = 0.05;  // of the light, for the tail to guess
+    constexpr double kUnseen = 0.01;  // of a white picture
+    constexpr double kLeftOut = 0.1;  // of the light, for the tail to guess
     constexpr int kFewest = 4, kMost = 16;
     const glm::vec3 albedos = media.mean_albedo();
     const double albedo = std::max({albedos.r, albedos.g, albedos.b});
@@ -486,10 +496,9 @@ void LightVolumes::plan_world(WorldKey& key, const medium::MediaSet& media,
     if (key.bands > 0) {
         bands_ = key.bands;
         const medium::VoxelFrame frame = media.voxel_frame();
-        world_bounds_in_voxels_ = frame.scattering;
-        world_lattice_ = make_lattice(frame.voxel_from_world, frame.scattering,
-                                      automatic ? kVoxelsPerWorldNode : 1e-9,
-                                      clamp_to(nodes, bands_ * bands_, device_));
+        world_lattice_ = make_cubes(frame.voxel_from_world, frame.scattering,
+                                    automatic ? kVoxelsPerWorldNode : 1e-9,
+                                    clamp_to(nodes, bands_ * bands_, device_));
         key.in_media = key_of(world_lattice_);
     }
     if (surfaces.empty())
@@ -502,8 +511,7 @@ void LightVolumes::plan_world(WorldKey& key, const medium::MediaSet& media,
     around.min -= margin;
     around.max += margin;
     constexpr int kLayers = kSurfaceBands * kSurfaceBands;
-    surface_lattice_ =
-        make_lattice(glm::dmat4(1.0), around, 1e-9, clamp_to(nodes, kLayers, device_));
+    surface_lattice_ = make_cubes(glm::dmat4(1.0), around, 1e-9, clamp_to(nodes, kLayers, device_));
     key.on_surfaces = key_of(surface_lattice_);
 }
 
@@ -530,44 +538,50 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
     const medium::MediaTraits& traits = media.traits();
     const glm::dvec3 origin = key.in_media.origin;
     const bool shines = lights.world_radiance() != glm::vec3(0.0f);
-    bool anew = false;
-    if (!(coefficients_ || on_surfaces_) || !is_moved(world_key_, key)) {
-        const Stopwatch watch(device_, timers_);
-        anew = true;
+    const bool anew = !(coefficients_ || on_surfaces_) || !is_moved(world_key_, key);
+    const bool fills_field =
+        key.bands > 0 && field.filled && (anew || !field_coefficients_ || !(field == field_key_));
+    const Stopwatch watch(device_, timers_);
+    if (anew) {
         make_world(key, !surfaces.empty() && shines);
-        if (traits.marched > 0 && key.dims && !extinction_)
-            fill_extinction(media, lights);
-        const glm::dvec3 eye = centre_of(key.bands > 0 ? world_lattice_ : surface_lattice_);
-        const gl::Texture shadows = shines ? draw_world(key, surfaces, eye) : gl::Texture();
-        begin_fill(eye, media, lights);
-        if (coefficients_ && shines)
-            fill_world(world_lattice_, coefficients_, bands_, key.dims, shadows, media, eye);
-        if (on_surfaces_)
-            fill_world(surface_lattice_, on_surfaces_, kSurfaceBands, false, shadows, media, eye);
-        if (on_surfaces_dimmed_)
-            fill_world(surface_lattice_, on_surfaces_dimmed_, kSurfaceBands, true, shadows, media,
-                       eye);
         world_key_ = std::move(key);
         turned_ = false;
-        world_ms_ = watch.ms();
         ++fills_.world;
     }
-    if (!coefficients_)
-        return;
-    if (!field.filled) {
+    if (!field.filled)
         field_coefficients_ = {};
-    } else if (anew || !field_coefficients_ || !(field == field_key_)) {
-        if (!field_coefficients_ || field_coefficients_.size() != coefficients_.size())
+    if (coefficients_ && (anew || fills_field)) {
+        if (fills_field &&
+            (!field_coefficients_ || field_coefficients_.size() != coefficients_.size()))
             field_coefficients_ = make_volume(device_, "light that is not direct", world_lattice_,
                                               bands_ * bands_, GL_RGBA16F);
-        if (traits.marched > 0 && world_key_.dims && !depth_ && !extinction_)
+        if (fills_field && traits.marched > 0 && world_key_.dims && !depth_ && !extinction_)
             fill_extinction(media, lights);
         const glm::dvec3 eye = centre_of(world_lattice_);
         begin_fill(eye, media, lights);
-        fill_field(field, media, surfaces, lights, shines, eye);
-        turned_ = false;
-        ++fills_.field;
+        begin_field(world_lattice_, fills_field, media, surfaces, lights, shines);
+        if (anew && shines)
+            field_.fill_world(world_key_.directions, bands_, nullptr, &coefficients_);
+        if (fills_field) {
+            field_.fill(bands_, field.orders, shines ? &coefficients_ : nullptr,
+                        field_coefficients_);
+            turned_ = false;
+            ++fills_.field;
+        }
+        field_.end();
     }
+    if (anew && on_surfaces_) {
+        const glm::dvec3 eye = centre_of(surface_lattice_);
+        begin_fill(eye, media, lights);
+        begin_field(surface_lattice_, false, media, surfaces, lights, shines);
+        field_.fill_world(world_key_.directions, kSurfaceBands, &on_surfaces_,
+                          on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr);
+        field_.end();
+    }
+    if (anew || fills_field)
+        world_ms_ = watch.ms();
+    if (!coefficients_)
+        return;
     field_key_ = std::move(field);
     // Another g takes the same light another way.
     const int layers = traits.mixed_g ? bands_ : 1;
@@ -659,84 +673,35 @@ void LightVolumes::fill_depth(const gl::Texture& depth, int layer, const LightPo
              {depth_lattice_.count.x, depth_lattice_.count.y, slices});
 }
 
-gl::Texture LightVolumes::draw_world(const WorldKey& key, const surface::SurfaceSet& surfaces,
-                                     glm::dvec3 eye)
+void LightVolumes::begin_field(const Lattice& lattice, bool scatters, const medium::MediaSet& media,
+                               const surface::SurfaceSet& surfaces, const LightSet& lights,
+                               bool world)
 {
-    shared::WorldParams params{};
-    std::vector<View> views;
-    int count = 0;
-    for (const WorldCell& cell : world_cells(key.world, key.directions)) {
-        auto& out = params.directions[count];
-        out.wi = glm::vec4(glm::vec3(cell.wi), 0.0f);
-        out.power = glm::vec4(glm::vec3(cell.power), 0.0f);
-        if (!surfaces.empty()) {
-            const LightAxes axes(cell.wi);
-            const Bounds covered = world_bounds(surface_lattice_);
-            views.push_back(parallel_view(axes, covered.transformed(axes.light_from_world),
-                                          surfaces.bounds().transformed(axes.light_from_world),
-                                          kWorldShadowMap));
-            params.views[count] = light::to_shared(views.back(), eye);
-        }
-        ++count;
-    }
-    world_block_.write(params);
-    params_.directions = count;
-    if (views.empty())
-        return {};
-    gl::Texture shadows = painter_.draw(views, surfaces, kWorldShadowMap);
-    // llvmpipe may start a compute shader while what was drawn for it is still on its way; any
-    // barrier makes it finish that first. GL asks for none here, and elsewhere this one costs
-    // nothing.
-    device_->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT);
-    return shadows;
-}
-
-void LightVolumes::fill_world(const Lattice& lattice, const gl::Texture& coefficients, int bands,
-                              bool dims, const gl::Texture& shadows, const medium::MediaSet& media,
-                              glm::dvec3 eye)
-{
-    params_.world = to_shared(lattice, bands * bands, eye);
-    block_.write(params_);
-    device_->BindBufferBase(GL_UNIFORM_BUFFER, WORLD_BLOCK, world_block_.id());
-    gl::Defines defines = fill_defines(media, write_lights({}));
-    defines.emplace_back("kBands", fmt::format("{}", bands));
-    if (shadows) {
-        defines.emplace_back("kWorldShadows", "");
-        shadows.bind(SHADOW_MAP_UNIT);
-    }
-    if (!dims) {
-        defines.emplace_back("kClear", "");
-    } else if (extinction_) {
-        defines.emplace_back("kMarched", "");
-        extinction_.bind(EXTINCTION_VOLUME_UNIT);
-    }
-    dispatch("light/world.comp", defines, coefficients, GL_RGBA16F, lattice.count);
-}
-
-void LightVolumes::fill_field(const FieldKey& key, const medium::MediaSet& media,
-                              const surface::SurfaceSet& surfaces, const LightSet& lights,
-                              bool world, glm::dvec3 eye)
-{
+    const medium::MediaTraits& traits = media.traits();
+    const glm::dvec3 eye = centre_of(lattice);
     gl::Defines defines = fill_defines(media, lights.defines());
     if (depth_)
         defines.emplace_back("kDepthVolume", "");
-    const glm::dvec3 cell = (world_bounds_in_voxels_.max - world_bounds_in_voxels_.min) /
-                            glm::dvec3(world_lattice_.count - 1);
-    params_.samples =
-        std::clamp(static_cast<int>(std::max({cell.x, cell.y, cell.z})), 2, kMostSamples);
+    // Half a cell's voxels: samples are filtered over two of them.
+    const glm::dmat4 voxel_from_node =
+        media.voxel_frame().voxel_from_world * glm::inverse(lattice.node_from_world);
+    const double voxels = glm::length(glm::dvec3(voxel_from_node[0]));
+    params_.samples = std::clamp(static_cast<int>(std::round(voxels / 2)), 2, kMostSamples);
     write_block(eye);
     depth_.bind(DEPTH_VOLUME_UNIT);
-    field_.fill({to_shared(world_lattice_, 1, eye), eye,
-                 world_lattice_.node_from_world * glm::translate(glm::dmat4(1.0), eye),
-                 world_lattice_.count},
-                {.defines = std::move(defines),
-                 .albedo = media.mean_albedo(),
-                 .glows = key.glows,
-                 .dims = world_key_.dims,
-                 .world = world ? &world_key_.world : nullptr,
-                 .extinction = world_key_.dims && extinction_ && !depth_ ? &extinction_ : nullptr},
-                surfaces, bands_, key.orders, world ? &coefficients_ : nullptr,
-                field_coefficients_);
+    const bool marches = scatters && world_key_.dims && extinction_ && !depth_;
+    field_.begin({to_shared(lattice, 1, eye), eye,
+                  lattice.node_from_world * glm::translate(glm::dmat4(1.0), eye), lattice.count},
+                 {.defines = std::move(defines),
+                  .albedo = media.mean_albedo(),
+                  .scatters = scatters,
+                  .glows = scatters && traits.emission,
+                  .dims = world_key_.dims,
+                  .marched = traits.marched > 0,
+                  .closed = traits.media > traits.marched,
+                  .world = world ? &world_key_.world : nullptr,
+                  .extinction = marches ? &extinction_ : nullptr},
+                 surfaces);
 }
 
 void LightVolumes::turn_world(const medium::MediaSet& media)
@@ -813,7 +778,7 @@ std::vector<std::string> LightVolumes::describe() const
                                     on_surfaces_dimmed_ ? ", and again through the media" : ""));
     if (world_ || on_surfaces_)
         lines.push_back(fmt::format("world's light: filled from {} directions{}",
-                                    params_.directions, filled_in(world_ms_)));
+                                    world_key_.directions, filled_in(world_ms_)));
     if (!orders_why_.empty())
         lines.push_back(
             fmt::format("light that scatters again: {} order{}{} ({})", field_key_.orders.count,

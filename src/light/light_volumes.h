@@ -51,9 +51,8 @@ struct LightVolumeFills {
 class LightVolumes {
 public:
     LightVolumes(const gl::Device& device, gl::ProgramCache& programs, const gl::PassTimers& timers)
-        : device_{device}, programs_{programs}, timers_{timers}, painter_{device, programs},
-          field_{device, programs}, block_{device, "light volumes"}, world_block_{
-                                                                         device, "world directions"}
+        : device_{device}, programs_{programs}, timers_{timers}, field_{device, programs},
+          block_{device, "light volumes"}
     {
     }
 
@@ -151,13 +150,8 @@ private:
     void plan_world(WorldKey& key, const medium::MediaSet& media,
                     const surface::SurfaceSet& surfaces);
     void make_world(const WorldKey& key, bool surfaces);
-    gl::Texture draw_world(const WorldKey& key, const surface::SurfaceSet& surfaces,
-                           glm::dvec3 eye);
-    void fill_world(const Lattice& lattice, const gl::Texture& coefficients, int bands, bool dims,
-                    const gl::Texture& shadows, const medium::MediaSet& media, glm::dvec3 eye);
-    void fill_field(const FieldKey& key, const medium::MediaSet& media,
-                    const surface::SurfaceSet& surfaces, const LightSet& lights, bool world,
-                    glm::dvec3 eye);
+    void begin_field(const Lattice& lattice, bool scatters, const medium::MediaSet& media,
+                     const surface::SurfaceSet& surfaces, const LightSet& lights, bool world);
     void turn_world(const medium::MediaSet& media);
     void begin_fill(glm::dvec3 eye, medium::MediaSet& media, LightSet& lights);
     void write_block(glm::dvec3 eye);
@@ -169,15 +163,12 @@ private:
     const gl::Device& device_;
     gl::ProgramCache& programs_;
     const gl::PassTimers& timers_;
-    ShadowPainter painter_;
     RadianceField field_;
     gl::UniformBuffer<shared::LightVolumesParams> block_;
-    gl::UniformBuffer<shared::WorldParams> world_block_;
     shared::LightVolumesParams params_{};
 
     bool rgb_ = false;
     Lattice extinction_lattice_, depth_lattice_, world_lattice_, surface_lattice_;
-    Bounds world_bounds_in_voxels_;
     gl::Texture extinction_, depth_;
     gl::Texture coefficients_;        ///< of the world's light
     gl::Texture field_coefficients_;  ///< of all light that is not direct

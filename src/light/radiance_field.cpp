@@ -4,62 +4,59 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <glm/gtc/epsilon.hpp>
 #include <glm/gtc/matrix_transform.hpp>
-#include <numbers>
 
+#include "light/lattice_ways.h"
 #include "light/world_light.h"
+#include "shared/spherical_harmonics.h"
 
 namespace fumarole::light {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr int kLevels = 4, kAround = 8;  ///< directions: of z, and around it
+constexpr glm::ivec3 kVolumeGroup(VOLUME_GROUP), kChainGroup(8, 8, 1);
 
-struct Ordinate {
-    glm::dvec3 wi{0};
-    double solid_angle = 0;
-};
+/// In the image of the ways of a batch, of the world's light alone: the field takes all its ways at
+/// once.
+constexpr std::int64_t kMostBytes = 64 << 20;
+constexpr std::int64_t kWayBytes = 8;  ///< a node
 
-std::vector<Ordinate> ordinates()
+/// Of all ways: to where light comes from, unit length, eye-centred world. Their own axes are at
+/// right angles whatever the lattice's are.
+std::vector<glm::dvec3> to_lights(const std::vector<LatticeWay>& ways, const FieldLattice& lattice)
 {
-    // Gauss and Legendre's four points in z: exact to z^7. Eight around: to the seventh harmonic.
-    constexpr std::array<double, kLevels> kZ{-0.861136311594053, -0.339981043584856,
-                                             0.339981043584856, 0.861136311594053};
-    constexpr std::array<double, kLevels> kWeight{0.347854845137454, 0.652145154862546,
-                                                  0.652145154862546, 0.347854845137454};
-    std::vector<Ordinate> all;
-    for (int i = 0; i < kLevels; ++i) {
-        const auto level = static_cast<std::size_t>(i);
-        const double r = std::sqrt(1 - kZ[level] * kZ[level]);
-        for (int j = 0; j < kAround; ++j) {
-            // Levels are turned against each other, so that no plane has many of them.
-            const double phi = 2 * kPi * (j + 0.25 + 0.5 * (i % 2)) / kAround;
-            all.push_back({{r * std::cos(phi), r * std::sin(phi), kZ[level]},
-                           kWeight[level] * 2 * kPi / kAround});
-        }
+    const glm::dmat3 metres_from_node = glm::inverse(glm::dmat3(lattice.node_from_eye));
+    const glm::dvec3 x = glm::normalize(metres_from_node[0]);
+    const glm::dvec3 z = glm::normalize(glm::cross(x, metres_from_node[1]));
+    glm::dmat3 axes(x, glm::cross(z, x), z);
+    const glm::dvec3 edges(glm::length(metres_from_node[0]), glm::length(metres_from_node[1]),
+                           glm::length(metres_from_node[2]));
+    const bool cubes = glm::all(glm::epsilonEqual(edges, glm::dvec3(edges.x), 1e-6 * edges.x));
+    if (!cubes) {
+        // No step leads from node to node anyway. Turned, no way lies in the plane of a flat
+        // medium, and no two leave it at the same slant.
+        constexpr double kTurn = 0.6;
+        const glm::dmat4 turned = glm::rotate(glm::dmat4(1.0), kTurn, glm::dvec3(1, 2, 3));
+        axes = axes * glm::dmat3(turned);
     }
-    return all;
+    std::vector<glm::dvec3> wi;
+    for (const LatticeWay& way : ways)
+        wi.push_back(-(axes * glm::normalize(glm::dvec3(way.step))));
+    return wi;
 }
 
-/// The world's radiance from each of them: what comes from directions that are nearest to it.
-std::vector<glm::vec3> entries(const World* world)
+/// The world's radiance along each of them.
+std::vector<glm::vec3> entries(const World* world, const std::vector<LatticeWay>& ways,
+                               const std::vector<glm::dvec3>& wi)
 {
-    const std::vector<Ordinate> all = ordinates();
-    std::vector<glm::vec3> entry(all.size(), glm::vec3(0));
-    if (world == nullptr)
-        return entry;
-    if (world->environment == nullptr)
-        return std::vector<glm::vec3>(all.size(), world->radiance);
-    for (const WorldCell& cell : world_cells(*world, MAX_WORLD_DIRECTIONS)) {
-        const auto nearest =
-            std::max_element(all.begin(), all.end(), [&](const Ordinate& a, const Ordinate& b) {
-                return glm::dot(a.wi, cell.wi) < glm::dot(b.wi, cell.wi);
-            });
-        entry[static_cast<std::size_t>(nearest - all.begin())] +=
-            glm::vec3(cell.power / nearest->solid_angle);
-    }
-    return entry;
+    if (world == nullptr || world->environment == nullptr)
+        return std::vector<glm::vec3>(ways.size(),
+                                      world != nullptr ? world->radiance : glm::vec3(0.0f));
+    std::vector<double> solid_angles;
+    for (const LatticeWay& way : ways)
+        solid_angles.push_back(way.solid_angle);
+    return world_radiance(*world, wi, solid_angles);
 }
 
 glm::dvec3 to_axes(int axis, glm::dvec3 q)
@@ -67,83 +64,100 @@ glm::dvec3 to_axes(int axis, glm::dvec3 q)
     return {q[axis], q[(axis + 1) % 3], q[(axis + 2) % 3]};
 }
 
-/// How a direction's columns go through a lattice. columns: that it takes along each edge.
-shared::FieldDirection columns_of(const Ordinate& ordinate, const FieldLattice& lattice,
-                                  int& columns, int& slices)
+/// How light that comes from `wi` goes through a lattice's slices.
+void set_course(shared::FieldWay& way, glm::dvec3 wi, const FieldLattice& lattice)
 {
-    const glm::dvec3 d = glm::dmat3(lattice.node_from_eye) * -ordinate.wi;  // nodes a metre
-    const glm::dvec3 size = glm::abs(d);
-    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-    const glm::dvec3 way = to_axes(axis, d) / size[axis];
-    const glm::dvec3 last = to_axes(axis, glm::dvec3(lattice.count - 1));
-    shared::FieldDirection out{};
-    out.wi = glm::vec3(ordinate.wi);
-    out.solid_angle = static_cast<float>(ordinate.solid_angle);
-    out.slope = {way.y, way.z};
-    out.axis = axis;
-    out.forward = way.x > 0 ? 1.0f : -1.0f;
-    out.metres = static_cast<float>(1 / size[axis]);
-    slices = static_cast<int>(last.x) + 1;
-    columns = 0;
+    constexpr double kRounding = 1e-6;
+    const glm::dvec3 d = glm::dmat3(lattice.node_from_eye) * -wi;  // nodes a metre
+    const glm::dvec3 size = glm::abs(d) * (1.0 + kRounding * glm::dvec3(2, 1, 0));
+    way.axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    const glm::dvec3 course = to_axes(way.axis, d) / std::abs(d[way.axis]);
+    way.forward = course.x > 0 ? 1.0f : -1.0f;
+    way.metres = static_cast<float>(1 / std::abs(d[way.axis]));
     for (int i = 0; i < 2; ++i) {
-        const double slope = way[i + 1], shift = std::ceil(std::abs(slope) * last.x);
-        out.first[i] = static_cast<float>(slope > 0 ? -shift : 0);
-        columns = std::max(columns, static_cast<int>(last[i + 1] + shift) + 2);
+        // Halves and wholes as they are meant.
+        const double half = std::round(2 * course[i + 1]) / 2;
+        way.slope[i] =
+            static_cast<float>(std::abs(course[i + 1] - half) < kRounding ? half : course[i + 1]);
     }
-    return out;
 }
 
-constexpr glm::ivec3 kVolumeGroup(VOLUME_GROUP);
+/// The lines along a way through the nodes of slices: the first of them across, and how many.
+struct Lines {
+    glm::ivec2 first{0}, count{0};
+};
 
-/// Of 32 ways between slices each.
-int words(int slices)
+Lines lines_of(const shared::FieldWay& way, glm::dvec3 last)
 {
-    return (slices + 31) / 32;
+    Lines lines;
+    for (int i = 0; i < 2; ++i) {
+        const double shift = static_cast<double>(way.slope[i]) * last.x;
+        lines.first[i] = static_cast<int>(std::floor(std::min(-shift, 0.0))) - 1;
+        lines.count[i] = static_cast<int>(last[i + 1] + std::ceil(std::abs(shift))) + 4;
+    }
+    return lines;
 }
 
-/// Clip space in which a column is a pixel of `columns` and z grows from slice to slice, and holds
-/// all that may hide the world from the first.
-glm::dmat4 clip_from_node(const shared::FieldDirection& d, const FieldLattice& lattice, int columns)
+/// Clip space in which a line is a pixel and z grows from slice to slice, and holds all that may
+/// hide the world from the first.
+/// tilt: of the lines, nodes across a slice, about where they cross the middle one.
+glm::dmat4 clip_from_node(const shared::FieldWay& way, const Lines& lines, double last, double tilt)
 {
-    const int along = d.axis;
-    const double last = lattice.count[along] - 1;
-    glm::dmat4 columns_from_node(0.0);  // x, y: the column, z: the slice
-    columns_from_node[along][2] = d.forward;
-    columns_from_node[3][2] = d.forward > 0 ? 0 : last;
+    const int axis = way.axis;
+    const double forward = way.forward;
+    glm::dmat4 lines_from_node(0.0);  // x, y: the line, z: the slice
+    lines_from_node[axis][2] = forward;
+    lines_from_node[3][2] = forward > 0 ? 0 : last;
     for (int i = 0; i < 2; ++i) {
-        const double slope = d.slope[i];
-        columns_from_node[(along + 1 + i) % 3][i] = 1;
-        columns_from_node[along][i] = -slope * d.forward;
-        columns_from_node[3][i] = -slope * columns_from_node[3][2] - d.first[i];
+        const double slope = static_cast<double>(way.slope[i]) + tilt;
+        lines_from_node[(axis + 1 + i) % 3][i] = 1;
+        lines_from_node[axis][i] = -slope * forward;
+        lines_from_node[3][i] = -slope * lines_from_node[3][2] + tilt * last / 2 - lines.first[i];
     }
-    columns_from_node[3][3] = 1;
+    lines_from_node[3][3] = 1;
     return glm::translate(glm::dmat4(1.0), glm::dvec3(-1, -1, 0)) *
-           glm::scale(glm::dmat4(1.0), glm::dvec3(2.0 / columns, 2.0 / columns, 1e-6)) *
-           glm::translate(glm::dmat4(1.0), glm::dvec3(0.5, 0.5, 0)) * columns_from_node;
+           glm::scale(glm::dmat4(1.0), glm::dvec3(2.0 / glm::dvec2(lines.count), 1e-6)) *
+           glm::translate(glm::dmat4(1.0), glm::dvec3(0.5, 0.5, 0)) * lines_from_node;
+}
+
+bool contains(const Bounds& outer, const Bounds& inner)
+{
+    return glm::all(glm::lessThanEqual(outer.min, inner.min)) &&
+           glm::all(glm::lessThanEqual(inner.max, outer.max));
 }
 
 }  // namespace
 
-/// What is there while the field is filled.
-struct RadianceField::Volumes {
-    const FieldLattice& lattice;
-    int bands;
-    std::vector<glm::vec3> entry;  ///< the world's radiance from each direction
+/// What is there from begin() to end().
+struct RadianceField::Filling {
+    FieldLattice lattice;
+    FieldMedium medium;
+    struct Ways {
+        std::vector<LatticeWay> ways;
+        std::vector<glm::dvec3> wi;    ///< to where light comes from, unit length
+        std::vector<glm::vec3> entry;  ///< the world's radiance along each
+    };
+    Ways near, all;  ///< of kNearWays, kAllWays
+    int batch = 0;   ///< ways that there is room for
     gl::Texture sigma_t, albedo, emission;
-    gl::Texture light, next, total;  ///< coefficients: of an order, of the next, of all so far
-    gl::Texture source, columns;
-    gl::Texture crossed;  ///< ways that surfaces cross
+    gl::Texture marched;  ///< sigma_t of the marched media, where there are others too
+    gl::Texture crossed;  ///< what surfaces cross, a bit a way; empty: none
+    gl::Texture ways;     ///< radiance of each way of a batch
 };
 
-/// What is carried through the lattice at once.
-struct RadianceField::Carried {
-    bool enters = false;                     ///< the world's light
-    bool emits = false;                      ///< what the media emit
-    const gl::Texture* scattered = nullptr;  ///< coefficients of what they scatter
-    const gl::Texture* tail = nullptr;       ///< and of the last order of that, with those after it
-    bool means = false;                      ///< gathered are means, to be scattered
-    const gl::Texture* total = nullptr;      ///< summed up there too
+/// Some of a set of ways that are walked at once.
+struct RadianceField::Batch {
+    int set = 0;  ///< kNearWays or kAllWays
+    int first = 0, count = 0;
 };
+
+RadianceField::RadianceField(const gl::Device& device, gl::ProgramCache& programs)
+    : device_{device}, programs_{programs}, block_{device, "field of light"},
+      draw_block_{device, "surfaces in the field"}
+{
+}
+
+RadianceField::~RadianceField() = default;
 
 void RadianceField::dispatch(const char* file, const gl::Defines& defines, glm::ivec3 threads,
                              glm::ivec3 group) const
@@ -154,169 +168,285 @@ void RadianceField::dispatch(const char* file, const gl::Defines& defines, glm::
     device_->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
 }
 
-gl::Texture RadianceField::draw(const FieldLattice& lattice, const surface::SurfaceSet& surfaces)
+void RadianceField::dispatch_nodes(const char* file, const gl::Defines& defines) const
 {
-    if (surfaces.empty())
-        return {};
-    const std::vector<Ordinate> all = ordinates();
-    const int layers = static_cast<int>(all.size()) * words(params_.slices);
-    gl::Texture crossed =
-        gl::Texture::make_3d(device_, "field: surfaces", {params_.columns, params_.columns, layers},
-                             GL_R32UI, gl::Filter::nearest);
-    const GLuint none = 0;
-    device_->ClearTexImage(crossed.id(), 0, GL_RED_INTEGER, GL_UNSIGNED_INT, &none);
-    if (!framebuffer_)
-        framebuffer_ = {device_, "field: surfaces"};
-    const glm::ivec2 size(params_.columns);
-    framebuffer_.set_empty(size);
-    framebuffer_.bind(size);
-    device_->UseProgram(programs_.get({"pass/surface.vert", "light/crossed.frag"}, {}).id());
-    device_->BindBufferBase(GL_UNIFORM_BUFFER, DRAW_BLOCK, draw_block_.id());
-    device_->BindBufferBase(GL_UNIFORM_BUFFER, FIELD_BLOCK, block_.id());
-    device_->BindImageTexture(0, crossed.id(), 0, GL_TRUE, 0, GL_READ_WRITE, GL_R32UI);
-    int columns = 0, slices = 0;
-    for (std::size_t i = 0; i < all.size(); ++i) {
-        params_.directions[0] = columns_of(all[i], lattice, columns, slices);
-        params_.directions[0].first_word = static_cast<int>(i) * words(params_.slices);
-        block_.write(params_);
-        const glm::dmat4 clip =
-            clip_from_node(params_.directions[0], lattice, params_.columns) * lattice.node_from_eye;
-        for (const auto& instance : surfaces.instances()) {
-            const glm::dmat4 eye_from_object =
-                glm::translate(glm::dmat4(1.0), -lattice.eye) * instance.world_from_object;
-            shared::DrawParams params{};
-            params.clip_from_object = glm::mat4(clip * eye_from_object);
-            params.world_from_object = glm::mat4(eye_from_object);
-            draw_block_.write(params);
-            surfaces.draw(instance);
-        }
-    }
-    // As in LightVolumes::draw_world: llvmpipe wants a barrier between a draw and a compute shader.
-    device_->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT);
-    return crossed;
+    dispatch(file, defines, filling_->lattice.count, kVolumeGroup);
 }
 
-void RadianceField::carry(const Volumes& volumes, const Carried& carried, const gl::Texture& to,
-                          bool adds)
+void RadianceField::write_block()
 {
-    const FieldLattice& lattice = volumes.lattice;
-    const gl::Defines bands{{"kBands", fmt::format("{}", volumes.bands)}};
-    const std::vector<Ordinate> all = ordinates();
-    for (std::size_t first = 0; first < all.size(); first += FIELD_BATCH) {
-        const int count = std::min(FIELD_BATCH, static_cast<int>(all.size() - first));
-        int columns = 0;
-        for (int k = 0; k < count; ++k) {
-            int own_columns = 0, slices = 0;
-            const std::size_t i = first + static_cast<std::size_t>(k);
-            params_.directions[k] = columns_of(all[i], lattice, own_columns, slices);
-            params_.directions[k].first_word = static_cast<int>(i) * words(params_.slices);
-            params_.directions[k].entry = volumes.entry[i];
-            columns = std::max(columns, own_columns);
-        }
-        params_.count = count;
-        block_.write(params_);
-        device_->BindBufferBase(GL_UNIFORM_BUFFER, FIELD_BLOCK, block_.id());
-
-        const auto image = [&](GLuint unit, const gl::Texture& texture, GLenum access) {
-            device_->BindImageTexture(unit, texture.id(), 0, GL_TRUE, 0, access, GL_RGBA32F);
-        };
-        gl::Defines sweep;
-        const auto add = [&](bool asked, const char* name) {
-            if (asked)
-                sweep.emplace_back(name, "");
-        };
-        add(carried.enters, "kEnters");
-        add(carried.emits, "kEmits");
-        add(carried.scattered != nullptr, "kScatters");
-        add(carried.means, "kMeans");
-        add(static_cast<bool>(volumes.crossed), "kSurfaces");
-        if (carried.scattered != nullptr) {
-            gl::Defines scatter = bands;
-            if (carried.tail != nullptr) {
-                scatter.emplace_back("kTail", "");
-                carried.tail->bind(FIELD_ORDER_UNIT);
-                sums_.bind(FIELD_SUMS_UNIT);
-            }
-            carried.scattered->bind(FIELD_LIGHT_UNIT);
-            volumes.albedo.bind(FIELD_ALBEDO_UNIT);
-            image(0, volumes.source, GL_WRITE_ONLY);
-            dispatch("light/field_scatter.comp", scatter, lattice.count, kVolumeGroup);
-        }
-        volumes.source.bind(FIELD_SOURCE_UNIT);
-        volumes.emission.bind(FIELD_EMISSION_UNIT);
-        volumes.crossed.bind(FIELD_CROSSED_UNIT);
-        volumes.sigma_t.bind(FIELD_SIGMA_T_UNIT);
-        image(0, volumes.columns, GL_WRITE_ONLY);
-        dispatch("light/field_sweep.comp", sweep, {columns, columns, count}, {8, 8, 1});
-
-        gl::Defines gather = bands;
-        if (first == 0 && !adds)
-            gather.emplace_back("kFirstBatch", "");
-        if (carried.total != nullptr) {
-            gather.emplace_back("kTotal", "");
-            image(1, *carried.total, GL_READ_WRITE);
-        }
-        volumes.columns.bind(FIELD_COLUMNS_UNIT);
-        image(0, to, GL_READ_WRITE);
-        dispatch("light/field_gather.comp", gather, lattice.count, kVolumeGroup);
-    }
-}
-
-void RadianceField::fill(const FieldLattice& lattice, const FieldMedium& medium,
-                         const surface::SurfaceSet& surfaces, int bands, FieldOrders orders,
-                         const gl::Texture* world, const gl::Texture& field)
-{
-    const auto make = [&](const char* label, int layers) {
-        return gl::Texture::make_3d(device_, label, lattice.count * glm::ivec3(1, 1, layers),
-                                    GL_RGBA32F, gl::Filter::linear);
-    };
-    const int layers = bands * bands;
-    Volumes volumes{.lattice = lattice,
-                    .bands = bands,
-                    .entry = entries(medium.world),
-                    .sigma_t = make("field: extinction", 1),
-                    .albedo = make("field: albedo", 1),
-                    .emission = {},
-                    .light = make("field: an order", layers),
-                    .next = make("field: the next", layers),
-                    .total = make("field: all orders", layers),
-                    .source = make("field: source", FIELD_BATCH),
-                    .columns = {},
-                    .crossed = {}};
-    if (medium.glows)
-        volumes.emission = make("field: emission", 1);
-    params_ = {};
-    params_.nodes = lattice.params;
-    params_.albedo = medium.albedo;
-    for (const Ordinate& ordinate : ordinates()) {
-        int columns = 0, slices = 0;
-        columns_of(ordinate, lattice, columns, slices);
-        params_.columns = std::max(params_.columns, columns);
-        params_.slices = std::max(params_.slices, slices);
-    }
-    volumes.columns = gl::Texture::make_3d(
-        device_, "field: columns", {params_.columns, params_.columns, params_.slices * FIELD_BATCH},
-        GL_RGBA32F, gl::Filter::linear);
-    sums_ = gl::Texture::make_3d(device_, "field: sums", {FIELD_MOST_ORDERS + 1, 1, 1}, GL_RGBA32F,
-                                 gl::Filter::nearest);
-    orders_ = orders.count;
-    volumes.crossed = draw(lattice, surfaces);
     block_.write(params_);
     device_->BindBufferBase(GL_UNIFORM_BUFFER, FIELD_BLOCK, block_.id());
-    const auto image = [&](GLuint unit, const gl::Texture& texture, GLenum access,
-                           GLenum format = GL_RGBA32F) {
-        device_->BindImageTexture(unit, texture.id(), 0, GL_TRUE, 0, access, format);
-    };
+}
 
-    gl::Defines of_medium = medium.defines;
-    if (medium.glows) {
-        of_medium.emplace_back("kGlows", "");
-        image(2, volumes.emission, GL_WRITE_ONLY);
+void RadianceField::bind_image(GLuint unit, const gl::Texture& texture, GLenum access,
+                               GLenum format) const
+{
+    device_->BindImageTexture(unit, texture.id(), 0, GL_TRUE, 0, access, format);
+}
+
+gl::Texture RadianceField::make(const char* label, int layers) const
+{
+    return gl::Texture::make_3d(device_, label, filling_->lattice.count * glm::ivec3(1, 1, layers),
+                                GL_RGBA32F, gl::Filter::linear);
+}
+
+gl::Texture RadianceField::make_ways(const char* label, int ways) const
+{
+    const glm::ivec3 ways_an_edge(FIELD_WAYS_A_ROW, 1,
+                                  (ways + FIELD_WAYS_A_ROW - 1) / FIELD_WAYS_A_ROW);
+    return gl::Texture::make_3d(device_, label, filling_->lattice.count * ways_an_edge, GL_RG32UI,
+                                gl::Filter::nearest);
+}
+
+void RadianceField::begin(const FieldLattice& lattice, FieldMedium medium,
+                          const surface::SurfaceSet& surfaces)
+{
+    filling_ = std::make_unique<Filling>();
+    filling_->lattice = lattice;
+    filling_->medium = std::move(medium);
+    params_ = {};
+    params_.nodes = lattice.params;
+    params_.albedo = filling_->medium.albedo;
+    for (Filling::Ways* set : {&filling_->near, &filling_->all}) {
+        set->ways = lattice_ways(set == &filling_->near ? kNearWays : kAllWays);
+        set->wi = to_lights(set->ways, lattice);
+        set->entry = entries(filling_->medium.world, set->ways, set->wi);
     }
-    image(0, volumes.sigma_t, GL_WRITE_ONLY);
-    image(1, volumes.albedo, GL_WRITE_ONLY);
-    dispatch("light/field_medium.comp", of_medium, lattice.count, kVolumeGroup);
+    const std::int64_t nodes = std::int64_t{lattice.count.x} * lattice.count.y * lattice.count.z;
+    filling_->batch = static_cast<int>(std::clamp(
+        kMostBytes / (kWayBytes * nodes), std::int64_t{kNearWays}, std::int64_t{FIELD_BATCH}));
+    filling_->ways = make_ways("field: ways", filling_->batch);
+    if (!surfaces.empty())
+        draw(surfaces);
+    sample_medium();
+}
 
+void RadianceField::end()
+{
+    filling_.reset();
+}
+
+void RadianceField::draw(const surface::SurfaceSet& surfaces)
+{
+    const FieldLattice& lattice = filling_->lattice;
+    const std::vector<LatticeWay>& ways = filling_->all.ways;
+    Bounds nodes;
+    constexpr double kRim = 0.01;  // as far as light/crossed.frag takes a surface to lie in it
+    nodes.add(glm::dvec3(-kRim));
+    nodes.add(glm::dvec3(lattice.count - 1) + kRim);
+    const Bounds box = nodes.transformed(
+        glm::inverse(lattice.node_from_eye * glm::translate(glm::dmat4(1.0), -lattice.eye)));
+    filling_->crossed = gl::Texture::make_3d(
+        device_, "field: surfaces", lattice.count * glm::ivec3(1, 1, 3 * FIELD_CROSSED_WORDS),
+        GL_R32UI, gl::Filter::nearest);
+    const GLuint none = 0;
+    device_->ClearTexImage(filling_->crossed.id(), 0, GL_RED_INTEGER, GL_UNSIGNED_INT, &none);
+    if (!framebuffer_)
+        framebuffer_ = {device_, "field: surfaces"};
+    device_->BindBufferBase(GL_UNIFORM_BUFFER, DRAW_BLOCK, draw_block_.id());
+    bind_image(0, filling_->crossed, GL_READ_WRITE, GL_R32UI);
+    // What lies beyond the lattice is seen along two lines that part from the way: of ways along a
+    // plain, one of them meets it.
+    for (const int part : {0, 1, 2}) {
+        std::vector<surface::SurfaceSet::Instance> drawn;
+        for (const auto& instance : surfaces.instances()) {
+            const Bounds& bounds = instance.bounds;
+            const bool reaches_in = glm::all(glm::lessThanEqual(bounds.min, box.max)) &&
+                                    glm::all(glm::greaterThanEqual(bounds.max, box.min));
+            if (part == 0 ? reaches_in : !contains(box, bounds))
+                drawn.push_back(instance);
+        }
+        if (drawn.empty())
+            continue;
+        const gl::Defines defines = part == 0 ? gl::Defines{} : gl::Defines{{"kBeyond", ""}};
+        device_->UseProgram(
+            programs_.get({"pass/surface.vert", "light/crossed.frag"}, defines).id());
+        for (std::size_t i = 0; i < ways.size(); ++i) {
+            shared::FieldWay& way = params_.ways[0];
+            set_course(way, filling_->all.wi[i], lattice);
+            const glm::dvec3 last = to_axes(way.axis, glm::dvec3(lattice.count - 1));
+            const Lines lines = lines_of(way, last);
+            params_.columns = lines.first;
+            params_.first = static_cast<int>(i) + 32 * FIELD_CROSSED_WORDS * part;
+            write_block();
+            framebuffer_.set_empty(lines.count);
+            framebuffer_.bind(lines.count);
+            constexpr std::array kTilts{0.0, 0.2, -0.2};
+            const glm::dmat4 clip =
+                clip_from_node(way, lines, last.x, kTilts[static_cast<std::size_t>(part)]) *
+                lattice.node_from_eye;
+            for (const auto& instance : drawn) {
+                const glm::dmat4 eye_from_object =
+                    glm::translate(glm::dmat4(1.0), -lattice.eye) * instance.world_from_object;
+                shared::DrawParams params{};
+                params.clip_from_object = glm::mat4(clip * eye_from_object);
+                params.world_from_object = glm::mat4(eye_from_object);
+                draw_block_.write(params);
+                surfaces.draw(instance, surface::SurfaceSet::Detail::coarse);
+            }
+        }
+    }
+    // llvmpipe may start a compute shader while what was drawn for it is still on its way; any
+    // barrier makes it finish that first. GL asks for none here, and elsewhere this one costs
+    // nothing.
+    device_->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT);
+}
+
+void RadianceField::sample_medium()
+{
+    Filling& filling = *filling_;
+    const FieldMedium& medium = filling.medium;
+    write_block();
+    if (medium.scatters) {
+        filling.sigma_t = make("field: extinction", 1);
+        filling.albedo = make("field: albedo", 1);
+        gl::Defines defines = medium.defines;
+        if (medium.glows) {
+            defines.emplace_back("kGlows", "");
+            filling.emission = make("field: emission", 1);
+            bind_image(2, filling.emission, GL_WRITE_ONLY);
+        }
+        bind_image(0, filling.sigma_t, GL_WRITE_ONLY);
+        bind_image(1, filling.albedo, GL_WRITE_ONLY);
+        dispatch_nodes("light/field_medium.comp", defines);
+    }
+    if (!medium.dims || !medium.marched || (medium.scatters && !medium.closed))
+        return;
+    filling.marched = make("field: marched extinction", 1);
+    gl::Defines defines = medium.defines;
+    defines.emplace_back("kMarched", "");
+    bind_image(0, filling.marched, GL_WRITE_ONLY);
+    dispatch_nodes("light/field_medium.comp", defines);
+}
+
+std::vector<RadianceField::Batch> RadianceField::batches(int set) const
+{
+    std::vector<Batch> out;
+    for (int first = 0; first < set; first += filling_->batch)
+        out.push_back({set, first, std::min(filling_->batch, set - first)});
+    return out;
+}
+
+void RadianceField::set_batch(const Batch& batch)
+{
+    const Filling::Ways& set = batch.set == kNearWays ? filling_->near : filling_->all;
+    for (int k = 0; k < batch.count; ++k) {
+        const auto i = static_cast<std::size_t>(batch.first + k);
+        shared::FieldWay& way = params_.ways[k];
+        set_course(way, set.wi[i], filling_->lattice);
+        way.entry = set.entry[i];
+        way.wi = glm::vec3(set.wi[i]);
+        way.solid_angle = static_cast<float>(set.ways[i].solid_angle);
+        for (int j = 0; j < 16; ++j)
+            way.harmonics[j / 4][j % 4] = shared::spherical_harmonic(j, way.wi);
+    }
+    params_.first = batch.first;
+    params_.count = batch.count;
+    write_block();
+    filling_->crossed.bind(FIELD_CROSSED_UNIT);
+}
+
+void RadianceField::gather(int bands, bool adds, bool clear, const gl::Texture& to)
+{
+    gl::Defines defines{{"kBands", fmt::format("{}", bands)}};
+    if (adds)
+        defines.emplace_back("kAdds", "");
+    if (clear)
+        defines.emplace_back("kClear", "");
+    filling_->ways.bind(FIELD_WAYS_UNIT);
+    bind_image(0, to, GL_READ_WRITE);
+    dispatch_nodes("light/field_gather.comp", defines);
+}
+
+void RadianceField::walk(const char* file, const gl::Defines& defines, int ways)
+{
+    const glm::ivec3 count = filling_->lattice.count;
+    const int across = std::max({count.x, count.y, count.z});
+    bind_image(0, filling_->ways, GL_WRITE_ONLY, GL_RG32UI);
+    dispatch(file, defines, {across, across, ways}, kChainGroup);
+}
+
+void RadianceField::carry_world(const Batch& batch, bool means)
+{
+    const FieldMedium& medium = filling_->medium;
+    gl::Defines defines = medium.defines;
+    const auto add = [&](bool asked, const char* name) {
+        if (asked)
+            defines.emplace_back(name, "");
+    };
+    add(!medium.dims, "kClear");
+    add(medium.dims && medium.marched, "kMarched");
+    add(static_cast<bool>(filling_->crossed), "kSurfaces");
+    add(means, "kMeans");
+    set_batch(batch);
+    (filling_->marched ? filling_->marched : filling_->sigma_t).bind(FIELD_SIGMA_T_UNIT);
+    walk("light/world.comp", defines, batch.count);
+}
+
+void RadianceField::fill_world(int ways, int bands, const gl::Texture* clear,
+                               const gl::Texture* dimmed)
+{
+    const auto made = [&](const gl::Texture* to, const char* label) {
+        return to != nullptr ? make(label, bands * bands) : gl::Texture();
+    };
+    const gl::Texture of_clear = made(clear, "field: clear"),
+                      of_dimmed = made(dimmed, "field: dimmed");
+    for (const Batch& batch : batches(ways)) {
+        carry_world(batch, false);
+        if (of_clear)
+            gather(bands, batch.first > 0, true, of_clear);
+        if (of_dimmed)
+            gather(bands, batch.first > 0, false, of_dimmed);
+    }
+    if (of_clear)
+        finish(bands, of_clear, nullptr, nullptr, *clear);
+    if (of_dimmed)
+        finish(bands, of_dimmed, nullptr, nullptr, *dimmed);
+}
+
+void RadianceField::sweep(bool emits, const gl::Texture* source, bool means)
+{
+    const Filling& filling = *filling_;
+    gl::Defines defines;
+    const auto add = [&](bool asked, const char* name) {
+        if (asked)
+            defines.emplace_back(name, "");
+    };
+    add(emits, "kEmits");
+    add(source != nullptr, "kScatters");
+    add(means, "kMeans");
+    add(static_cast<bool>(filling.crossed), "kSurfaces");
+    filling.emission.bind(FIELD_EMISSION_UNIT);
+    filling.sigma_t.bind(FIELD_SIGMA_T_UNIT);
+    if (source != nullptr)
+        source->bind(FIELD_SOURCE_UNIT);
+    walk("light/field_sweep.comp", defines, kNearWays);
+}
+
+void RadianceField::finish(int bands, const gl::Texture& light, const gl::Texture* world,
+                           const gl::Texture* total, const gl::Texture& to)
+{
+    gl::Defines defines{{"kBands", fmt::format("{}", bands)}};
+    if (world != nullptr) {
+        defines.emplace_back("kWorld", "");
+        world->bind(FIELD_WORLD_UNIT);
+    }
+    if (total != nullptr) {
+        defines.emplace_back("kField", "");
+        total->bind(FIELD_ORDER_UNIT);
+    }
+    light.bind(FIELD_LIGHT_UNIT);
+    bind_image(0, to, GL_WRITE_ONLY, GL_RGBA16F);
+    dispatch_nodes("light/field_finish.comp", defines);
+}
+
+void RadianceField::fill(int bands, FieldOrders orders, const gl::Texture* world,
+                         const gl::Texture& field)
+{
+    const FieldMedium& medium = filling_->medium;
+    const gl::Texture first = make("field: what comes first", bands * bands);
+    write_block();
     gl::Defines direct = medium.defines;
     direct.emplace_back("kBands", fmt::format("{}", bands));
     if (medium.dims)
@@ -325,48 +455,80 @@ void RadianceField::fill(const FieldLattice& lattice, const FieldMedium& medium,
         direct.emplace_back("kMarched", "");
         medium.extinction->bind(EXTINCTION_VOLUME_UNIT);
     }
-    image(0, volumes.light, GL_WRITE_ONLY);
-    dispatch("light/field_direct.comp", direct, lattice.count, kVolumeGroup);
+    bind_image(0, first, GL_WRITE_ONLY);
+    dispatch_nodes("light/field_direct.comp", direct);
+    const Batch near{kNearWays, 0, kNearWays};
+    if (medium.world != nullptr) {
+        carry_world(near, true);
+        gather(bands, true, false, first);
+    }
+    set_batch(near);
+    if (medium.glows) {
+        sweep(true, nullptr, true);
+        gather(bands, true, false, first);
+    }
+    const gl::Texture source = orders.count > 0 ? scatter(bands, orders, first) : gl::Texture();
+    // What is looked up is the light at the nodes, not the means that went from order to order.
+    sweep(medium.glows, source ? &source : nullptr, false);
+    const gl::Texture light = make("field: light", bands * bands);
+    gather(bands, false, false, light);
+    finish(bands, light, world, &first, field);
+}
 
-    const bool enters = medium.world != nullptr;
-    if (enters || medium.glows)
-        carry(volumes, {.enters = enters, .emits = medium.glows, .means = true}, volumes.light,
-              true);
-    const glm::ivec3 size = volumes.light.size();
-    device_->CopyImageSubData(volumes.light.id(), GL_TEXTURE_3D, 0, 0, 0, 0, volumes.total.id(),
-                              GL_TEXTURE_3D, 0, 0, 0, 0, size.x, size.y, size.z);
+gl::Texture RadianceField::scatter(int bands, FieldOrders orders, const gl::Texture& first)
+{
+    const Filling& filling = *filling_;
+    const int slices_z = filling.lattice.count.z;
+    gl::Texture source = make_ways("field: scattered", kNearWays);
+    const gl::Texture mean = gl::Texture::make_3d(
+        device_, "field: mean radiance", filling.lattice.count, GL_RG32UI, gl::Filter::nearest);
+    const gl::Texture slices =
+        gl::Texture::make_3d(device_, "field: slices' sums", {2 * slices_z, orders.count + 1, 1},
+                             GL_RGBA32F, gl::Filter::nearest);
+    sums_ = gl::Texture::make_3d(device_, "field: sums", {FIELD_MOST_ORDERS + 1, 1, 1}, GL_RGBA32F,
+                                 gl::Filter::nearest);
+    orders_ = orders.count;
+    const auto pass = [&](const char* what) {
+        gl::Defines defines{{"kBands", fmt::format("{}", bands)}};
+        if (what != nullptr)
+            defines.emplace_back(what, "");
+        first.bind(FIELD_LIGHT_UNIT);
+        filling.albedo.bind(FIELD_ALBEDO_UNIT);
+        filling.ways.bind(FIELD_WAYS_UNIT);
+        source.bind(FIELD_SOURCE_UNIT);
+        sums_.bind(FIELD_SUMS_UNIT);
+        bind_image(0, source, GL_WRITE_ONLY, GL_RG32UI);
+        bind_image(1, mean, GL_WRITE_ONLY, GL_RG32UI);
+        dispatch_nodes("light/field_scatter.comp", defines);
+    };
     const auto sum = [&](int order) {
         params_.order = order;
-        block_.write(params_);
-        device_->BindBufferBase(GL_UNIFORM_BUFFER, FIELD_BLOCK, block_.id());
-        volumes.light.bind(FIELD_LIGHT_UNIT);
-        volumes.sigma_t.bind(FIELD_SIGMA_T_UNIT);
-        volumes.albedo.bind(FIELD_ALBEDO_UNIT);
-        image(0, sums_, GL_WRITE_ONLY);
-        dispatch("light/field_sum.comp", {}, {1, 1, 1}, {1, 1, 1});
+        write_block();
+        mean.bind(FIELD_WAYS_UNIT);
+        filling.sigma_t.bind(FIELD_SIGMA_T_UNIT);
+        filling.albedo.bind(FIELD_ALBEDO_UNIT);
+        bind_image(0, slices, GL_WRITE_ONLY);
+        dispatch("light/field_sum.comp", {}, {64, 1, slices_z}, {64, 1, 1});
     };
+    const auto finish_sums = [&] {
+        slices.bind(FIELD_LIGHT_UNIT);
+        bind_image(0, sums_, GL_WRITE_ONLY);
+        dispatch("light/field_sum.comp", {{"kFinish", ""}}, {64, 1, 1}, {64, 1, 1});
+    };
+    pass("kFirst");
     sum(0);
     for (int order = 1; order < orders.count; ++order) {
-        carry(volumes, {.scattered = &volumes.light, .means = true, .total = &volumes.total},
-              volumes.next, false);
-        std::swap(volumes.light, volumes.next);
+        const bool ends = orders.tail && order + 1 == orders.count && order > 1;
+        sweep(false, &source, true);
+        pass(ends ? "kMean" : nullptr);
         sum(order);
+        if (ends) {
+            finish_sums();
+            pass("kTail");
+        }
     }
-    // What is looked up is the light at the nodes, not the means that went from order to order.
-    carry(volumes,
-          {.emits = medium.glows,
-           .scattered = orders.count > 0 ? &volumes.total : nullptr,
-           .tail = orders.tail && orders.count > 2 ? &volumes.light : nullptr},
-          volumes.next, false);
-    gl::Defines finish{{"kBands", fmt::format("{}", bands)}};
-    if (world != nullptr) {
-        finish.emplace_back("kWorld", "");
-        world->bind(FIELD_WORLD_UNIT);
-    }
-    volumes.next.bind(FIELD_LIGHT_UNIT);
-    volumes.total.bind(FIELD_ORDER_UNIT);
-    image(0, field, GL_WRITE_ONLY, GL_RGBA16F);
-    dispatch("light/field_finish.comp", finish, lattice.count, kVolumeGroup);
+    finish_sums();
+    return source;
 }
 
 std::vector<glm::vec3> RadianceField::sums() const

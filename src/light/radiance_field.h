@@ -1,6 +1,7 @@
 #pragma once
 
 #include <glm/glm.hpp>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -9,22 +10,26 @@
 #include "gl/program.h"
 #include "gl/texture.h"
 #include "light/field_lattice.h"
+#include "light/lattice_ways.h"
 #include "shared/draw_params.h"
 #include "shared/field_params.h"
 #include "surface/surface_set.h"
 #include <fumarole/scene.h>
 
-// Light that is not direct, at the nodes of a lattice: what media scatter a second time and on, and
-// what they emit.
+// Light that is not direct, at the nodes of a lattice: the world's, what media scatter a second
+// time and on, and what they emit.
 
 namespace fumarole::light {
 
-/// What the field is carried through.
+/// What light is carried through.
 struct FieldMedium {
-    gl::Defines defines;  ///< the media's, the lights' and those of the volumes that dim lights
-    glm::vec3 albedo{1};  ///< where there is no medium
-    bool glows = false;   ///< some medium emits
-    bool dims = true;     ///< media dim light
+    gl::Defines defines;   ///< the media's, the lights' and those of the volumes that dim lights
+    glm::vec3 albedo{1};   ///< where there is no medium
+    bool scatters = true;  ///< or else no more is asked of it than how it dims
+    bool glows = false;    ///< some medium emits
+    bool dims = true;      ///< media dim light
+    bool marched = true;   ///< some medium's optical depth has no closed form
+    bool closed = false;   ///< some medium's has
     const World* world = nullptr;             ///< whose light comes in
     const gl::Texture* extinction = nullptr;  ///< of the marched media, where no volume dims lights
 };
@@ -37,36 +42,62 @@ struct FieldOrders {
 };
 
 /// Discrete ordinates (Chandrasekhar 1950): each order of scattering is carried along a few
-/// directions through the whole lattice at once, in columns that light does not leave, and gathered
-/// at the nodes as spherical harmonics, whose bands the phase function weighs for the next order.
-/// The directions are Gauss and Legendre's in z, evenly spaced around it, so that they sum products
-/// of the harmonics that are kept exactly, and no energy is made.
+/// directions through the whole lattice at once, and gathered at the nodes as spherical harmonics,
+/// whose bands the phase function weighs for the next order. The lattice is of cubes, and the
+/// directions are those in which nodes see each other: a light's way meets nodes alone, and nothing
+/// is smeared. With the weights of a cubature of their points (Lebedev 1976, 26 points, of degree
+/// 7; 74 points, of degree 11, by the same equations) they sum products of the harmonics that are
+/// kept exactly, and no energy is made.
 class RadianceField {
 public:
-    RadianceField(const gl::Device& device, gl::ProgramCache& programs)
-        : device_{device}, programs_{programs}, block_{device, "field of light"},
-          draw_block_{device, "surfaces in the field"}
-    {
-    }
+    RadianceField(const gl::Device& device, gl::ProgramCache& programs);
+    ~RadianceField();
+    RadianceField(const RadianceField&) = delete;
+    RadianceField& operator=(const RadianceField&) = delete;
+
+    /// Takes up a lattice: what the media are at its nodes, and what surfaces hide from them.
+    /// Media, lights and their volumes are bound, here and until end().
+    void begin(const FieldLattice& lattice, FieldMedium medium,
+               const surface::SurfaceSet& surfaces);
+
+    /// Coefficients, bands^2 layers each, of the world's light, summed over kNearWays or
+    /// kAllWays directions: `dimmed` by the media, and `clear`: hidden by surfaces alone. Either
+    /// may be null.
+    void fill_world(int ways, int bands, const gl::Texture* clear, const gl::Texture* dimmed);
 
     /// Coefficients, bands^2 layers of `field`, of the world's light, whose own are `world` if
-    /// there is any, of what media emit, and of what they scatter again. Media, lights and their
-    /// volumes are bound.
-    void fill(const FieldLattice& lattice, const FieldMedium& medium,
-              const surface::SurfaceSet& surfaces, int bands, FieldOrders orders,
-              const gl::Texture* world, const gl::Texture& field);
+    /// there is any, of what media emit, and of what they scatter again.
+    void fill(int bands, FieldOrders orders, const gl::Texture* world, const gl::Texture& field);
+
+    /// Frees what was there for filling.
+    void end();
 
     /// Mean radiance over what scatters that each order brought, the light that has not been
     /// scattered first [W/m^2/sr]. Waits for the GPU.
     [[nodiscard]] std::vector<glm::vec3> sums() const;
 
 private:
-    struct Volumes;
-    struct Carried;
-    gl::Texture draw(const FieldLattice& lattice, const surface::SurfaceSet& surfaces);
-    void carry(const Volumes& volumes, const Carried& carried, const gl::Texture& to, bool adds);
+    struct Filling;
+    struct Batch;
+    [[nodiscard]] gl::Texture make(const char* label, int layers) const;
+    [[nodiscard]] gl::Texture make_ways(const char* label, int ways) const;
+    void draw(const surface::SurfaceSet& surfaces);
+    void sample_medium();
+    [[nodiscard]] std::vector<Batch> batches(int set) const;
+    void set_batch(const Batch& batch);
+    void gather(int bands, bool adds, bool clear, const gl::Texture& to);
+    void walk(const char* file, const gl::Defines& defines, int ways);
+    void carry_world(const Batch& batch, bool means);
+    void sweep(bool emits, const gl::Texture* source, bool means);
+    gl::Texture scatter(int bands, FieldOrders orders, const gl::Texture& first);
+    void finish(int bands, const gl::Texture& light, const gl::Texture* world,
+                const gl::Texture* total, const gl::Texture& to);
+    void write_block();
+    void bind_image(GLuint unit, const gl::Texture& texture, GLenum access,
+                    GLenum format = GL_RGBA32F) const;
     void dispatch(const char* file, const gl::Defines& defines, glm::ivec3 threads,
                   glm::ivec3 group) const;
+    void dispatch_nodes(const char* file, const gl::Defines& defines) const;
 
     const gl::Device& device_;
     gl::ProgramCache& programs_;
@@ -74,6 +105,7 @@ private:
     gl::UniformBuffer<shared::DrawParams> draw_block_;
     gl::Framebuffer framebuffer_;
     shared::FieldParams params_{};
+    std::unique_ptr<Filling> filling_;
     gl::Texture sums_;
     int orders_ = 0;
 };

@@ -1,9 +1,13 @@
 #include "light/world_light.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <oneapi/tbb/parallel_for.h>
+
+#include "shared/spherical_harmonics.h"
 
 namespace fumarole::light {
 
@@ -54,6 +58,42 @@ Environment shrink(const Environment& map, int width, int height)
     return small;
 }
 
+/// Three of some directions, and how much each has of what lies between them.
+struct Corners {
+    std::array<std::size_t, 3> index{};
+    glm::dvec3 weight{0};
+};
+
+/// Those of the nearest few whose weighted sum points to `wi` with weights above 0, the smallest as
+/// large as can be.
+Corners corners_around(glm::dvec3 wi, const std::vector<glm::dvec3>& directions)
+{
+    constexpr std::size_t kNear = 7;
+    std::vector<std::size_t> near(directions.size());
+    std::iota(near.begin(), near.end(), 0);
+    std::partial_sort(near.begin(), near.begin() + kNear, near.end(),
+                      [&](std::size_t a, std::size_t b) {
+                          return glm::dot(directions[a], wi) > glm::dot(directions[b], wi);
+                      });
+    Corners best{{near[0], near[1], near[2]}, {1, 0, 0}};
+    double most = -1e-9;
+    for (std::size_t a = 0; a < kNear; ++a)
+        for (std::size_t b = a + 1; b < kNear; ++b)
+            for (std::size_t c = b + 1; c < kNear; ++c) {
+                const glm::dmat3 corners(directions[near[a]], directions[near[b]],
+                                         directions[near[c]]);
+                if (std::abs(glm::determinant(corners)) < 1e-6)
+                    continue;
+                const glm::dvec3 weight = glm::inverse(corners) * wi;
+                const double least = std::min({weight.x, weight.y, weight.z});
+                if (least <= most)
+                    continue;
+                most = least;
+                best = {{near[a], near[b], near[c]}, weight / (weight.x + weight.y + weight.z)};
+            }
+    return best;
+}
+
 }  // namespace
 
 glm::vec3 mean_radiance(const Environment& map)
@@ -96,46 +136,43 @@ Environment irradiance_map(const Environment& map, int width, int height)
     return out;
 }
 
-std::vector<WorldCell> world_cells(const World& world, int count)
+std::vector<glm::vec3> world_radiance(const World& world, const std::vector<glm::dvec3>& directions,
+                                      const std::vector<double>& solid_angles)
 {
-    // A spherical Fibonacci lattice: even in z, so a horizon cuts it as it should. Keinert et al.
-    // 2015, "Spherical Fibonacci Mapping".
-    std::vector<glm::dvec3> points;
-    for (int i = 0; i < count; ++i) {
-        const double z = 1 - (2 * i + 1.0) / count;
-        const double phi = 2 * kPi * i / std::numbers::phi;
-        points.emplace_back(std::sqrt(1 - z * z) * std::cos(phi),
-                            std::sqrt(1 - z * z) * std::sin(phi), z);
-    }
-    std::vector<WorldCell> cells;
-    if (world.environment == nullptr) {
-        for (const glm::dvec3& wi : points)
-            cells.push_back({wi, glm::dvec3(world.radiance) * (4 * kPi / count)});
-        return cells;
-    }
+    constexpr int kHarmonics = 16;
+    const auto harmonic = [](int i, glm::dvec3 d) {
+        return static_cast<double>(shared::spherical_harmonic(i, glm::vec3(d)));
+    };
     const Environment& full = *world.environment;
-    const Environment map = shrink(full, std::min(full.width, 256), std::min(full.height, 128));
-    std::vector<glm::dvec3> middle(points.size(), glm::dvec3(0));
-    std::vector<glm::dvec3> power(points.size(), glm::dvec3(0));
+    const Environment map = shrink(full, std::min(full.width, 64), std::min(full.height, 32));
+    std::vector<glm::dvec3> radiance(directions.size(), glm::dvec3(0));
+    std::array<glm::dvec3, kHarmonics> missing{};
     for (int y = 0; y < map.height; ++y) {
         const double solid_angle = texel_solid_angle(y, map.width, map.height);
         for (int x = 0; x < map.width; ++x) {
             const glm::dvec3 wi = direction((x + 0.5) / map.width, (y + 0.5) / map.height);
-            const auto nearest =
-                std::max_element(points.begin(), points.end(), [&](glm::dvec3 a, glm::dvec3 b) {
-                    return glm::dot(a, wi) < glm::dot(b, wi);
-                });
-            const auto k = static_cast<std::size_t>(nearest - points.begin());
+            const Corners corners = corners_around(wi, directions);
             const glm::dvec3 light = solid_angle * static_cast<double>(world.environment_scale) *
                                      glm::dvec3(texel(map, x, y));
-            power[k] += light;
-            middle[k] += wi * (light.r + light.g + light.b);
+            for (int i = 0; i < 3; ++i) {
+                const std::size_t k = corners.index[static_cast<std::size_t>(i)];
+                radiance[k] += corners.weight[i] * light / solid_angles[k];
+            }
+            for (int i = 0; i < kHarmonics; ++i)
+                missing[static_cast<std::size_t>(i)] += light * harmonic(i, wi);
         }
     }
-    for (std::size_t k = 0; k < points.size(); ++k)
-        if (power[k] != glm::dvec3(0))
-            cells.push_back({glm::normalize(middle[k]), power[k]});
-    return cells;
+    for (std::size_t k = 0; k < directions.size(); ++k)
+        for (int i = 0; i < kHarmonics; ++i)
+            missing[static_cast<std::size_t>(i)] -=
+                solid_angles[k] * radiance[k] * harmonic(i, directions[k]);
+    std::vector<glm::vec3> out;
+    for (std::size_t k = 0; k < directions.size(); ++k) {
+        for (int i = 0; i < kHarmonics; ++i)
+            radiance[k] += missing[static_cast<std::size_t>(i)] * harmonic(i, directions[k]);
+        out.emplace_back(glm::max(radiance[k], glm::dvec3(0)));
+    }
+    return out;
 }
 
 }  // namespace fumarole::light

@@ -15,14 +15,11 @@ glm::vec3 mean_radiance(const Environment& environment);
 /// averages.
 Environment irradiance_map(const Environment& environment, int width, int height);
 
-/// A part of the sphere and the world's light from it.
-struct WorldCell {
-    glm::dvec3 wi{0};     ///< to the light, unit length: the middle of what comes from there
-    glm::dvec3 power{0};  ///< radiance times solid angle, summed over the cell [W/m^2]
-};
-
-/// The world cut into at most `count` cells of about the same size; those that are black are left
-/// out. Together they have all of the world's light.
-std::vector<WorldCell> world_cells(const World& world, int count);
+/// Radiance [W/m^2/sr] of an environment from `directions` (unit length, a few dozen all around)
+/// that stand for `solid_angles` [sr]: each texel's light is shared out among the three that it
+/// lies amid, and then their sum is given the environment's own spherical harmonics of bands 0 to
+/// 3, as far as that leaves no direction with less than nothing.
+std::vector<glm::vec3> world_radiance(const World& world, const std::vector<glm::dvec3>& directions,
+                                      const std::vector<double>& solid_angles);
 
 }  // namespace fumarole::light

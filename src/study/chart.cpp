@@ -59,7 +59,7 @@ std::vector<Sweep> make_sweeps()
         marched("shadow-steps", {"2", "4", "8", "16", "32", "64"}, {"4", "64"}),
         alone("shadow-cache", {"0", "32", "64", "auto", "192"}, {"0", "32"}),
         alone("world-cache", {"0", "16", "auto", "64"}, {"0"}),
-        alone("world-directions", {"16", "64", "120"}, {}),
+        alone("world-directions", {"26", "74"}, {}),
         alone("resolution", {"full", "half", "quarter"}, {"full", "quarter"}),
         alone("upsample", {"2x2", "4x4", "4x4-box"}, {"4x4"}),
         alone("distribution", {"0", "0.5", "0.8", "1"}, {}),

@@ -12,27 +12,37 @@ namespace {
 
 constexpr int kSphereMesh = 0;
 constexpr int kCubeMesh = 1;
+constexpr int kCoarseSphereMesh = 2;
+constexpr int kOwnMeshes = 3;  ///< those of files come after them
 
-/// Latitudes and longitudes of the unit sphere. A chord of 1/128 of a turn dips 3e-4 of the radius
-/// below the sphere: under a tenth of a pixel for a ball that fills a 480-pixel picture.
-Mesh unit_sphere()
+/// Of the unit sphere. A chord of 1/128 of a turn dips 3e-4 of the radius below the sphere: under a
+/// tenth of a pixel for a ball that fills a 480-pixel picture; one of 1/32 dips 5e-3, under a
+/// tenth of a node of the volumes of light.
+constexpr int kAroundSphere = 128, kAroundCoarseSphere = 32;
+
+Mesh unit_sphere(int around)
 {
-    constexpr int kAround = 128;
-    constexpr int kDown = 64;
+    const int down = around / 2;
+    const double turn = 2 * std::numbers::pi / around;
+    const double radius = std::sqrt(turn / std::sin(turn));  // throws a ball's shadow
     Mesh mesh;
-    for (int j = 0; j <= kDown; ++j) {
-        for (int i = 0; i <= kAround; ++i) {
-            const double theta = std::numbers::pi * j / kDown;
-            const double phi = 2 * std::numbers::pi * i / kAround;
-            mesh.positions.emplace_back(std::sin(theta) * std::cos(phi),
-                                        std::sin(theta) * std::sin(phi), std::cos(theta));
+    for (int j = 0; j <= down; ++j) {
+        for (int i = 0; i <= around; ++i) {
+            const double theta = std::numbers::pi * j / down;
+            const double phi = 2 * std::numbers::pi * i / around;
+            mesh.normals.emplace_back(std::sin(theta) * std::cos(phi),
+                                      std::sin(theta) * std::sin(phi), std::cos(theta));
         }
     }
-    mesh.normals = mesh.positions;
-    for (std::uint32_t j = 0; j < kDown; ++j) {
-        for (std::uint32_t i = 0; i < kAround; ++i) {
-            const std::uint32_t a = j * (kAround + 1) + i;
-            const std::uint32_t b = a + kAround + 1;
+    mesh.positions = mesh.normals;
+    if (around == kAroundCoarseSphere)
+        for (auto& position : mesh.positions)
+            position *= static_cast<float>(radius);
+    const auto a_row = static_cast<std::uint32_t>(around) + 1;
+    for (std::uint32_t j = 0; j < static_cast<std::uint32_t>(down); ++j) {
+        for (std::uint32_t i = 0; i + 1 < a_row; ++i) {
+            const std::uint32_t a = j * a_row + i;
+            const std::uint32_t b = a + a_row;
             mesh.triangles.insert(mesh.triangles.end(), {a, b, a + 1, a + 1, b, b + 1});
         }
     }
@@ -104,7 +114,7 @@ SurfaceSet::GpuMesh SurfaceSet::upload(const Mesh& mesh, std::string_view label)
 
 int SurfaceSet::mesh_index(const std::shared_ptr<const Mesh>& mesh)
 {
-    for (std::size_t i = kCubeMesh + 1; i < meshes_.size(); ++i)
+    for (std::size_t i = kOwnMeshes; i < meshes_.size(); ++i)
         if (meshes_[i].source == mesh)
             return static_cast<int>(i);
     const auto old = std::find_if(old_meshes_.begin(), old_meshes_.end(),
@@ -127,13 +137,14 @@ void SurfaceSet::set(const std::vector<Surface>& surfaces)
         return;
     }
     if (meshes_.empty()) {
-        meshes_.push_back(upload(unit_sphere(), "unit sphere"));
+        meshes_.push_back(upload(unit_sphere(kAroundSphere), "unit sphere"));
         meshes_.push_back(upload(unit_cube(), "unit cube"));
+        meshes_.push_back(upload(unit_sphere(kAroundCoarseSphere), "coarse unit sphere"));
     }
     // Meshes that no surface names any more go with old_meshes_.
-    old_meshes_.assign(std::make_move_iterator(meshes_.begin() + kCubeMesh + 1),
+    old_meshes_.assign(std::make_move_iterator(meshes_.begin() + kOwnMeshes),
                        std::make_move_iterator(meshes_.end()));
-    meshes_.resize(kCubeMesh + 1);
+    meshes_.resize(kOwnMeshes);
     for (const Surface& surface : surfaces) {
         Instance instance;
         if (const auto* sphere = std::get_if<SphereSurface>(&surface)) {
@@ -167,9 +178,11 @@ Bounds SurfaceSet::bounds() const
     return all;
 }
 
-void SurfaceSet::draw(const Instance& instance) const
+void SurfaceSet::draw(const Instance& instance, Detail detail) const
 {
-    const GpuMesh& mesh = meshes_[static_cast<std::size_t>(instance.mesh)];
+    const bool coarse = detail == Detail::coarse && instance.mesh == kSphereMesh;
+    const GpuMesh& mesh =
+        meshes_[static_cast<std::size_t>(coarse ? kCoarseSphereMesh : instance.mesh)];
     device_->BindVertexArray(mesh.vertex_array.id());
     device_->DrawElements(GL_TRIANGLES, mesh.index_count, GL_UNSIGNED_INT, nullptr);
 }

@@ -34,11 +34,12 @@ public:
     [[nodiscard]] int uploads() const { return uploads_; }
 
     /// Issues the draw of one instance; program and state are the caller's.
-    void draw(const Instance& instance) const;
+    enum class Detail { full, coarse };
+    void draw(const Instance& instance, Detail detail = Detail::full) const;
 
 private:
     struct GpuMesh {
-        std::shared_ptr<const Mesh> source;  ///< null for the unit sphere and the unit cube
+        std::shared_ptr<const Mesh> source;  ///< null for those that come from no file
         gl::Buffer vertices, indices;
         gl::VertexArray vertex_array;
         GLsizei index_count = 0;

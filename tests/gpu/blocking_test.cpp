@@ -154,7 +154,7 @@ protected:
         settings.shadow_map = 128;
         settings.shadow_cache = settings.shadow_cache == 0 ? 0 : 12;
         settings.world_cache = settings.world_cache == 0 ? 0 : 8;
-        settings.world_directions = 8;
+        settings.world_directions = 26;
         return settings;
     }
 

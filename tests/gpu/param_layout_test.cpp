@@ -94,7 +94,6 @@ const Offsets kLattice{MEMBER(LatticeParams, node_from_world),
                        MEMBER(LatticeParams, layers),
                        MEMBER(LatticeParams, inverse_size),
                        MEMBER(LatticeParams, spacing)};
-const Offsets kDirection{MEMBER(WorldDirection, wi), MEMBER(WorldDirection, power)};
 const Offsets kGrid{MEMBER(GridParams, index_from_world), MEMBER(GridParams, inverse_size),
                     MEMBER(GridParams, unit), MEMBER(GridParams, pages)};
 const Offsets kMedium{MEMBER(MediumParams, bounds_from_world),
@@ -197,18 +196,13 @@ void kernel(int i) {{ out_data[i] = vec4({}); }}
     }
 
 private:
-    const std::map<std::string, std::string> kUse{{"FrameParams", "u_params.steps"},
-                                                  {"DrawParams", "u_params.albedo"},
-                                                  {"FroxelParams", "u_params.history_weight"},
-                                                  {"InspectParams", "u_params.scale_begin"},
-                                                  {"MarchHistoryParams", "u_params.weight"},
-                                                  {"LightsParams", "u_params.world_radiance"},
-                                                  {"SpotParams", "u_params.cos_half_cone"},
-                                                  {"LightVolumesParams", "u_params.layer"},
-                                                  {"FieldParams", "u_params.order"},
-                                                  {"WorldParams", "u_params.views[1].depth.bias"},
-                                                  {"MediaParams", "u_params.media[1].g"},
-                                                  {"DisplayParams", "u_params.wipe"}};
+    const std::map<std::string, std::string> kUse{
+        {"FrameParams", "u_params.steps"},           {"DrawParams", "u_params.albedo"},
+        {"FroxelParams", "u_params.history_weight"}, {"InspectParams", "u_params.scale_begin"},
+        {"MarchHistoryParams", "u_params.weight"},   {"LightsParams", "u_params.world_radiance"},
+        {"SpotParams", "u_params.cos_half_cone"},    {"LightVolumesParams", "u_params.layer"},
+        {"FieldParams", "u_params.order"},           {"MediaParams", "u_params.media[1].g"},
+        {"DisplayParams", "u_params.wipe"}};
 };
 
 TEST_F(ParamLayout, Frame)
@@ -279,12 +273,15 @@ TEST_F(ParamLayout, LightsOfOneType)
 
 TEST_F(ParamLayout, LightVolumes)
 {
-    Offsets expected{
-        MEMBER(LightVolumesParams, extinction_color), MEMBER(LightVolumesParams, view_axis),
-        MEMBER(LightVolumesParams, orthographic),     MEMBER(LightVolumesParams, light),
-        MEMBER(LightVolumesParams, light_has_place),  MEMBER(LightVolumesParams, layer),
-        MEMBER(LightVolumesParams, first_slice),      MEMBER(LightVolumesParams, directions),
-        MEMBER(LightVolumesParams, samples)};
+    Offsets expected{MEMBER(LightVolumesParams, extinction_color),
+                     MEMBER(LightVolumesParams, view_axis),
+                     MEMBER(LightVolumesParams, orthographic),
+                     MEMBER(LightVolumesParams, light),
+                     MEMBER(LightVolumesParams, light_has_place),
+                     MEMBER(LightVolumesParams, layer),
+                     MEMBER(LightVolumesParams, first_slice),
+                     MEMBER(LightVolumesParams, samples),
+                     MEMBER(LightVolumesParams, unused)};
     add_struct(expected, "extinction", offsetof(LightVolumesParams, extinction), kLattice);
     add_struct(expected, "depth", offsetof(LightVolumesParams, depth), kLattice);
     add_struct(expected, "world", offsetof(LightVolumesParams, world), kLattice);
@@ -295,28 +292,17 @@ TEST_F(ParamLayout, LightVolumes)
 
 TEST_F(ParamLayout, Field)
 {
-    const Offsets direction{MEMBER(FieldDirection, wi),     MEMBER(FieldDirection, solid_angle),
-                            MEMBER(FieldDirection, slope),  MEMBER(FieldDirection, first),
-                            MEMBER(FieldDirection, axis),   MEMBER(FieldDirection, forward),
-                            MEMBER(FieldDirection, metres), MEMBER(FieldDirection, first_word),
-                            MEMBER(FieldDirection, entry),  MEMBER(FieldDirection, unused)};
-    Offsets expected{MEMBER(FieldParams, count),  MEMBER(FieldParams, columns),
-                     MEMBER(FieldParams, slices), MEMBER(FieldParams, order),
-                     MEMBER(FieldParams, albedo), MEMBER(FieldParams, unused)};
+    const Offsets way{
+        MEMBER(FieldWay, entry),       MEMBER(FieldWay, axis),
+        MEMBER(FieldWay, wi),          MEMBER(FieldWay, metres),
+        MEMBER(FieldWay, slope),       MEMBER(FieldWay, forward),
+        MEMBER(FieldWay, solid_angle), {"harmonics[0]", offsetof(FieldWay, harmonics)}};
+    Offsets expected{MEMBER(FieldParams, albedo), MEMBER(FieldParams, count),
+                     MEMBER(FieldParams, columns), MEMBER(FieldParams, first),
+                     MEMBER(FieldParams, order)};
     add_struct(expected, "nodes", offsetof(FieldParams, nodes), kLattice);
-    add_array<FieldDirection>(expected, "directions", offsetof(FieldParams, directions),
-                              FIELD_BATCH, direction);
+    add_array<FieldWay>(expected, "ways", offsetof(FieldParams, ways), FIELD_BATCH, way);
     expect_same(layout("field_params.h", "FieldParams"), expected, sizeof(FieldParams));
-}
-
-TEST_F(ParamLayout, World)
-{
-    Offsets expected;
-    add_array<WorldDirection>(expected, "directions", offsetof(WorldParams, directions),
-                              MAX_WORLD_DIRECTIONS, kDirection);
-    add_array<ShadowView>(expected, "views", offsetof(WorldParams, views), MAX_WORLD_DIRECTIONS,
-                          view_members());
-    expect_same(layout("light_volume_params.h", "WorldParams"), expected, sizeof(WorldParams));
 }
 
 TEST_F(ParamLayout, Media)
@@ -337,7 +323,7 @@ TEST_F(ParamLayout, EveryBlockFitsTheSmallestLimit)
     EXPECT_LE(sizeof(LightsParams), 16384u);
     EXPECT_LE(sizeof(MediaParams), 16384u);
     EXPECT_LE(sizeof(LightVolumesParams), 16384u);
-    EXPECT_LE(sizeof(WorldParams), 16384u);
+    EXPECT_LE(sizeof(FieldParams), 16384u);
 }
 
 /// Numbers that a float holds, and whole 32 bits in two of them.

@@ -224,8 +224,6 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         variants.add("light/depth.comp", media + kLights[0] + stored);
         for (const char* bands : {"1", "3", "4"}) {
             const Defines of_bands = media + kLights[0] + stored + Defines{{"kBands", bands}};
-            variants.add("light/world.comp",
-                         of_bands + flags(set >> 1, {"kWorldShadows", "kMarched", "kClear"}));
             variants.add("light/world_view.comp", of_bands);
             variants.add("light/field_direct.comp",
                          media + kLights[set % kLights.size()] + stored +
@@ -233,23 +231,31 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                              flags(set >> 1, {"kDims", "kMarched", "kDepthVolume"}));
         }
         variants.add("light/field_medium.comp",
-                     media + kLights[0] + stored + flags(set >> 1, {"kGlows"}));
+                     media + kLights[0] + stored + flags(set >> 1, {"kGlows", "kMarched"}));
+        variants.add("light/world.comp",
+                     media + kLights[0] + stored +
+                         flags(set >> 1, {"kMarched", "kSurfaces", "kMeans", "kClear"}));
     };
     variants.add("light/crossed.frag", {});
+    variants.add("light/crossed.frag", {{"kBeyond", ""}});
     variants.add("light/field_sum.comp", {});
-    for (const char* bands : {"1", "4"}) {
+    variants.add("light/field_sum.comp", {{"kFinish", ""}});
+    for (const char* bands : {"1", "3", "4"}) {
         const Defines of_bands{{"kBands", bands}};
         for (unsigned set = 0; set < 4; ++set)
-            variants.add("light/field_gather.comp",
-                         of_bands + flags(set, {"kFirstBatch", "kTotal"}));
-        for (unsigned set = 0; set < 2; ++set) {
-            variants.add("light/field_scatter.comp", of_bands + flags(set, {"kTail"}));
-            variants.add("light/field_finish.comp", of_bands + flags(set, {"kWorld"}));
+            variants.add("light/field_gather.comp", of_bands + flags(set, {"kAdds", "kClear"}));
+        for (unsigned set = 0; set < 3; ++set) {
+            variants.add("light/field_scatter.comp",
+                         of_bands + flags(1u << set, {"kFirst", "kMean", "kTail"}));
+            variants.add("light/field_finish.comp",
+                         of_bands + Defines{{"kField", ""}} + flags(set, {"kWorld"}));
         }
+        variants.add("light/field_finish.comp", of_bands);
+        variants.add("light/field_scatter.comp", of_bands);
     }
-    for (unsigned set = 0; set < 32; ++set)
+    for (unsigned set = 0; set < 16; ++set)
         variants.add("light/field_sweep.comp",
-                     flags(set, {"kEnters", "kEmits", "kScatters", "kMeans", "kSurfaces"}));
+                     flags(set, {"kEmits", "kScatters", "kMeans", "kSurfaces"}));
 
     for (unsigned set = 0; set < 4; ++set)
         variants.add("pass/integrate.comp", flags(set, {"EXTINCTION_IN_ALPHA", "kWronski"}));

@@ -438,15 +438,15 @@ const std::array kChanges{
            kRounded},
     Change{"the_haze_alone",  // it has a closed form towards the lights, none towards the world
            [](Scene& scene) { std::get<BoxMedium>(scene.media[1]).sigma_s = glm::vec3(0.04f); },
-           {.extinctions = 1, .world_volumes = 1}},
+           {.world_volumes = 1}},
     Change{"the_world",
            [](Scene& scene) {
                scene.world.radiance = {0.1f, 0.2f, 0.3f};
            },
-           {.extinctions = 1, .world_volumes = 1}},
+           {.world_volumes = 1}},
     Change{"a_surface_moved",
            [](Scene& scene) { std::get<SphereSurface>(scene.surfaces[0]).center.z -= 0.3; },
-           {.shadow_views = 8, .extinctions = 1, .world_volumes = 1}},
+           {.shadow_views = 8, .world_volumes = 1}},
     Change{"extinction",
            [](Scene& scene) { smoke_of(scene).sigma_a_per_density *= 2.0f; },
            {.extinctions = 1, .depth_layers = 2, .world_volumes = 1}},
@@ -527,7 +527,7 @@ TEST_F(LightVolume, EditsOfALiveSceneCostWhatDependsOnThem)
     EXPECT_EQ(work(), (SceneWork{.shadow_views = 8, .extinctions = 1, .depth_layers = 1}))
         << "a light moved";
     live.remove(ball);
-    EXPECT_EQ(work(), (SceneWork{.extinctions = 1, .world_volumes = 1}))
+    EXPECT_EQ(work(), (SceneWork{.world_volumes = 1}))
         << "without surfaces there is no shadow map; the ball had hidden the world";
     live.set_world({});
     EXPECT_EQ(work(), SceneWork{}) << "no light of the world";
@@ -688,7 +688,10 @@ const std::array kWorldCases{
     WorldCase{"backward", constant_world(), -0.4f, false, 1e-3, 0.01},
     WorldCase{"map_ahead", bright_spot({0.2, -1, 0.3}), 0.5f, false, 1e-3, 0.02},
     WorldCase{"map_behind", bright_spot({0.2, 1, 0.3}), 0.5f, false, 1e-3, 0.02},
-    WorldCase{"hidden_by_a_ball", constant_world(), 0, true, 1e-3, 0.01},
+    // Ways lie along the box's own axes, the worst that can be: it is 0.9 % too dark without the
+    // ball, at any number of nodes, and the ball's shadow adds 0.4 %. Directions at random angles
+    // would have half of that, and would not meet the nodes.
+    WorldCase{"hidden_by_a_ball", constant_world(), 0, true, 1e-3, 0.015},
 };
 
 class WorldVolume : public LightVolume, public testing::WithParamInterface<WorldCase> {};

@@ -66,7 +66,7 @@ void Pace::end(double ms)
 
 Settings settings_at(const Settings& asked, const Effort& effort, bool content_changes)
 {
-    constexpr int kCoarseShadows = 24, kCoarseWorld = 8, kFewDirections = 16;
+    constexpr int kCoarseShadows = 24, kCoarseWorld = 8, kFewDirections = 26;
     Settings s = asked;
     const auto fewer = [&](int n, int least) {
         return std::min(n, std::max(least, static_cast<int>(std::lround(n * effort.steps))));

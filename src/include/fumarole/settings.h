@@ -43,7 +43,7 @@ struct SceneSettings {
     /// Nodes likewise of the world's light, 0..128; 0: none, media don't dim it nor surfaces hide
     /// it; kAutomatic: one for 3 voxels, 32 at most.
     int world_cache = kAutomatic;
-    int world_directions = 64;  ///< that the world's light is summed over, 8..120
+    int world_directions = 74;  ///< that the world's light is summed over: 26 or 74
     /// Orders of scattering after the first, 0..64; 0: light scatters once; kAutomatic: as many as
     /// the media's albedo and optical depth ask for. Those that are left out are guessed from the
     /// last two.
