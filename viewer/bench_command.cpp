@@ -315,8 +315,8 @@ private:
         Scene sized = scene.scene;
         sized.resolution = {480, 270};
         study::ReferenceOptions wanted_reference;
-        wanted_reference.tolerance = kReferenceTolerance;
         wanted_reference.bounces = study::kMeasuredBounces;
+        wanted_reference.tolerance = study::usual_tolerance(wanted_reference.bounces);
         wanted_reference.cancel = Interruption::flag();
         wanted_reference.progress = [&](double share) {
             progress_.show("reference of " + scene.name, share);
@@ -324,16 +324,16 @@ private:
         const study::KeptReference reference =
             study::keep_reference(sized, wanted_reference, folder_, FUMAROLE_VERSION);
         for (const study::ChartPoint& point : study::chart_points(true)) {
-            if (!point.changes.empty() ||
-                study::find_figure(report_.figures, "presets", scene.name, point.preset,
-                                   study::kVolumeTime) == nullptr)
+            if (!point.is_preset || study::find_figure(report_.figures, "presets", scene.name,
+                                                       point.preset, study::kVolumeTime) == nullptr)
                 continue;
             const Still still = study::render_point(renderer_, sized, point);
             report_.figures.push_back(
                 {"presets", scene.name, point.preset, "", 0, std::string(study::kCompositeError),
                  "1",
                  study::spread_of(
-                     {study::compare(still.composite, reference.still.composite).relmse}),
+                     {study::noise_relmse(reference.still.noise, reference.still.composite)
+                          .off(study::compare(still.composite, reference.still.composite).relmse)}),
                  sized.resolution});
         }
     }

@@ -38,21 +38,28 @@ using Clock = std::chrono::steady_clock;
 constexpr const char* kLogName = "chart.partial.jsonl";
 
 struct Options {
-    std::string input, output, size, grid, up = "auto", backend = "osmesa", target = "composite";
+    std::string input, output, size, grid, up = "auto", backend = "osmesa", target = "composite",
+                                           bounces = "all";
     std::optional<double> tolerance;
     std::optional<int> frames;
     std::optional<double> time_limit;  ///< seconds
     bool quick = false, fresh = false, json = false;
+
+    /// Light scatters once in the truth and in all that is measured against it.
+    [[nodiscard]] bool once() const { return bounces == "0"; }
 };
 
 /// What a chart may take, and how closely it looks.
 struct Effort {
-    double tolerance;  ///< of the reference
+    double tolerance;       ///< of the reference where light scatters on
+    double tolerance_once;  ///< and where it scatters once
     int frames, rounds, seeds;
     double seconds;  ///< in all
 };
-constexpr Effort kWhole{.tolerance = 1e-3, .frames = 3, .rounds = 3, .seeds = 4, .seconds = 600};
-constexpr Effort kQuick{.tolerance = 1e-2, .frames = 2, .rounds = 2, .seeds = 2, .seconds = 60};
+constexpr Effort kWhole{
+    .tolerance = 0.1, .tolerance_once = 1e-3, .frames = 3, .rounds = 3, .seeds = 4, .seconds = 600};
+constexpr Effort kQuick{
+    .tolerance = 0.2, .tolerance_once = 1e-2, .frames = 2, .rounds = 2, .seeds = 2, .seconds = 60};
 
 // Of all the time: at most so much for the reference; so much stays for pictures and report.
 constexpr double kReferenceShare = 0.35;
@@ -61,7 +68,8 @@ constexpr double kWritingShare = 0.04, kWritingSeconds = 5;
 Effort effort_of(const Options& options)
 {
     Effort effort = options.quick ? kQuick : kWhole;
-    effort.tolerance = options.tolerance.value_or(effort.tolerance);
+    effort.tolerance =
+        options.tolerance.value_or(options.once() ? effort.tolerance_once : effort.tolerance);
     effort.frames = options.frames.value_or(effort.frames);
     effort.seconds = options.time_limit.value_or(effort.seconds);
     return effort;
@@ -84,8 +92,8 @@ std::string continue_command(const Options& options)
     return fmt::format("fumarole chart {}", shell_word(options.input)) +
            (options.quick ? " --quick" : "") + option_text("-o", options.output) +
            option_text("--target", options.target, "composite") +
-           option_text("--size", options.size) + option_text("--grid", options.grid) +
-           option_text("--up", options.up, "auto") +
+           option_text("--bounces", options.bounces, "all") + option_text("--size", options.size) +
+           option_text("--grid", options.grid) + option_text("--up", options.up, "auto") +
            option_text("--backend", options.backend, "osmesa") +
            number("--tolerance", options.tolerance) + number("--frames", options.frames) +
            number("--time-limit", options.time_limit) + (options.json ? " --json" : "");
@@ -160,6 +168,7 @@ void print_json(const study::Chart& chart, const study::KeptReference& reference
                      {{"file", reference.file.string()},
                       {"reused", reference.reused},
                       {"seconds", reference.seconds},
+                      {"bounces", options.once() ? Json(0) : Json("all")},
                       {"tolerance", tolerance}}},
                     {"timing", chart.timing_method},
                     {"rounds", chart.rounds},
@@ -195,7 +204,7 @@ void print_table(const study::Chart& chart, const study::KeptReference& referenc
         print_row(fmt::format("{}", ++number), chart, *p);
     fmt::print("     presets\n");
     for (const study::MeasuredPoint& p : chart.points)
-        if (p.point.changes.empty() && p.refusal.empty())
+        if (p.point.is_preset && p.refusal.empty())
             print_row(p.front ? "*" : "", chart, p);
     fmt::print("floor: {:.3e}, the least error that any point reached\n", chart.floor);
     for (const std::string& limit : chart.limits)
@@ -212,9 +221,12 @@ study::Target parse_target(const std::string& name)
     return static_cast<study::Target>(at - study::kTargetNames.begin());
 }
 
-/// By its own estimate: relMSE of a composite that is off by the estimated error everywhere.
-double own_relmse(const study::ReferenceStill& still)
+/// By its own estimate: relMSE of a composite that is off by the estimated error everywhere, or
+/// where noise is most of that, what it is unsure by once the noise is taken off.
+double own_relmse(const study::ReferenceStill& still, bool once)
 {
+    if (!once)
+        return study::noise_relmse(still.noise, still.composite).deviation;
     std::vector<float> off = still.composite;
     for (std::size_t i = 0; i < off.size(); ++i)
         off[i] += still.error[i / 3];
@@ -237,9 +249,13 @@ machine_of(const Renderer& renderer, const study::Chart& chart, const Effort& ef
                                    "seed's composite through the filmic transform",
                                    effort.seeds)},
             {"reference",
-             fmt::format("tolerance {:g} of each pixel, pixel centres; by its own estimate "
-                         "its relMSE is {:.1e}; {}",
-                         effort.tolerance, reference_relmse, reference.file.filename().string())},
+             fmt::format("{}, tolerance {:g} of each pixel, pixel centres; by its own estimate "
+                         "{} {:.1e}; {}",
+                         chart.once ? "light scatters once" : "all bounces", effort.tolerance,
+                         chart.once ? "its relMSE is"
+                                    : "the relMSE of its noise, which is taken off each error, is "
+                                      "known to",
+                         reference_relmse, reference.file.filename().string())},
             {"fumarole", fmt::format("{}, compiled by {}", FUMAROLE_VERSION, __VERSION__)}};
 }
 
@@ -279,7 +295,7 @@ private:
     void get_reference()
     {
         study::ReferenceOptions wanted;
-        wanted.bounces = study::kMeasuredBounces;
+        wanted.bounces = options_.once() ? 0 : study::kMeasuredBounces;
         wanted.tolerance = effort_.tolerance;
         wanted.cancel = Interruption::flag();
         progress_.show("reference: preparing");
@@ -294,20 +310,20 @@ private:
         effort_.tolerance = wanted.tolerance;
         wanted.progress = [&](double share) { progress_.show("reference", share); };
         reference_ = study::keep_reference(scene_, wanted, folder_, FUMAROLE_VERSION);
-        reference_relmse_ = own_relmse(reference_.still);
+        reference_relmse_ = own_relmse(reference_.still, options_.once());
     }
 
     /// Is there a reference of an earlier run? The closest one's tolerance goes to `wanted`.
     bool kept(study::ReferenceOptions& wanted) const
     {
         study::ReferenceOptions looser = wanted;
-        for (;; looser.tolerance = study::looser(looser.tolerance)) {
+        for (;; looser.tolerance = study::looser(looser.tolerance, looser.bounces)) {
             const std::string key = study::reference_key(scene_, looser, FUMAROLE_VERSION);
             if (fs::exists(folder_ / fmt::format("reference_{}.exr", key))) {
                 wanted.tolerance = looser.tolerance;
                 return true;
             }
-            if (looser.tolerance >= study::kLoosestTolerance)
+            if (looser.tolerance >= study::loosest_tolerance(looser.bounces))
                 return false;
         }
     }
@@ -316,6 +332,7 @@ private:
     {
         study::ChartOptions chosen;
         chosen.quick = options_.quick;
+        chosen.once = options_.once();
         chosen.target = parse_target(options_.target);
         chosen.frames = effort_.frames;
         chosen.rounds = effort_.rounds;
@@ -421,12 +438,19 @@ void add_chart(CLI::App& app)
                       "fewer points and a coarser reference, for a minute instead of ten");
     command->add_option("--target", o.target, "that the error is of [composite]")
         ->check(CLI::IsMember({"composite", "scattering", "transmittance"}));
+    command
+        ->add_option(
+            "--bounces", o.bounces,
+            "of the truth: all, or 0, with which light scatters once in it and in all that "
+            "is measured [all]")
+        ->check(CLI::IsMember({"0", "all"}));
     command->add_option("--size", o.size, "WIDTHxHEIGHT in pixels [480x270, or the scene's]");
     command->add_option("--grid", o.grid, "of a .vdb: name or name[n] [the first fog volume]");
     command->add_option("--up", o.up, "of a .vdb [auto]")->check(CLI::IsMember({"auto", "y", "z"}));
     command
         ->add_option("--tolerance", o.tolerance,
-                     "relative error of the reference's pixels [1e-3, with --quick 1e-2]")
+                     "relative error of the reference's pixels [0.1, with --quick 0.2; with "
+                     "--bounces 0 1e-3 and 1e-2]")
         ->check(CLI::Range(1e-6, 0.5));
     command
         ->add_option("--time-limit", o.time_limit,

@@ -33,8 +33,9 @@ struct Options {
 
 /// Words of the one use of the command are mistakes in the other.
 constexpr std::array kOfPictures{"B.exr", "--target", "--max-relmse", "--difference", "--scale"};
-constexpr std::array kOfScenes{"--modes",  "--size",      "--grid",         "--up",     "--aa",
-                               "--frames", "--tolerance", "--no-reference", "--backend"};
+constexpr std::array kOfScenes{"--modes",        "--size",   "--grid",      "--up",
+                               "--aa",           "--frames", "--tolerance", "--bounces",
+                               "--no-reference", "--backend"};
 
 template <class Names> void refuse(const CLI::App& command, const Names& names, const char* why)
 {
@@ -396,8 +397,14 @@ void add_compare(CLI::App& app)
         ->group(scenes);
     command
         ->add_option("--tolerance", m.tolerance,
-                     "of the reference: relative error of each pixel [0.01]")
+                     "of the reference: relative error of each pixel [0.2, with --bounces 0 0.01]")
         ->check(CLI::Range(1e-6, 0.5))
+        ->group(scenes);
+    command
+        ->add_option("--bounces", m.bounces,
+                     "of the reference: all, or 0, with which light scatters once in the modes too "
+                     "[all]")
+        ->check(CLI::IsMember({"0", "all"}))
         ->group(scenes);
     command
         ->add_flag("--no-reference", m.no_reference,

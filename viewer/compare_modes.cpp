@@ -64,9 +64,11 @@ std::vector<Mode> parse_modes(const ModesOptions& options)
     for (const std::string& name : names) {
         if (std::count(names.begin(), names.end(), name) > 1)
             throw UsageError(fmt::format("--modes: '{}' stands there twice", name));
-        if (name != kReference)
+        if (name != kReference) {
             modes.push_back({name, settings_of(name)});
-        else if (options.no_reference)
+            if (options.bounces == "0")
+                modes.back().settings.bounces = 0;
+        } else if (options.no_reference)
             throw UsageError("--modes: 'reference' and --no-reference exclude each other");
     }
     if (modes.empty())
@@ -222,19 +224,21 @@ private:
     {
         progress_.show("reference: preparing");
         study::ReferenceOptions wanted;
-        wanted.tolerance = options_.tolerance;
-        wanted.bounces = study::kMeasuredBounces;
+        wanted.tolerance = tolerance_;
+        wanted.bounces = bounces_;
         wanted.aa = options_.aa;
         wanted.cancel = Interruption::flag();
         wanted.progress = [&](double share) { progress_.show(kReference, share); };
-        if (options_.output.empty())
-            reference_ = rendered(kReference, study::render_reference(scene_, wanted));
-        else
-            reference_ = rendered(kReference,
-                                  study::keep_reference(scene_, wanted,
-                                                        fs::absolute(options_.output).parent_path(),
-                                                        FUMAROLE_VERSION)
-                                      .still);
+        const study::ReferenceStill still =
+            options_.output.empty()
+                ? study::render_reference(scene_, wanted)
+                : study::keep_reference(scene_, wanted, fs::absolute(options_.output).parent_path(),
+                                        FUMAROLE_VERSION)
+                      .still;
+        reference_ = rendered(kReference, still);
+        noise_ = {study::noise_relmse(still.noise, still.composite),
+                  study::noise_relmse(still.scattering_noise, still.scattering),
+                  study::NoiseShare{}};
     }
 
     void measure()
@@ -248,6 +252,10 @@ private:
         if (reference_)
             for (const Rendered& one : rendered_)
                 add(one, *reference_);
+        for (std::size_t i = 0; i < distances_.size(); ++i) {
+            double& relmse = distances_[i].is.metrics.relmse;
+            relmse = noise_[i % kTargets.size()].off(relmse);
+        }
         for (std::size_t i = 0; i < rendered_.size(); ++i)
             for (std::size_t k = i + 1; k < rendered_.size(); ++k)
                 add(rendered_[k], rendered_[i]);
@@ -289,9 +297,8 @@ private:
                 {.scale = scale,
                  .caption = fmt::format("{} - {}", rendered_[i].name, truth().name)}));
         if (reference_)
-            pictures.push_back(
-                captioned(shown(reference_->pictures[0], display),
-                          {fmt::format("reference, to {:g} %", 100 * options_.tolerance)}));
+            pictures.push_back(captioned(shown(reference_->pictures[0], display),
+                                         {fmt::format("reference, to {:g} %", 100 * tolerance_)}));
         write::write_png(sheet_of({pictures, differences}),
                          {.exposure_ev = 0, .transform = Display::Transform::srgb},
                          options_.output);
@@ -346,7 +353,7 @@ private:
                   {"frames", options_.frames},
                   {"modes", modes},
                   {"distances", distances}};
-        json["tolerance"] = reference_ ? Json(options_.tolerance) : Json();
+        json["tolerance"] = reference_ ? Json(tolerance_) : Json();
         json["output"] = options_.output.empty() ? Json() : Json(options_.output);
         fmt::print("{}\n", json.dump(1, ' ', false, Json::error_handler_t::replace));
     }
@@ -359,6 +366,9 @@ private:
     std::string device_;
     std::vector<Rendered> rendered_;
     std::optional<Rendered> reference_;
+    std::array<study::NoiseShare, kTargets.size()> noise_;  ///< the reference's
+    const int bounces_ = options_.bounces == "0" ? 0 : study::kMeasuredBounces;
+    const double tolerance_ = options_.tolerance.value_or(study::usual_tolerance(bounces_));
     std::vector<Distance> distances_;
 };
 

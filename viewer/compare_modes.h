@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "scene_input.h"
@@ -13,8 +14,9 @@ struct ModesOptions {
     std::string output;                     ///< x.png with all pictures, or ""
     std::string backend = "osmesa", exposure = "auto";
     int aa = 1;
-    int frames = 16;          ///< timed; froxels gather over them
-    double tolerance = 0.01;  ///< of the reference
+    int frames = 16;                  ///< timed; froxels gather over them
+    std::optional<double> tolerance;  ///< of the reference; else study::usual_tolerance()
+    std::string bounces = "all";  ///< of the reference, or 0: light scatters once in the modes too
     bool no_reference = false, json = false;
 };
 

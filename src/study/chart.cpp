@@ -60,6 +60,7 @@ std::vector<Sweep> make_sweeps()
         alone("shadow-cache", {"0", "32", "64", "auto", "192"}, {"0", "32"}),
         alone("world-cache", {"0", "16", "auto", "64"}, {"0"}),
         alone("world-directions", {"26", "74"}, {}),
+        alone("bounces", {"0", "1", "2", "4", "8", "auto"}, {"0"}),
         alone("resolution", {"full", "half", "quarter"}, {"full", "quarter"}),
         alone("upsample", {"2x2", "4x4", "4x4-box"}, {"4x4"}),
         alone("distribution", {"0", "0.5", "0.8", "1"}, {}),
@@ -97,12 +98,16 @@ std::vector<Sweep> make_sweeps()
 }
 
 /// The settings in words: what differs from the sweep's preset.
-ChartPoint make_point(const Sweep& sweep, const Settings& settings)
+ChartPoint make_point(const Sweep& sweep, Settings settings, bool once)
 {
+    Settings base = sweep.base();
+    if (once)
+        settings.bounces = base.bounces = 0;
     ChartPoint point;
     point.preset = sweep.preset;
     point.settings = settings;
-    const Settings preset = find_preset(sweep.preset), base = sweep.base();
+    point.is_preset = sweep.axes.empty();
+    const Settings preset = find_preset(sweep.preset);
     int from_base = 0;
     for (const SettingInfo& info : setting_table()) {
         if (info.get(settings) != info.get(preset))
@@ -167,7 +172,9 @@ public:
     Visitor(const Scene& scene, const ReferenceStill& reference, SceneRenderer& renderer,
             const ChartOptions& options)
         : scene_{scene}, reference_{reference}, renderer_{renderer}, options_{options},
-          display_{display_of(reference)}
+          display_{display_of(reference)},
+          noise_{noise_relmse(reference.noise, reference.composite),
+                 noise_relmse(reference.scattering_noise, reference.scattering), NoiseShare{}}
     {
     }
 
@@ -231,7 +238,7 @@ private:
             add(still);
         }
         for (std::size_t t = 0; t < frames.size(); ++t)
-            found.targets[t] = target_error(frames[t], target_of(reference_, t));
+            found.targets[t] = target_error(frames[t], target_of(reference_, t), noise_[t]);
         return found;
     }
 
@@ -240,6 +247,7 @@ private:
     SceneRenderer& renderer_;
     const ChartOptions& options_;
     Display display_;
+    std::array<NoiseShare, 3> noise_;
 };
 
 /// Visits by point and round.
@@ -265,7 +273,7 @@ public:
         ChartPoint other = point;
         other.changes.clear();
         const ChartVisit* base = find(other.name(), 0);
-        if (base == nullptr || point.changes.empty())
+        if (base == nullptr || point.is_preset)
             return mean;
         // Each change counts as it does alone.
         double seconds = base->seconds;
@@ -411,7 +419,7 @@ std::string ChartPoint::arguments(int frames) const
     return text + fmt::format(" --frames {}", gathers() ? kGathered : frames);
 }
 
-std::vector<ChartPoint> chart_points(bool quick)
+std::vector<ChartPoint> chart_points(bool quick, bool once)
 {
     std::vector<ChartPoint> points;
     for (const Sweep& sweep : sweep_table()) {
@@ -419,11 +427,12 @@ std::vector<ChartPoint> chart_points(bool quick)
         for (const Axis& axis : sweep.axes)
             all = spread(all, axis, quick);
         for (const Settings& settings : all) {
+            const ChartPoint point = make_point(sweep, settings, once);
             const bool known = std::any_of(points.begin(), points.end(), [&](const ChartPoint& p) {
-                return p.settings == settings;
+                return p.settings == point.settings;
             });
             if (!known)
-                points.push_back(make_point(sweep, settings));
+                points.push_back(point);
         }
     }
     return points;
@@ -440,7 +449,7 @@ Still render_point(SceneRenderer& renderer, const Scene& scene, const ChartPoint
 }
 
 TargetError target_error(const std::vector<std::vector<float>>& frames,
-                         std::span<const float> reference)
+                         std::span<const float> reference, const NoiseShare& noise)
 {
     TargetError error;
     std::vector<double> sum(reference.size());
@@ -463,6 +472,9 @@ TargetError target_error(const std::vector<std::vector<float>>& frames,
         error.variance = std::max(0.0, (error.relmse - of_mean.relmse) * n / (n - 1));
         error.bias_part = std::max(0.0, of_mean.relmse - error.variance / n);
     }
+    for (double* with_noise :
+         {&error.relmse, &error.relmse_min, &error.relmse_max, &error.bias_part})
+        *with_noise = noise.off(*with_noise);
     return error;
 }
 
@@ -484,7 +496,7 @@ struct Step {
 /// Presets, settings alone, combinations: what a time limit cuts off tells the least.
 int rank(const ChartPoint& point)
 {
-    return point.changes.empty() ? 0 : point.alone ? 1 : 2;
+    return point.is_preset ? 0 : point.alone ? 1 : 2;
 }
 
 /// Round by round, each in an order of its own, always the same; the first one by rank.
@@ -525,6 +537,7 @@ Chart gather_chart(const std::vector<ChartPoint>& points, const Visits& visits,
 {
     Chart chart;
     chart.target = options.target;
+    chart.once = options.once;
     chart.rounds = options.rounds;
     chart.floor = std::numeric_limits<double>::infinity();
     std::vector<std::pair<double, double>> plane;
@@ -556,7 +569,7 @@ Chart measure_chart(const Scene& scene, const ReferenceStill& reference, SceneRe
     if (scene.media.empty())
         throw Error("the scene has no media; there is nothing to chart");
     const auto begin = std::chrono::steady_clock::now();
-    const std::vector<ChartPoint> points = chart_points(options.quick);
+    const std::vector<ChartPoint> points = chart_points(options.quick, options.once);
     Visits visits;
     for (const ChartVisit& visit : options.known)
         visits.add(visit);
@@ -639,17 +652,17 @@ std::vector<SettingEffect> setting_effects(const Chart& chart)
 {
     std::vector<SettingEffect> effects;
     for (const Sweep& sweep : sweep_table()) {
-        if (sweep.axes.size() != 1)
+        if (sweep.axes.size() != 1 || (chart.once && sweep.axes[0].setting == "bounces"))
             continue;
         const Settings start = sweep.base();
-        const MeasuredPoint* base = chart.find(make_point(sweep, start).name());
+        const MeasuredPoint* base = chart.find(make_point(sweep, start, chart.once).name());
         if (base == nullptr || !base->finite())
             continue;
         const SettingInfo& info = find_setting(sweep.axes[0].setting);
         for (const std::string_view value : sweep.axes[0].values) {
             Settings settings = start;
             info.set(settings, value);
-            const MeasuredPoint* point = chart.find(make_point(sweep, settings).name());
+            const MeasuredPoint* point = chart.find(make_point(sweep, settings, chart.once).name());
             if (point != nullptr && point->finite())
                 effects.push_back({.setting = std::string(info.name),
                                    .value = std::string(value),

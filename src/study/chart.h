@@ -46,6 +46,7 @@ struct ChartPoint {
     std::vector<std::pair<std::string, std::string>> changes;
     Settings settings;
     bool alone = false;  ///< at most one setting differs from its sweep's base, a mode's default
+    bool is_preset = false;  ///< nothing differs from the preset but what the whole chart is of
 
     /// `default`, `default steps=32 resolution=full`: the same for the same settings.
     [[nodiscard]] std::string name() const;
@@ -60,7 +61,8 @@ struct ChartPoint {
 };
 
 /// The points of all sweeps, each once, presets first.
-std::vector<ChartPoint> chart_points(bool quick);
+/// @param once light scatters once in all of them, as in the truth that they are measured against
+std::vector<ChartPoint> chart_points(bool quick, bool once = false);
 
 /// The picture of a point, of one frame or of what it gathers.
 Still render_point(SceneRenderer& renderer, const Scene& scene, const ChartPoint& point,
@@ -79,9 +81,10 @@ struct TargetError {
     double bias = 0;       ///< signed, of the mean: mean(x - r) / mean(r)
 };
 
-/// @param frames one picture for each seed @throws Error as compare
+/// @param frames one picture for each seed
+/// @param noise of the reference, which is taken off @throws Error as compare
 TargetError target_error(const std::vector<std::vector<float>>& frames,
-                         std::span<const float> reference);
+                         std::span<const float> reference, const NoiseShare& noise = {});
 
 struct PointErrors {
     std::array<TargetError, 3> targets;  ///< in the order of Target
@@ -122,6 +125,7 @@ struct MeasuredPoint {
 
 struct ChartOptions {
     bool quick = false;
+    bool once = false;                  ///< as chart_points
     Target target = Target::composite;  ///< of the error axis and the front
     int frames = 3;                     ///< timed in each visit
     int rounds = 3;                     ///< visits to each point, in another order every time
@@ -142,6 +146,7 @@ struct Chart {
     glm::uvec2 size{0};
     std::vector<MeasuredPoint> points;
     double floor = 0;                 ///< the least error that any point reached
+    bool once = false;                ///< as ChartOptions
     std::vector<std::string> limits;  ///< what to know before believing the chart, in words
     const char* timing_method = "";
     int rounds = 0;            ///< completed

@@ -46,9 +46,10 @@ private:
 
 }  // namespace
 
-double looser(double tolerance)
+double looser(double tolerance, int bounces)
 {
-    return std::min(4 * tolerance, std::max(tolerance, kLoosestTolerance));
+    return std::min((bounces > 0 ? 2 : 4) * tolerance,
+                    std::max(tolerance, loosest_tolerance(bounces)));
 }
 
 double guess_reference_seconds(const Scene& scene, const ReferenceOptions& options, double patience)
@@ -80,9 +81,9 @@ double guess_reference_seconds(const Scene& scene, const ReferenceOptions& optio
 double fit_tolerance(const Scene& scene, const ReferenceOptions& options, double seconds)
 {
     ReferenceOptions tried = options;
-    while (tried.tolerance < kLoosestTolerance &&
+    while (tried.tolerance < loosest_tolerance(tried.bounces) &&
            guess_reference_seconds(scene, tried, seconds / 8) > seconds)
-        tried.tolerance = looser(tried.tolerance);
+        tried.tolerance = looser(tried.tolerance, tried.bounces);
     return tried.tolerance;
 }
 

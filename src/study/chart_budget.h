@@ -6,11 +6,16 @@
 
 namespace fumarole::study {
 
-/// Tolerance beyond which a reference is none.
-inline constexpr double kLoosestTolerance = 0.1;
+/// Tolerance beyond which a reference is none. Where light scatters on its pixels are noisy, and
+/// their noise is known.
+constexpr double loosest_tolerance(int bounces)
+{
+    return bounces > 0 ? 0.3 : 0.1;
+}
 
-/// The next tolerance to try where one takes too long: four times as loose, up to the loosest.
-double looser(double tolerance);
+/// The next tolerance to try where one takes too long: four times as loose, or twice where light
+/// scatters on, up to the loosest.
+double looser(double tolerance, int bounces);
 
 /// How long a reference takes [s], from one of an eighth of the size; infinity where that one alone
 /// takes more than `patience` seconds.

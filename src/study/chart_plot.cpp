@@ -208,7 +208,7 @@ std::string plot_program(const Chart& chart, const std::string& title, const fs:
     }
     for (const auto& [preset, mark] : kPresetMarks)
         for (const MeasuredPoint& p : chart.points)
-            if (p.point.changes.empty() && p.point.preset == preset && drawable(p, chart.target)) {
+            if (p.point.is_preset && p.point.preset == preset && drawable(p, chart.target)) {
                 const std::string name = fmt::format("series{}", block++);
                 program += data_block(name, row(p, chart.target));
                 plots += fmt::format(", \\\n ${} using 1:2 with points pt {} ps 3.4 lw 3 lc rgb "

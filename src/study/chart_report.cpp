@@ -171,7 +171,7 @@ std::string presets_table(const Chart& chart)
                        "<th>composite</th><th>scattering</th><th>transmittance</th><th>FLIP</th>"
                        "<th>on the front</th></tr>\n";
     for (const MeasuredPoint& p : chart.points)
-        if (p.point.changes.empty() && p.finite())
+        if (p.point.is_preset && p.finite())
             html += fmt::format("<tr><td class=t>{}</td><td>{:.2f}</td><td>{:.3e}</td>"
                                 "<td>{:.3e}</td><td>{:.3e}</td><td>{:.4f}</td><td>{}</td></tr>\n",
                                 html_text(p.point.name()), p.median_ms, p.errors.targets[0].relmse,

@@ -100,6 +100,28 @@ Metrics compare(std::span<const float> x, std::span<const float> r)
     return metrics;
 }
 
+NoiseShare noise_relmse(std::span<const float> noise, std::span<const float> r)
+{
+    if (noise.empty())
+        return {};
+    check_lengths(noise.size(), r.size());
+    const auto count = static_cast<double>(r.size());
+    double sum_square = 0;
+    for (const float value : r)
+        sum_square += static_cast<double>(value) * static_cast<double>(value);
+    const double floor = 0.1 * sum_square / count + kTinySquare;
+    double sum = 0, squares = 0;
+    for (std::size_t i = 0; i < r.size(); ++i) {
+        const auto reference = static_cast<double>(r[i]), off = static_cast<double>(noise[i]);
+        const double share = off * off / (reference * reference + floor);
+        sum += share;
+        squares += share * share;
+    }
+    // The error's own part, and that of a pixel's channels, which are as one sample.
+    constexpr double kParts = 2, kChannels = 3;
+    return {sum / count, std::sqrt(kParts * kChannels * squares) / count};
+}
+
 Metrics compare(std::span<const float> x, std::span<const float> r,
                 std::span<const std::uint8_t> keep, int channels)
 {

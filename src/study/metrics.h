@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 
@@ -17,6 +18,19 @@ struct Metrics {
 /// x and r have the same length. @throws Error if they have not, if they are empty, or if the
 /// reference is not finite.
 Metrics compare(std::span<const float> x, std::span<const float> r);
+
+/// What a reference's own noise adds to the relMSE of any picture that is compared with it, and by
+/// how much that is unsure (one standard error). `noise` is as ReferenceStill's; {} of a reference
+/// that has none.
+struct NoiseShare {
+    double relmse = 0, deviation = 0;
+    /// A relMSE without it; what is no larger than the deviation is not told from nothing.
+    [[nodiscard]] double off(double measured) const
+    {
+        return relmse == 0 ? measured : std::max(measured - relmse, deviation);
+    }
+};
+NoiseShare noise_relmse(std::span<const float> noise, std::span<const float> r);
 
 /// The same over the pixels whose `keep` is not 0, e.g. without depth edges; `keep` has one entry a
 /// pixel, x and r have `channels` values a pixel, interleaved. What is not kept may be NaN.

@@ -61,6 +61,8 @@ double tolerance_for(const PlanGoal& goal)
                ? std::clamp(kFineReference * goal.value, kFinest, kCoarsest)
                : kUnasked;
 }
+/// Where light scatters on: noise is taken off, so more pixels say as much as finer ones.
+constexpr double kCoarsestPaths = 0.2, kFinestPaths = 0.1;
 
 class Planner {
 public:
@@ -138,7 +140,8 @@ private:
         setup_s_ = 1e-3 * start_.setup_ms;
         glance_s_ = kFrameSeconds + 3e-3 * glance_ms_;  // the first one compiled its shaders too
         plan_.timing_method = timing_name(renderer_.renderer().measuring_timing());
-        reference_ = std::make_unique<SparseReference>(scene_, guide(), kCoarsest, options_.cancel);
+        reference_ = std::make_unique<SparseReference>(scene_, guide(), coarsest(), bounces(),
+                                                       options_.cancel);
     }
 
     void draw(std::size_t batch_size)
@@ -172,6 +175,17 @@ private:
     }
 
     // ------------------------------------------------------------------------------- references
+
+    /// Of the truth: light scatters once in it where that is asked for.
+    [[nodiscard]] int bounces() const
+    {
+        return options_.start.bounces == 0 && is_fixed("bounces") ? 0 : kMeasuredBounces;
+    }
+    [[nodiscard]] double coarsest() const { return bounces() > 0 ? kCoarsestPaths : kCoarsest; }
+    [[nodiscard]] double finest() const
+    {
+        return bounces() > 0 ? kFinestPaths : tolerance_for(goal_);
+    }
 
     /// More draws from batch `first` on, until what is asked of `look` is known well enough or
     /// time is up. @returns the draws
@@ -209,13 +223,13 @@ private:
         // What a batch takes grows no faster than its pixels become exact. Few of them that are
         // exact say less than many that are not.
         double batch_s = std::chrono::duration<double>(Clock::now() - begin).count();
-        double tolerance = kCoarsest;
+        double tolerance = coarsest();
         const double enough = left(kReferenceEnd) / kFewBatches;
-        for (; tolerance > tolerance_for(goal_) && 2 * batch_s < enough; batch_s *= 2)
-            tolerance = std::max(tolerance / 2, tolerance_for(goal_));
-        if (tolerance < kCoarsest)
+        for (; tolerance > finest() && 2 * batch_s < enough; batch_s *= 2)
+            tolerance = std::max(tolerance / 2, finest());
+        if (tolerance < coarsest())
             reference_->set_tolerance(tolerance);
-        if (tolerance > tolerance_for(goal_))
+        if (tolerance > finest())
             plan_.notes.push_back(fmt::format(
                 "the time limit left room for references to {:g} of each pixel, no finer ones",
                 tolerance));
@@ -250,8 +264,10 @@ private:
             return depth_ < kShadowless && !scene_.lights.empty();
         if (row.setting == "shadow-map")
             return !scene_.surfaces.empty() && !scene_.lights.empty();
+        if (row.setting == "bounces")
+            return media.scatters;
         if (row.setting == "world-cache")
-            return !is_black(scene_.world);
+            return !is_black(scene_.world) || options_.start.bounces != 0;
         if (row.setting == "shadow-cache")
             return media.marched > 0 && !scene_.lights.empty();
         return true;

@@ -109,9 +109,9 @@ Estimate controlled_mean(std::span<const double> known, std::span<const double> 
 }
 
 SparseReference::SparseReference(const Scene& scene, std::vector<float> guide, double tolerance,
-                                 const std::atomic<bool>* cancel)
+                                 int bounces, const std::atomic<bool>* cancel)
     : scene_{scene}, cancel_{cancel}, guide_{std::move(guide)}, tolerance_{tolerance},
-      reference_{std::make_unique<Reference>(scene, tolerance, kMeasuredBounces, cancel)}
+      reference_{std::make_unique<Reference>(scene, tolerance, bounces, cancel)}, bounces_{bounces}
 {
     double squares = 0;
     for (const float v : guide_)
@@ -123,7 +123,7 @@ void SparseReference::set_tolerance(double tolerance)
 {
     tolerance_ = tolerance;
     known_.clear();
-    reference_ = std::make_unique<Reference>(scene_, tolerance, kMeasuredBounces, cancel_);
+    reference_ = std::make_unique<Reference>(scene_, tolerance, bounces_, cancel_);
 }
 
 void SparseReference::refer(std::span<const std::size_t> draws)
@@ -134,14 +134,16 @@ void SparseReference::refer(std::span<const std::size_t> draws)
             pixels.push_back(draws_[i].pixel);
     std::sort(pixels.begin(), pixels.end());
     pixels.erase(std::unique(pixels.begin(), pixels.end()), pixels.end());
-    std::vector<glm::vec3> found(pixels.size());
+    std::vector<Known> found(pixels.size());
     const double good_enough = tolerance_ * std::sqrt(guide_floor_);
     oneapi::tbb::parallel_for(std::size_t{0}, pixels.size(), [&](std::size_t i) {
         if (cancel_ != nullptr && *cancel_)
             throw ReferenceCancelled();
         const std::size_t width = scene_.resolution.x;
         const glm::dvec2 corner(pixels[i] % width, pixels[i] / width);
-        found[i] = glm::vec3(reference_->sample(corner + 0.5, good_enough).composite());
+        const ReferenceSample s = reference_->sample(corner + 0.5, good_enough);
+        const glm::dvec3 noise = s.noise + s.transmittance * s.surface_noise;
+        found[i] = {glm::vec3(s.composite()), glm::vec3(s.composite() + noise)};
     });
     for (std::size_t i = 0; i < pixels.size(); ++i)
         known_.emplace(pixels[i], found[i]);
@@ -170,7 +172,7 @@ RootError SparseReference::error(const Look& look, std::span<const std::size_t> 
                3;
     };
     for (const std::size_t i : draws) {
-        known.push_back(draws_[i].weight * square(&known_.at(draws_[i].pixel).x));
+        known.push_back(draws_[i].weight * square(&known_.at(draws_[i].pixel).rgb.x));
         guessed.push_back(draws_[i].weight * square(&guide_[draws_[i].pixel * 3]));
     }
     const double floor = std::max(
@@ -179,7 +181,9 @@ RootError SparseReference::error(const Look& look, std::span<const std::size_t> 
     guessed.clear();
     for (const std::size_t i : draws) {
         const float* x = &look.values[i * 3];
-        known.push_back(draws_[i].weight * pixel_error(x, &known_.at(draws_[i].pixel).x, floor));
+        const Known& r = known_.at(draws_[i].pixel);
+        known.push_back(draws_[i].weight * (pixel_error(x, &r.rgb.x, floor) -
+                                            pixel_error(&r.with_noise.x, &r.rgb.x, floor)));
         guessed.push_back(draws_[i].weight *
                           pixel_error(x, &guide_[draws_[i].pixel * 3], guide_floor_));
     }

@@ -57,7 +57,8 @@ struct RootError {
 class SparseReference {
 public:
     /// @param guide RGB, rows from the top
-    SparseReference(const Scene& scene, std::vector<float> guide, double tolerance,
+    /// @param bounces of the references, as in ReferenceOptions
+    SparseReference(const Scene& scene, std::vector<float> guide, double tolerance, int bounces,
                     const std::atomic<bool>* cancel);
 
     /// 0.1 mean(r^2), by the guide.
@@ -91,7 +92,11 @@ private:
     double guide_floor_ = 0, tolerance_;
     std::unique_ptr<Reference> reference_;
     std::vector<PixelDraw> draws_;
-    std::unordered_map<std::size_t, glm::vec3> known_;
+    struct Known {
+        glm::vec3 rgb, with_noise;  ///< the same with a noise that it may have
+    };
+    std::unordered_map<std::size_t, Known> known_;
+    int bounces_;
 };
 
 }  // namespace fumarole::study

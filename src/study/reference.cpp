@@ -78,10 +78,13 @@ public:
                  -std::log(0.1 * tolerance),
                  media_.emits() && bounces != kLampsAndWorldOnce,
                  cancel},
-          tolerance_{tolerance}, bounces_{media_.scatters() ? bounces : 0},
-          paths_{
-              surfaces_, media_, tracking_, world_.radiance(), lights_, {1, std::max(bounces, 0)},
-              cancel}
+          // What is integrated errs alike in neighbouring pixels, so it is not as lax as what is
+          // sampled.
+          tolerance_{tolerance}, quadrature_{bounces > 0 ? std::min(tolerance, 0.02) : tolerance},
+          bounces_{media_.scatters() ? bounces : 0}, paths_{surfaces_, media_,
+                                                            tracking_, world_.radiance(),
+                                                            lights_,   {1, std::max(bounces, 0)},
+                                                            cancel}
     {
         for (const Light& light : scene.lights)
             if (const ReferenceLight made(light); !made.black())
@@ -122,6 +125,7 @@ public:
             const ScatteringPlaces places(along);
             const auto add = [&](const Integral& sampled) {
                 scattered.value += sampled.value;
+                scattered.noise += sampled.noise;
                 scattered.error = std::hypot(scattered.error, sampled.error);
             };
             if (!world_.black())
@@ -132,6 +136,7 @@ public:
                                      sampling(scattered.value, floor, relax)));
         }
         out.scattering = scattered.value;
+        out.noise = scattered.noise;
         out.error = std::hypot(scattered.error, surface_error);
         return out;
     }
@@ -183,14 +188,17 @@ private:
             world_.irradiance(hit, seed, sampling(lit, floor / largest(reflected), relax));
         out.surface = reflected * (clear + world.clear);
         lit += world.lit;
+        glm::dvec3 noise = world.noise;
         double error = std::hypot(light_error, world.error);
         if (bounces_ > 0) {
             const Integral bounced = paths_.irradiance(
                 hit, hash(seed, 3), sampling(lit, floor / largest(reflected), relax));
             lit += bounced.value;
+            noise += bounced.noise;
             error = std::hypot(error, bounced.error);
         }
         out.surface_lit = reflected * lit;
+        out.surface_noise = reflected * noise;
         return largest(reflected) * error;
     }
 
@@ -199,7 +207,8 @@ private:
     [[nodiscard]] Accuracy accuracy(double floor) const
     {
         const double integrals = 1 + static_cast<double>(lights_.size());
-        return {.relative = tolerance_ / 4, .absolute = floor / 4 / integrals};
+        return {.relative = quadrature_ / 4,
+                .absolute = floor / 4 / integrals * (quadrature_ / tolerance_)};
     }
     /// @param known what is there already, which the tolerance is relative to as well
     [[nodiscard]] SamplingAccuracy sampling(glm::dvec3 known, double floor, double relax) const
@@ -291,7 +300,7 @@ private:
     ReferenceMedia media_;
     MediaTracking tracking_;
     ReferenceWorld world_;
-    double tolerance_;
+    double tolerance_, quadrature_;
     int bounces_;
     std::vector<ReferenceLight> lights_;
     ReferencePaths paths_;
@@ -376,7 +385,7 @@ ReferenceStill render_reference(const Scene& scene, const ReferenceOptions& opti
     const auto pixels =
         static_cast<std::size_t>(region.width) * static_cast<std::size_t>(region.height);
     for (auto* rgb : {&still.composite, &still.scattering, &still.transmittance, &still.surface,
-                      &still.surface_lit})
+                      &still.surface_lit, &still.noise, &still.scattering_noise})
         rgb->resize(pixels * 3);
     still.depth.resize(pixels);
     still.error.resize(pixels);
@@ -392,6 +401,7 @@ ReferenceStill render_reference(const Scene& scene, const ReferenceOptions& opti
             static_cast<std::size_t>(y) * static_cast<std::size_t>(region.width) +
             static_cast<std::size_t>(x);
         glm::dvec3 composite(0), scattering(0), transmittance(0), surface(0), surface_lit(0);
+        glm::dvec3 noise(0), scattering_noise(0);
         double squares = 0;
         for (int i = 0; i < aa; ++i) {
             // subpixel_offset counts its y upwards, as OpenGL does.
@@ -403,6 +413,8 @@ ReferenceStill render_reference(const Scene& scene, const ReferenceOptions& opti
             transmittance += s.transmittance;
             surface += s.surface;
             surface_lit += s.surface_lit;
+            noise += s.noise + s.transmittance * s.surface_noise;
+            scattering_noise += s.noise;
             squares += s.error * s.error;
             if (i == 0)
                 still.depth[pixel] = static_cast<float>(s.view_z);
@@ -413,6 +425,8 @@ ReferenceStill render_reference(const Scene& scene, const ReferenceOptions& opti
         store(still.transmittance, pixel, transmittance / n);
         store(still.surface, pixel, surface / n);
         store(still.surface_lit, pixel, surface_lit / n);
+        store(still.noise, pixel, noise / n);
+        store(still.scattering_noise, pixel, scattering_noise / n);
         still.error[pixel] = static_cast<float>(std::sqrt(squares) / n);
     };
     constexpr int kTile = 8;

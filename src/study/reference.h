@@ -37,9 +37,17 @@ constexpr int kAllBounces = std::numeric_limits<int>::max();
 /// As 0 bounces, and what media emit lights nothing: what a renderer does that has no field of
 /// light.
 constexpr int kLampsAndWorldOnce = -1;
-/// The bounces of the truth that the chart, the plan, `compare` and the stability suite measure
-/// against, and that the window shows.
-constexpr int kMeasuredBounces = kLampsAndWorldOnce;
+/// The bounces of the truth that the chart, the plan, `compare` and the bench measure against, and
+/// that the window shows, where a user does not ask for light that scatters once: 0.
+constexpr int kMeasuredBounces = kAllBounces;
+
+/// A truth that pictures are measured against for as long as a person waits: light that scatters
+/// once is integrated, light that scatters on is sampled, and what noise is left is known and taken
+/// off (noise_relmse in metrics.h).
+constexpr double usual_tolerance(int bounces)
+{
+    return bounces > 0 ? 0.2 : 0.01;
+}
 
 struct ReferenceOptions {
     int bounces = 0;          ///< scatterings in the media after the first one, 0 to kAllBounces,
@@ -68,6 +76,9 @@ struct ReferenceStill {
     std::vector<float> depth;          ///< one channel: view_z [m] at pixel centres
     std::vector<float>
         error;  ///< one channel: estimated absolute error of composite's worst channel
+    /// Half of what two pictures differ by, each of one half of the samples, whose mean is the
+    /// composite, or the scattering: its square is on the mean the picture's variance.
+    std::vector<float> noise, scattering_noise;
 };
 
 /// One sample of the picture.
@@ -75,6 +86,7 @@ struct ReferenceSample {
     glm::dvec3 scattering{0}, transmittance{1}, surface{0}, surface_lit{0};
     double view_z = 1e10;  ///< metres; Still::kSkyDepth in the sky
     double error = 0;      ///< estimated, absolute, of surface_lit * transmittance + scattering
+    glm::dvec3 noise{0}, surface_noise{0};  ///< of scattering and surface_lit, as Integral's
 
     [[nodiscard]] glm::dvec3 composite() const { return surface_lit * transmittance + scattering; }
 };

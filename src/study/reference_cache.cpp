@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Raised whenever the reference gives another answer to the same question.
-constexpr int kReferenceRevision = 3;
+constexpr int kReferenceRevision = 4;
 
 class Fnv1a {
 public:
@@ -58,7 +58,10 @@ const std::vector<Layer>& layers()
         {&ReferenceStill::surface, {"surface.R", "surface.G", "surface.B"}},
         {&ReferenceStill::surface_lit, {"surface_lit.R", "surface_lit.G", "surface_lit.B"}},
         {&ReferenceStill::depth, {"depth.Z"}},
-        {&ReferenceStill::error, {"error.Y"}}};
+        {&ReferenceStill::error, {"error.Y"}},
+        {&ReferenceStill::noise, {"noise.R", "noise.G", "noise.B"}},
+        {&ReferenceStill::scattering_noise,
+         {"scattering_noise.R", "scattering_noise.G", "scattering_noise.B"}}};
     return table;
 }
 

@@ -66,7 +66,9 @@ Integral ReferencePaths::scattered(const Ray& ray, const ScatteringPlaces& place
             return std::array{v.x, v.y, v.z};
         },
         seed, accuracy);
-    return {{mean.value[0], mean.value[1], mean.value[2]}, mean.error};
+    return {{mean.value[0], mean.value[1], mean.value[2]},
+            mean.error,
+            {mean.noise[0], mean.noise[1], mean.noise[2]}};
 }
 
 Integral ReferencePaths::irradiance(const SurfaceHit& hit, std::uint32_t seed,
@@ -82,7 +84,9 @@ Integral ReferencePaths::irradiance(const SurfaceHit& hit, std::uint32_t seed,
             return std::array{v.x, v.y, v.z};
         },
         seed, accuracy);
-    return {{mean.value[0], mean.value[1], mean.value[2]}, mean.error};
+    return {{mean.value[0], mean.value[1], mean.value[2]},
+            mean.error,
+            {mean.noise[0], mean.noise[1], mean.noise[2]}};
 }
 
 glm::dvec3 ReferencePaths::from_light(const ReferenceLight& light, glm::dvec3 p, glm::dvec3 wo,

@@ -20,11 +20,15 @@ inline double largest(glm::dvec3 v)
 struct Integral {
     glm::dvec3 value{0};
     double error = 0;  ///< estimated, absolute, of the largest channel
+    /// Half of what the samples' two independent halves differ by: its square is on the mean the
+    /// value's variance. 0 of a quadrature.
+    glm::dvec3 noise{0};
 
     void operator+=(const Integral& other)
     {
         value += other.value;
         error += other.error;
+        noise += other.noise;
     }
 };
 

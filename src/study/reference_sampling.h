@@ -159,6 +159,7 @@ inline std::size_t choose(const double* first, std::size_t count, double& u)
 template <std::size_t N> struct SampledMean {
     std::array<double, N> value{};
     double error = 0;
+    std::array<double, N> noise{};  ///< as Integral's
 };
 
 struct SamplingAccuracy {
@@ -189,8 +190,11 @@ SampledMean<N> sampled_mean(const F& f, std::uint32_t seed, const SamplingAccura
         mean.error = 0;
         for (std::size_t c = 0; c < N; ++c) {
             double sum = 0, squares = 0;
-            for (const auto& one : sums)
-                sum += one[c] / done;
+            mean.noise[c] = 0;
+            for (std::uint32_t s = 0; s < kScrambles; ++s) {
+                sum += sums[s][c] / done;
+                mean.noise[c] += (s % 2 == 0 ? 1 : -1) * sums[s][c] / done / kScrambles;
+            }
             mean.value[c] = sum / kScrambles;
             for (const auto& one : sums)
                 squares += std::pow(one[c] / done - mean.value[c], 2);

@@ -159,7 +159,9 @@ Integral ReferenceWorld::in_scattering(glm::dvec3 p, glm::dvec3 wo, double g, st
             return std::array{v.x, v.y, v.z};
         },
         seed, accuracy);
-    return {{mean.value[0], mean.value[1], mean.value[2]}, mean.error};
+    return {{mean.value[0], mean.value[1], mean.value[2]},
+            mean.error,
+            {mean.noise[0], mean.noise[1], mean.noise[2]}};
 }
 
 Integral ReferenceWorld::scattered(const Ray& ray, const ScatteringPlaces& places,
@@ -178,7 +180,9 @@ Integral ReferenceWorld::scattered(const Ray& ray, const ScatteringPlaces& place
             return std::array{v.x, v.y, v.z};
         },
         seed, accuracy);
-    return {{mean.value[0], mean.value[1], mean.value[2]}, mean.error};
+    return {{mean.value[0], mean.value[1], mean.value[2]},
+            mean.error,
+            {mean.noise[0], mean.noise[1], mean.noise[2]}};
 }
 
 WorldIrradiance ReferenceWorld::irradiance(const SurfaceHit& hit, std::uint32_t seed,
@@ -207,7 +211,10 @@ WorldIrradiance ReferenceWorld::irradiance(const SurfaceHit& hit, std::uint32_t 
         },
         seed, accuracy);
     const auto& v = mean.value;
-    return {{v[0], v[1], v[2]}, {v[3], v[4], v[5]}, mean.error};
+    return {{v[0], v[1], v[2]},
+            {v[3], v[4], v[5]},
+            mean.error,
+            {mean.noise[3], mean.noise[4], mean.noise[5]}};
 }
 
 }  // namespace fumarole::study

@@ -48,6 +48,7 @@ struct WorldIrradiance {
     glm::dvec3 clear{0};  ///< as if there were no media
     glm::dvec3 lit{0};    ///< through the media
     double error = 0;     ///< estimated, of the largest channel
+    glm::dvec3 noise{0};  ///< of `lit`, as Integral's
 };
 
 class ReferenceWorld {

@@ -31,7 +31,7 @@ protected:
     }
     [[nodiscard]] Json plan(Arguments arguments) const
     {
-        arguments.insert(arguments.begin(), {"plan", "fog.json", "--json"});
+        arguments.insert(arguments.begin(), {"plan", "fog.json", "--json", "--bounces", "0"});
         const Outcome outcome = run(arguments);
         EXPECT_EQ(outcome.code, 0) << outcome;
         EXPECT_EQ(outcome.err, "") << outcome;

@@ -219,7 +219,7 @@ TEST_F(View, TheReferenceComesAndErrorsAreMeasuredAgainstIt)
     const Outcome run =
         view(R"([{"wait": "loaded"}, {"key": "3"}, {"wait": "reference", "seconds": 300},
                  {"frames": 2}, {"screenshot": "reference.png"}])",
-             {sample("smoke_plume_sun.json"), "--aa=1", "--exposure=0"}, "240x180");
+             {sample("smoke_plume_sun.json"), "--aa=1", "--exposure=0", "--bounces=0"}, "240x180");
     ASSERT_EQ(run.code, 0) << run;
     const Json errors = Json::parse(run.out)["errors"];
     ASSERT_EQ(errors.size(), 1u) << run;
@@ -231,11 +231,11 @@ TEST_F(View, TheReferenceComesAndErrorsAreMeasuredAgainstIt)
 TEST_F(View, ErrorsAreThoseOfThePictureThatIsShown)
 {
     const auto error = [&](const std::string& change) {
-        const Outcome run =
-            view(R"([{"wait": "loaded"}, {"key": "3"}, {"wait": "reference"},
+        const Outcome run = view(
+            R"([{"wait": "loaded"}, {"key": "3"}, {"wait": "reference"},
                                      {"frames": 2}, )" +
-                     change + R"({"wait": "settled"}, {"frames": 2}])",
-                 {sample("smoke_plume_sun.json"), "--aa=1", "--exposure=0"}, "120x90");
+                change + R"({"wait": "settled"}, {"frames": 2}])",
+            {sample("smoke_plume_sun.json"), "--aa=1", "--exposure=0", "--bounces=0"}, "120x90");
         EXPECT_EQ(run.code, 0) << run;
         const Json errors = Json::parse(run.out)["errors"];
         EXPECT_EQ(errors.size(), 1u) << run;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
+#include <random>
 #include <set>
 
 #include "study/chart_budget.h"
@@ -43,8 +44,8 @@ TEST(Chart, SweepsNameSettingsAndValuesThatAre)
 TEST(Chart, EverySettingThatTradesSpeedIsSwept)
 {
     // Two guard against extremes, on which a scene may need them, and buy no time; one is of lights
-    // that move, and a chart's stand still; and a chart's truth has light scattered once.
-    std::set<std::string_view> missing{"g-clamp", "least-extinction", "shadow-fill", "bounces"};
+    // that move, and a chart's stand still.
+    std::set<std::string_view> missing{"g-clamp", "least-extinction", "shadow-fill"};
     for (const SettingInfo& info : setting_table()) {
         bool swept = false;
         for (const Sweep& sweep : sweep_table())
@@ -72,6 +73,42 @@ TEST(Chart, PointsStandOnceAndSayHowTheyAreRendered)
         EXPECT_EQ(names.count("froxel tile=4 history=0"), 1u);
     }
     EXPECT_LT(chart_points(true).size(), chart_points(false).size() / 2);
+}
+
+TEST(Chart, OfLightThatScattersOnceHasNoPointWhereItScattersOn)
+{
+    std::set<std::string> names;
+    for (const ChartPoint& point : chart_points(false, true)) {
+        EXPECT_EQ(point.settings.bounces, 0) << point.name();
+        EXPECT_TRUE(names.insert(point.name()).second) << point.name();
+        EXPECT_EQ(point.is_preset, names.size() <= presets().size()) << point.name();
+    }
+    EXPECT_EQ(names.count("default steps=16 bounces=0"), 1u);
+    EXPECT_EQ(names.count("eevee2017"), 1u);
+}
+
+TEST(Chart, ErrorIsWithoutTheReferencesNoise)
+{
+    // A picture that is off by a tenth everywhere, and a reference of 1 with noise of +-0.05, whose
+    // halves differ by twice as much as it is off itself on the mean square.
+    std::mt19937 random(7);
+    std::normal_distribution<float> half(0, 0.05f * std::sqrt(2.0f));
+    std::vector<float> reference, noise;
+    for (int i = 0; i < 30000; ++i) {
+        const float a = 1 + half(random), b = 1 + half(random);
+        reference.push_back((a + b) / 2);
+        noise.push_back((a - b) / 2);
+    }
+    const std::vector<float> picture(reference.size(), 1.1f);
+    const NoiseShare share = noise_relmse(noise, reference);
+    EXPECT_NEAR(share.relmse, 0.0025 / 1.1, 0.05 * 0.0025 / 1.1);
+    const TargetError e = target_error({picture}, reference, share);
+    EXPECT_GT(compare(picture, reference).relmse, 1.25 * 0.01 / 1.1);
+    // What is left is the noise in relMSE's denominators, 4 * 0.1 * 0.05^2 first of all.
+    EXPECT_NEAR(e.relmse, 0.01 / 1.1, 0.15 * 0.01 / 1.1);
+    EXPECT_EQ(noise_relmse({}, reference).relmse, 0);
+    EXPECT_EQ(target_error({reference}, reference, share).relmse, share.deviation)
+        << "what is not told from nothing";
 }
 
 TEST(Chart, FrontIsWhatNothingBeats)
@@ -140,10 +177,13 @@ TEST(Chart, SaysWhatASettingBuysAndCosts)
 
 TEST(Chart, LooserTolerancesEndAtTheLoosest)
 {
-    EXPECT_DOUBLE_EQ(looser(1e-3), 4e-3);
-    EXPECT_EQ(looser(0.05), kLoosestTolerance);
-    EXPECT_EQ(looser(kLoosestTolerance), kLoosestTolerance);
-    EXPECT_EQ(looser(0.3), 0.3) << "never a closer one";
+    for (const int bounces : {0, kAllBounces}) {
+        const double loosest = loosest_tolerance(bounces);
+        EXPECT_DOUBLE_EQ(looser(1e-3, bounces), bounces == 0 ? 4e-3 : 2e-3);
+        EXPECT_EQ(looser(0.9 * loosest, bounces), loosest);
+        EXPECT_EQ(looser(loosest, bounces), loosest);
+        EXPECT_EQ(looser(0.5, bounces), 0.5) << "never a closer one";
+    }
 }
 
 TEST(Chart, ToleranceFitsTheTime)
@@ -153,7 +193,7 @@ TEST(Chart, ToleranceFitsTheTime)
     scene.lights = {SunLight{.direction_to_light = {0, 0, 1}, .irradiance = {1, 1, 1}}};
     ReferenceOptions asked;
     EXPECT_EQ(fit_tolerance(scene, asked, 1e6), asked.tolerance);
-    EXPECT_EQ(fit_tolerance(scene, asked, 0), kLoosestTolerance);
+    EXPECT_EQ(fit_tolerance(scene, asked, 0), loosest_tolerance(asked.bounces));
     const std::atomic<bool> cancel{true};
     asked.cancel = &cancel;
     EXPECT_THROW(fit_tolerance(scene, asked, 1e6), ReferenceCancelled);

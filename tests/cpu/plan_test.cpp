@@ -271,7 +271,7 @@ TEST(PlanPixels, TellTheErrorOfAWholePicture)
         guide[i] *= 1.01f + 0.002f * off(random);
         picture[i] *= 1 + (i / 3 % 64 < 20 ? 0.1f : 0.02f) * off(random);
     }
-    SparseReference sparse(scene, guide, 1e-3, nullptr);
+    SparseReference sparse(scene, guide, 1e-3, 0, nullptr);
     sparse.set_draws(draw_pixels(drawing_density(guide, 64, picture, sparse.floor()), 10, 60));
     std::vector<std::size_t> all(600);
     std::iota(all.begin(), all.end(), std::size_t{0});
@@ -291,7 +291,7 @@ TEST(PlanPixels, TellTheErrorOfAWholePicture)
 TEST(PlanFacts, KnowHowDeepMediaAre)
 {
     const Scene scene = fog_scene();
-    const Reference reference(scene, 1e-3, kMeasuredBounces);
+    const Reference reference(scene, 1e-3, 0);
     Bounds box;
     box.add(glm::dvec3(-1, -1, 0));
     box.add(glm::dvec3(1, 1, 2));
@@ -300,7 +300,7 @@ TEST(PlanFacts, KnowHowDeepMediaAre)
     const std::vector<Light> inside{PointLight{{0, 0, 1}, glm::vec3(1)}};
     Scene lamp = scene;
     lamp.lights = inside;
-    const Reference lit(lamp, 1e-3, kMeasuredBounces);
+    const Reference lit(lamp, 1e-3, 0);
     EXPECT_GE(deepest_way(lit, box, inside), 1.0);
 }
 

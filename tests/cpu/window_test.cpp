@@ -454,7 +454,7 @@ TEST(ExposureDue, IsChosenAtOnceForANewSceneAndOnceMoreWhenThatIsSharp)
 void follow_to_the_end(ReferenceView& view, const Scene& scene, double tolerance)
 {
     for (int i = 0; i < 3000 && !view.picture().whole; ++i) {
-        view.follow(scene, tolerance, false, 10.0 + i);
+        view.follow(scene, tolerance, 0, false, 10.0 + i);
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     EXPECT_TRUE(view.picture().whole) << view.picture().error;
@@ -466,7 +466,7 @@ TEST(ReferenceView, IsAskedForAtRestAndMeasuresEachPictureOnce)
     scene.resolution = {12, 8};
     scene.world.radiance = glm::vec3(1);
     ReferenceView view;
-    view.follow(scene, 0.1, true, 0);
+    view.follow(scene, 0.1, 0, true, 0);
     EXPECT_FALSE(view.busy()) << "not for each step of a drag";
     follow_to_the_end(view, scene, 0.1);
     EXPECT_EQ(view.picture().share, 1);
@@ -485,11 +485,11 @@ TEST(ReferenceView, IsAskedForAtRestAndMeasuresEachPictureOnce)
     view.outdate_errors();
     EXPECT_TRUE(view.unmeasured()) << "other settings, the same truth";
     // The same again asks for nothing; another camera does.
-    view.follow(scene, 0.1, false, 1e6);
+    view.follow(scene, 0.1, 0, false, 1e6);
     EXPECT_FALSE(view.busy());
     EXPECT_EQ(view.errors().size(), 2u);
     scene.camera.position.x += 0.1;
-    view.follow(scene, 0.1, true, 2e6);
+    view.follow(scene, 0.1, 0, true, 2e6);
     EXPECT_TRUE(view.errors().empty());
     view.drop();
     EXPECT_EQ(view.picture().version, 0u);

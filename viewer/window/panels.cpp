@@ -361,7 +361,7 @@ bool draw_compare(const PanelContext& context)
         number_control({"scale", "", "", "difference at the end of the colours; 0: what suits"},
                        state.difference_scale, 0, 10, 0);
     number_control({"tolerance", "", "", "of the reference: relative error of a pixel"},
-                   state.tolerance, 1e-3, 0.5, 0.02);
+                   state.tolerance, 1e-3, 0.5, 0.1);
     const ReferenceView& reference = context.viewport.reference();
     if (const auto& picture = reference.picture(); reference.busy() || picture.share > 0) {
         ImGui::ProgressBar(static_cast<float>(picture.share), {-1, 0},

@@ -2,26 +2,27 @@
 
 namespace fumarole::window {
 
-bool ReferenceView::asked_for(const Scene& scene, double tolerance) const
+bool ReferenceView::asked_for(const Scene& scene, double tolerance, int bounces) const
 {
-    return request_ && request_->tolerance == tolerance &&
+    return request_ && request_->tolerance == tolerance && request_->bounces == bounces &&
            request_->scene.resolution == scene.resolution &&
            request_->scene.camera == scene.camera && request_->scene.time == scene.time &&
            same_content(request_->scene, scene);
 }
 
-void ReferenceView::follow(const Scene& scene, double tolerance, bool moving, double now)
+void ReferenceView::follow(const Scene& scene, double tolerance, int bounces, bool moving,
+                           double now)
 {
     // To copy the whole picture for each tile would cost more than the tiles do.
     constexpr double kInterval = 0.2;  // [s]
-    if (!asked_for(scene, tolerance)) {
+    if (!asked_for(scene, tolerance, bounces)) {
         worker_.stop();
         request_.reset();
         errors_.clear();
         if (moving)
             return;
-        worker_.start(scene, tolerance);
-        request_ = {scene, tolerance};
+        worker_.start(scene, tolerance, bounces);
+        request_ = {scene, tolerance, bounces};
     }
     if (picture_.version != 0 && busy() && now - taken_ < kInterval)
         return;

@@ -27,7 +27,7 @@ public:
     /// there of it. @param scene its resolution is the picture's
     /// @param moving true while a camera or a light is dragged: nothing is asked for
     /// @param now [s] on any clock
-    void follow(const Scene& scene, double tolerance, bool moving, double now);
+    void follow(const Scene& scene, double tolerance, int bounces, bool moving, double now);
     /// Stops, and drops what was there.
     void drop();
 
@@ -52,8 +52,9 @@ private:
     struct Request {
         Scene scene;
         double tolerance = 0;
+        int bounces = 0;
     };
-    [[nodiscard]] bool asked_for(const Scene& scene, double tolerance) const;
+    [[nodiscard]] bool asked_for(const Scene& scene, double tolerance, int bounces) const;
 
     ReferenceWorker worker_;
     std::optional<Request> request_;

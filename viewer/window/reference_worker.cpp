@@ -9,7 +9,7 @@
 
 namespace fumarole::window {
 
-void ReferenceWorker::start(const Scene& scene, double tolerance)
+void ReferenceWorker::start(const Scene& scene, double tolerance, int bounces)
 {
     mail_ = std::make_shared<Mail>();
     Picture& picture = mail_->picture;
@@ -19,10 +19,10 @@ void ReferenceWorker::start(const Scene& scene, double tolerance)
     picture.composite.assign(pixels * 3, 0.0f);
     picture.done.assign(pixels, 0);
     picture.version = versions_ += std::uint64_t{1} << 32u;
-    task_.run([scene, tolerance, mail = mail_](const Background::Stop& stop) {
+    task_.run([scene, tolerance, bounces, mail = mail_](const Background::Stop& stop) {
         study::ReferenceOptions options;
         options.tolerance = tolerance;
-        options.bounces = study::kMeasuredBounces;
+        options.bounces = bounces;
         options.cancel = &stop;
         options.on_tile = [&](const study::ReferenceRegion& tile,
                               const study::ReferenceStill& still) {

@@ -25,7 +25,7 @@ public:
     };
 
     /// Starts over. @param scene its resolution is the picture's
-    void start(const Scene& scene, double tolerance);
+    void start(const Scene& scene, double tolerance, int bounces);
     void stop();
     [[nodiscard]] bool busy() const { return task_.busy(); }
 

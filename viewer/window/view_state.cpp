@@ -137,6 +137,8 @@ std::string command_line(const ViewState& state, const std::string& input, glm::
     std::string line = fmt::format("fumarole render {} --size {}x{}", input, pixels.x, pixels.y);
     if (state.reference) {
         line += fmt::format(" --mode reference --tolerance {:g}", state.tolerance);
+        if (state.settings.bounces == 0)
+            line += " --bounces 0";
     } else {
         const Settings preset = find_preset(state.preset);
         if (state.preset != "default")

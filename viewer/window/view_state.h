@@ -29,9 +29,9 @@ struct ViewState {
     float exposure_ev = 0;
     Display::Transform transform = Display::Transform::filmic;
 
-    int aa = 16;              ///< frames averaged at rest
-    double target_ms = 33;    ///< of a frame while things move
-    double tolerance = 0.02;  ///< of the reference
+    int aa = 16;             ///< frames averaged at rest
+    double target_ms = 33;   ///< of a frame while things move
+    double tolerance = 0.1;  ///< of the reference
 
     bool panel = true;
     bool lights = false;

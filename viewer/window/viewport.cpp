@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "study/false_color.h"
+#include "study/reference.h"
 
 namespace fumarole::window {
 
@@ -153,7 +154,8 @@ void Viewport::follow_reference(const Document& document, const ViewState& state
     }
     Scene scene = document.scene();
     scene.resolution = glm::uvec2(pixels);
-    reference_.follow(scene, state.tolerance, pace_.moving(), now);
+    const int bounces = state.settings.bounces == 0 ? 0 : study::kMeasuredBounces;
+    reference_.follow(scene, state.tolerance, bounces, pace_.moving(), now);
     upload_reference();
 }
 

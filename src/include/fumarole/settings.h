@@ -47,7 +47,7 @@ struct SceneSettings {
     /// Orders of scattering after the first, 0..64; 0: light scatters once; kAutomatic: as many as
     /// the media's albedo and optical depth ask for. Those that are left out are guessed from the
     /// last two.
-    int bounces = 0;
+    int bounces = kAutomatic;
 
     // the medium on the GPU
     medium::Storage storage = medium::Storage::automatic;
