@@ -196,7 +196,7 @@ FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& me
     // starts, 1 - (1 - exp(-tau)) / tau of it meets the medium.
     constexpr double kUnseen = 0.01;  // of a white picture
     constexpr double kLeftOut = 0.1;  // of the light, for the tail to guess
-    constexpr int kFewest = 4, kMost = 16;
+    constexpr int kFewest = 5, kMost = 16;
     const glm::vec3 albedos = media.mean_albedo();
     const double albedo = std::max({albedos.r, albedos.g, albedos.b});
     const double tau = std::max(mean_optical_depth(media), 1e-9);

@@ -65,7 +65,7 @@ TEST_F(Moving, EachFrameIsTheStillOfItsMoment)
                             R"({"position": [0,-10,2.5], "look_at": [0,0,2], "vfov_deg": 32,
                                 "near": 0.1, "far": 60},)");
     }());
-    const Outcome still = render({"still.json", "--jitter=none", "-o", "still.exr"});
+    const Outcome still = render({"still.json", "--jitter=none", "--aa=1", "-o", "still.exr"});
     ASSERT_EQ(still.code, 0) << still;
     EXPECT_EQ(picture("x.04.exr"), picture("still.exr"));
     EXPECT_NE(picture("x.00.exr"), picture("x.04.exr"));
@@ -169,7 +169,8 @@ TEST_F(Moving, AnEmptyFrameShowsTheEmptyScene)
     }
     EXPECT_NE(picture("x.2.exr"), picture("x.1.exr"));
     // The still of a sequence is the first frame that there is something to see in.
-    const Outcome still = render({"s_#.vdb", "--size=32x18", "--jitter=none", "-o", "y.exr"});
+    const Outcome still =
+        render({"s_#.vdb", "--size=32x18", "--jitter=none", "--aa=1", "-o", "y.exr"});
     ASSERT_EQ(still.code, 0) << still;
     EXPECT_NE(still.out.find("frame 2 of s_#.vdb"), std::string::npos) << still;
     EXPECT_EQ(picture("y.exr"), picture("x.2.exr"));
