@@ -1,3 +1,4 @@
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -21,6 +22,7 @@
 #include "study/bench_scenes.h"
 #include "study/chart.h"
 #include "study/reference_cache.h"
+#include "study/seconds.h"
 #include "study/texel_rate.h"
 #include "study/whole_file.h"
 #include <fumarole/asset/vdb_file.h>
@@ -38,7 +40,7 @@ using study::BenchFigure;
 constexpr int kPlumeEdge = 128;  ///< voxels of the smoke that is made here
 constexpr double kReferenceTolerance = 1e-2;
 
-struct Options {
+struct BenchOptions {
     std::vector<std::string> inputs, presets;
     std::string output = "bench", group, backend = "osmesa";
     std::optional<int> rounds, frames;
@@ -47,30 +49,27 @@ struct Options {
 };
 
 /// What a bench may take, and how closely it looks.
-struct Effort {
+struct BenchEffort {
     int rounds, frames;
     int runs;       ///< of each program, and of each stage of loading
     int most_edge;  ///< of the grids; 0: as memory goes
     double seconds;
 };
-constexpr Effort kWhole{.rounds = 3, .frames = 3, .runs = 5, .most_edge = 0, .seconds = 900};
-constexpr Effort kQuick{.rounds = 2, .frames = 2, .runs = 2, .most_edge = 128, .seconds = 120};
+constexpr BenchEffort kWholeBench{
+    .rounds = 3, .frames = 3, .runs = 5, .most_edge = 0, .seconds = 900};
+constexpr BenchEffort kQuickBench{
+    .rounds = 2, .frames = 2, .runs = 2, .most_edge = 128, .seconds = 120};
 
 /// Of the time that cases and grids share.
 constexpr double kCaseShare = 0.7;
 
-Effort effort_of(const Options& options)
+BenchEffort effort_of(const BenchOptions& options)
 {
-    Effort effort = options.quick ? kQuick : kWhole;
+    BenchEffort effort = options.quick ? kQuickBench : kWholeBench;
     effort.rounds = options.rounds.value_or(effort.rounds);
     effort.frames = options.frames.value_or(effort.frames);
     effort.seconds = options.time_limit.value_or(effort.seconds);
     return effort;
-}
-
-double seconds_since(Clock::time_point begin)
-{
-    return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
 bool interrupted()
@@ -79,7 +78,7 @@ bool interrupted()
 }
 
 /// What the user named first, then what is made here.
-std::vector<study::BenchScene> make_scenes(const Options& options,
+std::vector<study::BenchScene> make_scenes(const BenchOptions& options,
                                            std::shared_ptr<const VoxelGrid> smoke)
 {
     std::vector<study::BenchScene> scenes;
@@ -118,7 +117,7 @@ std::vector<VdbUse> vdbs_of(const std::vector<study::BenchScene>& scenes)
     return uses;
 }
 
-void print_list(const std::vector<study::BenchScene>& scenes, const Options& options)
+void print_list(const std::vector<study::BenchScene>& scenes, const BenchOptions& options)
 {
     for (const study::BenchCase& c :
          study::plan_bench(scenes, options.presets, options.group, options.quick))
@@ -135,7 +134,7 @@ void print_list(const std::vector<study::BenchScene>& scenes, const Options& opt
 /// From scenes to the files, step by step.
 class BenchRun {
 public:
-    explicit BenchRun(const Options& options)
+    explicit BenchRun(const BenchOptions& options)
         : options_{options}, folder_{options.output}, effort_{effort_of(options)},
           context_{gl::HeadlessContext::make(options.backend == "egl"
                                                  ? gl::HeadlessContext::Backend::egl
@@ -175,7 +174,7 @@ private:
     }
     [[nodiscard]] double seconds_left() const
     {
-        return std::max(1.0, effort_.seconds - seconds_since(begin_));
+        return std::max(1.0, effort_.seconds - study::seconds_since(begin_));
     }
     double look_at_machine()
     {
@@ -242,7 +241,7 @@ private:
         std::vector<study::BenchCase> cases =
             study::plan_bench(report_.scenes, options_.presets, options_.group, options_.quick);
         const double end =
-            seconds_since(begin_) + (wanted("grids") ? kCaseShare : 1) * seconds_left();
+            study::seconds_since(begin_) + (wanted("grids") ? kCaseShare : 1) * seconds_left();
         // What is compared gets all its rounds before a picture of 4K takes their time.
         const auto growth =
             std::stable_partition(cases.begin(), cases.end(), [](const study::BenchCase& one) {
@@ -251,8 +250,8 @@ private:
         for (const auto& [first, last] :
              {std::pair{cases.begin(), growth}, {growth, cases.end()}}) {
             std::vector<study::MeasuredCase> found = study::measure_bench(
-                {first, last}, renderer_, bench_options(std::max(1.0, end - seconds_since(begin_))),
-                report_.notes);
+                {first, last}, renderer_,
+                bench_options(std::max(1.0, end - study::seconds_since(begin_))), report_.notes);
             std::move(found.begin(), found.end(), std::back_inserter(measured_));
         }
         add(study::case_figures(measured_));
@@ -357,13 +356,13 @@ private:
         } catch (const Error& error) {
             plot_failure_ = error.what();
         }
-        report_.seconds = seconds_since(begin_);
+        report_.seconds = study::seconds_since(begin_);
     }
 
     const Clock::time_point begin_ = Clock::now();
-    const Options& options_;
+    const BenchOptions& options_;
     fs::path folder_;
-    Effort effort_;
+    BenchEffort effort_;
     Progress progress_;
     std::unique_ptr<gl::HeadlessContext> context_;
     SceneRenderer renderer_;
@@ -374,7 +373,7 @@ private:
     std::string plot_failure_;
 };
 
-void run(const Options& options)
+void run(const BenchOptions& options)
 {
     if (options.list) {
         print_list(make_scenes(options, std::make_shared<const VoxelGrid>()), options);
@@ -395,8 +394,8 @@ void add_bench(CLI::App& app)
     CLI::App* command = app.add_subcommand(
         "bench", "How fast: presets, steps, lights, sizes, grids, loading, in one run, against "
                  "the machine's own texel rate: bench.csv, bench.png");
-    auto options = std::make_shared<Options>();
-    Options& o = *options;
+    auto options = std::make_shared<BenchOptions>();
+    BenchOptions& o = *options;
     command->add_option("SCENE", o.inputs,
                         "scene files or .vdb files, besides the scenes made here");
     command->add_option("-o,--output", o.output, "folder, made if need be [bench]");

@@ -1,3 +1,4 @@
+#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
 #include <fmt/format.h>
@@ -37,7 +38,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr const char* kLogName = "chart.partial.jsonl";
 
-struct Options {
+struct ChartOptions {
     std::string input, output, size, grid, up = "auto", backend = "osmesa", target = "composite",
                                            bounces = "all";
     std::optional<double> tolerance;
@@ -50,24 +51,24 @@ struct Options {
 };
 
 /// What a chart may take, and how closely it looks.
-struct Effort {
+struct ChartEffort {
     double tolerance;       ///< of the reference where light scatters on
     double tolerance_once;  ///< and where it scatters once
     int frames, rounds, seeds;
     double seconds;  ///< in all
 };
-constexpr Effort kWhole{
+constexpr ChartEffort kWholeChart{
     .tolerance = 0.1, .tolerance_once = 1e-3, .frames = 3, .rounds = 3, .seeds = 4, .seconds = 600};
-constexpr Effort kQuick{
+constexpr ChartEffort kQuickChart{
     .tolerance = 0.2, .tolerance_once = 1e-2, .frames = 2, .rounds = 2, .seeds = 2, .seconds = 60};
 
 // Of all the time: at most so much for the reference; so much stays for pictures and report.
 constexpr double kReferenceShare = 0.35;
 constexpr double kWritingShare = 0.04, kWritingSeconds = 5;
 
-Effort effort_of(const Options& options)
+ChartEffort effort_of(const ChartOptions& options)
 {
-    Effort effort = options.quick ? kQuick : kWhole;
+    ChartEffort effort = options.quick ? kQuickChart : kWholeChart;
     effort.tolerance =
         options.tolerance.value_or(options.once() ? effort.tolerance_once : effort.tolerance);
     effort.frames = options.frames.value_or(effort.frames);
@@ -75,7 +76,7 @@ Effort effort_of(const Options& options)
     return effort;
 }
 
-std::string render_command(const Options& options, const Scene& scene)
+std::string render_command(const ChartOptions& options, const Scene& scene)
 {
     return fmt::format("fumarole render {} --size {}x{}", shell_word(options.input),
                        scene.resolution.x, scene.resolution.y) +
@@ -84,7 +85,7 @@ std::string render_command(const Options& options, const Scene& scene)
 }
 
 /// The command that goes on with an interrupted chart: all that was said but --fresh.
-std::string continue_command(const Options& options)
+std::string continue_command(const ChartOptions& options)
 {
     const auto number = [](const char* name, const auto& value) {
         return value ? fmt::format(" {} {:g}", name, static_cast<double>(*value)) : "";
@@ -144,7 +145,7 @@ Json point_json(const study::MeasuredPoint& p)
 }
 
 void print_json(const study::Chart& chart, const study::KeptReference& reference,
-                const Options& options, const Made& made, double tolerance)
+                const ChartOptions& options, const Made& made, double tolerance)
 {
     Json points = Json::array(), outputs = Json::array(), effects = Json::array();
     for (const study::MeasuredPoint& p : chart.points)
@@ -190,7 +191,7 @@ void print_row(const std::string& number, const study::Chart& chart, const study
 }
 
 void print_table(const study::Chart& chart, const study::KeptReference& reference,
-                 const Options& options, const Made& made, double tolerance)
+                 const ChartOptions& options, const Made& made, double tolerance)
 {
     fmt::print("{} at {} x {}: {} points, {} visit{} each ({} made now), reference to {:g} {}\n",
                options.input, chart.size.x, chart.size.y, chart.points.size(), chart.rounds,
@@ -234,7 +235,7 @@ double own_relmse(const study::ReferenceStill& still, bool once)
 }
 
 std::vector<std::pair<std::string, std::string>>
-machine_of(const Renderer& renderer, const study::Chart& chart, const Effort& effort,
+machine_of(const Renderer& renderer, const study::Chart& chart, const ChartEffort& effort,
            const study::KeptReference& reference, double reference_relmse)
 {
     const gl::Capabilities& gl = renderer.device().capabilities();
@@ -264,7 +265,7 @@ machine_of(const Renderer& renderer, const study::Chart& chart, const Effort& ef
 /// From a scene to the files, step by step.
 class ChartRun {
 public:
-    ChartRun(const Options& options, const asset::LoadedScene& loaded, fs::path folder)
+    ChartRun(const ChartOptions& options, const asset::LoadedScene& loaded, fs::path folder)
         : options_{options}, scene_{loaded.scene}, folder_{std::move(folder)}, effort_{effort_of(
                                                                                    options)},
           // Before the reference: a machine without OpenGL says so at once.
@@ -386,10 +387,10 @@ private:
     }
 
     const Clock::time_point begin_ = Clock::now();
-    const Options& options_;
+    const ChartOptions& options_;
     const Scene& scene_;
     fs::path folder_;
-    Effort effort_;
+    ChartEffort effort_;
     Progress progress_;
     std::unique_ptr<gl::HeadlessContext> context_;
     SceneRenderer renderer_;
@@ -400,7 +401,7 @@ private:
     Made made_;
 };
 
-void run(const Options& options)
+void run(const ChartOptions& options)
 {
     const asset::LoadedScene loaded =
         load_input({options.input, options.size, options.grid, options.up});
@@ -430,8 +431,8 @@ void add_chart(CLI::App& app)
     CLI::App* command = app.add_subcommand(
         "chart", "What each setting costs in time and in error, on this very scene: chart.csv, "
                  "chart.svg, chart.png, report.html");
-    auto options = std::make_shared<Options>();
-    Options& o = *options;
+    auto options = std::make_shared<ChartOptions>();
+    ChartOptions& o = *options;
     command->add_option("INPUT", o.input, "a .vdb file, or a scene file (.json)")->required();
     command->add_option("-o,--output", o.output, "folder, made if need be [INPUT's name_chart]");
     command->add_flag("--quick", o.quick,

@@ -1,3 +1,4 @@
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -24,7 +25,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kComposite = "composite";
 
-struct Options {
+struct CompareOptions {
     std::string test, reference, output, target, exposure = "auto", difference = "magnitude";
     std::optional<double> max_relmse, scale;
     bool json = false;
@@ -128,7 +129,7 @@ struct Row : PictureDistance {
 };
 
 Row measure(const std::string& target, const Image& test, const Image& reference,
-            const Options& options, std::optional<float> exposure)
+            const CompareOptions& options, std::optional<float> exposure)
 {
     Row row{picture_distance(target, test, reference, exposure), target, ""};
     if (!row.metrics.finite)
@@ -137,7 +138,7 @@ Row measure(const std::string& target, const Image& test, const Image& reference
 }
 
 void write_difference(const Row& row, const Image& test, const Image& reference,
-                      const Options& options)
+                      const CompareOptions& options)
 {
     study::FalseColor style;
     style.difference =
@@ -159,7 +160,7 @@ std::string shown_at(const Display& display)
                        display.exposure_ev);
 }
 
-void print(const std::vector<Row>& rows, const Options& options, const Image& size)
+void print(const std::vector<Row>& rows, const CompareOptions& options, const Image& size)
 {
     fmt::print("{} against {}, {} x {}\n", options.test, options.reference, size.width,
                size.height);
@@ -173,7 +174,8 @@ void print(const std::vector<Row>& rows, const Options& options, const Image& si
         fmt::print("wrote {}\n", options.output);
 }
 
-Json to_json(const std::vector<Row>& rows, const Options& options, const Image& size, bool ok)
+Json to_json(const std::vector<Row>& rows, const CompareOptions& options, const Image& size,
+             bool ok)
 {
     Json targets = Json::object();
     for (const Row& row : rows) {
@@ -197,7 +199,7 @@ Json to_json(const std::vector<Row>& rows, const Options& options, const Image& 
 }
 
 /// Why the test picture is not good enough; empty if it is.
-std::vector<std::string> faults_of(const std::vector<Row>& rows, const Options& options)
+std::vector<std::string> faults_of(const std::vector<Row>& rows, const CompareOptions& options)
 {
     std::vector<std::string> faults;
     for (const Row& row : rows) {
@@ -239,7 +241,7 @@ void match_parts(Image& test, Image& reference)
         reference = part_like(reference, test);
 }
 
-void check_sizes(const Options& options, const Image& test, const Image& reference)
+void check_sizes(const CompareOptions& options, const Image& test, const Image& reference)
 {
     if (test.width != reference.width || test.height != reference.height)
         throw Error(fmt::format("{} is {} x {} but {} is {} x {}; render both at one --size",
@@ -264,7 +266,7 @@ std::vector<std::string> common_targets(const Input& test, const Input& referenc
     return common;
 }
 
-void run(const Options& options)
+void run(const CompareOptions& options)
 {
     if (!options.output.empty())
         check_png("-o", options.output);
@@ -317,7 +319,7 @@ bool is_scene(const std::string& input)
     return is_scene_file(input) || has_extension(input, ".vdb");
 }
 
-void run_either(Options& options, const CLI::App& command)
+void run_either(CompareOptions& options, const CLI::App& command)
 {
     if (!is_scene(options.test)) {
         refuse(command, kOfScenes, "is for a scene, rendered in several modes");
@@ -345,8 +347,8 @@ void add_compare(CLI::App& app)
     CLI::App* command = app.add_subcommand(
         "compare", "How far a linear picture is from a reference, or a scene's modes from it and "
                    "from each other: relMSE, bias, FLIP, time");
-    auto options = std::make_shared<Options>();
-    Options& o = *options;
+    auto options = std::make_shared<CompareOptions>();
+    CompareOptions& o = *options;
     command
         ->add_option("A.exr", o.test,
                      "the picture to judge; or a scene file (.json) or a .vdb, to be rendered")

@@ -1,3 +1,4 @@
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -12,6 +13,7 @@
 #include "progress.h"
 #include "scene_input.h"
 #include "shell_words.h"
+#include "study/seconds.h"
 #include <fumarole/asset/scene_file.h>
 
 namespace fumarole::command {
@@ -21,7 +23,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 
-struct Options {
+struct PlanOptions {
     std::string input, size, grid, up = "auto", backend = "osmesa";
     SettingsInput words;
     PlanWish wish;
@@ -29,12 +31,7 @@ struct Options {
     bool json = false;
 };
 
-double seconds_since(Clock::time_point begin)
-{
-    return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
-std::string render_command(const Options& options, const study::Plan& plan)
+std::string render_command(const PlanOptions& options, const study::Plan& plan)
 {
     const std::string& name = plan.chosen().name;
     return fmt::format("fumarole render {}", shell_word(options.input)) +
@@ -72,7 +69,7 @@ std::string fact_text(const study::PlanFact& fact)
                        *fact.saving > 0 ? "less" : "more");
 }
 
-void print_plan(const study::Plan& plan, const Scene& scene, const Options& options)
+void print_plan(const study::Plan& plan, const Scene& scene, const PlanOptions& options)
 {
     fmt::print("what this scene needs:\n");
     for (const study::PlanFact& fact : plan.facts)
@@ -114,7 +111,7 @@ Json point_json(const study::PlanPoint& point)
             {"settings", settings}};
 }
 
-void print_json(const study::Plan& plan, const Scene& scene, const Options& options)
+void print_json(const study::Plan& plan, const Scene& scene, const PlanOptions& options)
 {
     Json facts = Json::array(), points = Json::array();
     for (const study::PlanFact& fact : plan.facts)
@@ -145,7 +142,7 @@ void print_json(const study::Plan& plan, const Scene& scene, const Options& opti
     fmt::print("{}\n", json.dump(1, ' ', false, Json::error_handler_t::replace));
 }
 
-void run(const Options& options)
+void run(const PlanOptions& options)
 {
     if (!options.wish.asked())
         throw UsageError("give what to plan for: --max-error 0.01, or --budget 8ms");
@@ -160,8 +157,8 @@ void run(const Options& options)
     SceneRenderer renderer(context->get_proc());
     // What the file took to read is not there any more, but a look at it must be.
     constexpr double kLeastShare = 0.5;
-    const double seconds =
-        std::max(options.time_limit - seconds_since(begin), kLeastShare * options.time_limit);
+    const double seconds = std::max(options.time_limit - study::seconds_since(begin),
+                                    kLeastShare * options.time_limit);
     const Interruption interruption;
     const study::Plan plan =
         plan_settings(loaded.scene, renderer, goal, options.words, seconds, true);
@@ -178,8 +175,8 @@ void add_plan(CLI::App& app)
     CLI::App* command = app.add_subcommand(
         "plan", "What a scene needs, and the cheapest settings that reach an error or the most "
                 "accurate ones that fit into a time");
-    auto options = std::make_shared<Options>();
-    Options& o = *options;
+    auto options = std::make_shared<PlanOptions>();
+    PlanOptions& o = *options;
     command->add_option("INPUT", o.input, "a .vdb file, or a scene file (.json)")->required();
     add_plan_options(*command, o.wish);
     command->add_option("--size", o.size, "WIDTHxHEIGHT in pixels [480x270, or the scene's]");

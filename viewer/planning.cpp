@@ -1,5 +1,6 @@
 #include "planning.h"
 
+#include <CLI/CLI.hpp>
 #include <charconv>
 #include <fmt/format.h>
 

@@ -1,11 +1,14 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 
 #include "settings_input.h"
 #include "study/plan.h"
+
+namespace CLI {
+class App;
+}
 
 namespace fumarole::command {
 

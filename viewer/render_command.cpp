@@ -1,3 +1,4 @@
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -35,7 +36,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-struct Options {
+struct RenderOptions {
     std::string input;
     std::vector<std::string> outputs;
     std::string size, grid, up = "auto", backend = "osmesa", exposure = "auto", display = "filmic",
@@ -60,7 +61,7 @@ struct Options {
 };
 
 /// A word that only the other mode understands is a mistake, not a wish to be passed over.
-void check_mode(const Options& options, const CLI::App& command)
+void check_mode(const RenderOptions& options, const CLI::App& command)
 {
     const auto refuse = [&](const std::string& name, const char* why) {
         if (command.get_option(name)->count() > 0)
@@ -125,7 +126,7 @@ std::string bounces_text(int bounces)
 
 /// Single scattering is integrated; what bounces is sampled, and a tenth of the error costs a
 /// hundred times the samples.
-double tolerance_of(const Options& options)
+double tolerance_of(const RenderOptions& options)
 {
     return options.tolerance.value_or(parse_bounces(options.bounces) == 0 ? 1e-3 : 2e-2);
 }
@@ -134,7 +135,7 @@ constexpr int kMostAutomatic = 64;  ///< frames
 
 /// N, or `auto`: a still is averaged until its grain is gone. What is timed, planned, moving or a
 /// reference is of as many frames as are asked for, one if nothing is said.
-void parse_aa(Options& options, const CLI::App& command)
+void parse_aa(RenderOptions& options, const CLI::App& command)
 {
     if (options.aa_text == "auto") {
         const bool one = options.reference() || options.wish.asked() ||
@@ -178,7 +179,7 @@ std::optional<FrameRange> parse_range(std::string_view text)
 }
 
 /// N frames of a still, or frames A to B of a moving picture.
-void parse_frames(Options& options)
+void parse_frames(RenderOptions& options)
 {
     const char *at = options.frames.data(), *end = at + options.frames.size();
     int number = 0;
@@ -200,7 +201,7 @@ void parse_frames(Options& options)
                         options.input, options.frames));
 }
 
-std::string preset_line(const Options& options)
+std::string preset_line(const RenderOptions& options)
 {
     std::string line = "preset " + options.words.preset;
     for (const auto& [name, value] : options.words.changed)
@@ -217,7 +218,7 @@ Json settings_json(const Settings& settings)
 }
 
 void print_report(const StillReport& report, const gl::Device& gl, const Scene& scene,
-                  const Options& options)
+                  const RenderOptions& options)
 {
     fmt::print("{} x {} on {} ({}), {}\n", scene.resolution.x, scene.resolution.y,
                gl.capabilities().renderer, report.timing_method, preset_line(options));
@@ -257,8 +258,8 @@ Json report_json(const StillReport& report)
 
 /// What all modes print of a picture for machines.
 /// @param frames that were averaged
-Json picture_json(const Options& options, const Picture& picture, int frames, float exposure_ev,
-                  const std::vector<std::string>& notes)
+Json picture_json(const RenderOptions& options, const Picture& picture, int frames,
+                  float exposure_ev, const std::vector<std::string>& notes)
 {
     return {{"input", options.input},
             {"outputs", options.outputs},
@@ -283,7 +284,7 @@ Picture part_of(Picture picture, const std::optional<PictureRegion>& region, con
     return picture;
 }
 
-PictureFiles files_of(const Options& options)
+PictureFiles files_of(const RenderOptions& options)
 {
     return {.outputs = options.outputs,
             .target = options.target,
@@ -298,7 +299,7 @@ PictureFiles files_of(const Options& options)
 
 // -------------------------------------------------------------------------------------- OpenGL
 
-std::unique_ptr<gl::HeadlessContext> make_context(const Options& options)
+std::unique_ptr<gl::HeadlessContext> make_context(const RenderOptions& options)
 {
     return gl::HeadlessContext::make(options.backend == "egl"
                                          ? gl::HeadlessContext::Backend::egl
@@ -307,7 +308,8 @@ std::unique_ptr<gl::HeadlessContext> make_context(const Options& options)
 
 /// Has the settings planned that were not given, for a single frame, and says what was chosen.
 /// @returns the line that says it
-std::string plan(Options& options, Settings& settings, const Scene& scene, SceneRenderer& renderer)
+std::string plan(RenderOptions& options, Settings& settings, const Scene& scene,
+                 SceneRenderer& renderer)
 {
     constexpr double kSeconds = 10;
     const study::Plan plan =
@@ -354,7 +356,7 @@ Scene without_glow(Scene scene)
 /// Draws the same frames without what glows, for the alpha of a .png.
 class CoverRenderer {
 public:
-    CoverRenderer(const Options& options, const PictureFiles& files, gl::GetProc get_proc)
+    CoverRenderer(const RenderOptions& options, const PictureFiles& files, gl::GetProc get_proc)
         : wanted_{options.alpha && std::any_of(files.outputs.begin(), files.outputs.end(), is_png)},
           get_proc_{std::move(get_proc)}
     {
@@ -434,7 +436,7 @@ private:
     std::optional<double> left_;
 };
 
-void run_still(Options options, const PictureFiles& files, Settings settings,
+void run_still(RenderOptions options, const PictureFiles& files, Settings settings,
                const std::optional<PictureRegion>& region, const asset::LoadedScene& loaded)
 {
     const Scene& scene = loaded.scene;
@@ -525,8 +527,9 @@ std::optional<float> write_inspection(const InspectionStill& still, const Inspec
     return exposure_ev;
 }
 
-void run_inspection(const Options& options, const PictureFiles& files, const Settings& settings,
-                    const Inspection& inspection, const asset::LoadedScene& loaded)
+void run_inspection(const RenderOptions& options, const PictureFiles& files,
+                    const Settings& settings, const Inspection& inspection,
+                    const asset::LoadedScene& loaded)
 {
     const auto context = make_context(options);
     SceneRenderer renderer(context->get_proc());
@@ -587,7 +590,7 @@ ErrorSummary summarize(const study::ReferenceStill& still, double tolerance)
     return summary;
 }
 
-study::ReferenceStill render_reference(const Options& options,
+study::ReferenceStill render_reference(const RenderOptions& options,
                                        const std::optional<PictureRegion>& region,
                                        const Scene& scene, Progress& progress)
 {
@@ -602,7 +605,7 @@ study::ReferenceStill render_reference(const Options& options,
 }
 
 /// No OpenGL here: the reference runs on the processor.
-void run_reference(const Options& options, const PictureFiles& files,
+void run_reference(const RenderOptions& options, const PictureFiles& files,
                    const std::optional<PictureRegion>& region, const asset::LoadedScene& loaded)
 {
     Progress progress;
@@ -650,7 +653,7 @@ PictureFiles files_at(const PictureFiles& files, int frame)
     return of_frame;
 }
 
-void check_moving_outputs(const Options& options)
+void check_moving_outputs(const RenderOptions& options)
 {
     for (const std::string& output : options.outputs)
         if (!has_frame_number(output))
@@ -660,7 +663,7 @@ void check_moving_outputs(const Options& options)
                                          fs::path(output).extension().string()));
 }
 
-asset::MissingFrames missing_frames(const Options& options)
+asset::MissingFrames missing_frames(const RenderOptions& options)
 {
     return options.missing_frames == "hold"   ? asset::MissingFrames::hold
            : options.missing_frames == "skip" ? asset::MissingFrames::skip
@@ -669,7 +672,7 @@ asset::MissingFrames missing_frames(const Options& options)
 
 /// Frames are loaded ahead, drawn in order with their history, and written one by one. All have
 /// the exposure of the first, or brightness would hunt.
-void run_moving(Options options, PictureFiles files, Settings settings,
+void run_moving(RenderOptions options, PictureFiles files, Settings settings,
                 const std::optional<PictureRegion>& region)
 {
     const FrameRange range = *options.range;
@@ -759,7 +762,7 @@ void run_moving(Options options, PictureFiles files, Settings settings,
     fmt::print("wrote frames {} to {}\n", options.frames, fmt::join(options.outputs, ", "));
 }
 
-void check_words(const Options& options, const CLI::App& command)
+void check_words(const RenderOptions& options, const CLI::App& command)
 {
     check_mode(options, command);
     if (options.alpha && !options.target.empty())
@@ -769,7 +772,7 @@ void check_words(const Options& options, const CLI::App& command)
 }
 
 /// What --show is asked for, or nothing; words of a picture's that it has no use for are refused.
-std::optional<Inspection> inspection_of(const Options& options, const Settings& settings,
+std::optional<Inspection> inspection_of(const RenderOptions& options, const Settings& settings,
                                         const CLI::App& command)
 {
     const auto refuse = [&](std::initializer_list<const char*> names, const std::string& why) {
@@ -792,7 +795,7 @@ std::optional<Inspection> inspection_of(const Options& options, const Settings& 
     return parse_inspection(options.inspection, settings);
 }
 
-asset::LoadedScene load(const Options& options)
+asset::LoadedScene load(const RenderOptions& options)
 {
     asset::LoadedScene loaded = load_input({options.input, options.size, options.grid, options.up});
     if (!options.save_scene.empty())
@@ -807,7 +810,7 @@ asset::LoadedScene load(const Options& options)
     return loaded;
 }
 
-void run(Options options, const CLI::App& command)
+void run(RenderOptions options, const CLI::App& command)
 {
     parse_frames(options);
     parse_aa(options, command);
@@ -857,8 +860,8 @@ void add_render(CLI::App& app, const std::string& line)
 {
     CLI::App* command =
         app.add_subcommand("render", "A picture of a .vdb file or of a scene, with what it cost");
-    auto options = std::make_shared<Options>();
-    Options& o = *options;
+    auto options = std::make_shared<RenderOptions>();
+    RenderOptions& o = *options;
     o.line = line;
     command->add_option("INPUT", o.input, "a .vdb file, or a scene file (.json)")->required();
     command

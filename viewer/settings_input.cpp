@@ -1,5 +1,6 @@
 #include "settings_input.h"
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include "command.h"

@@ -1,10 +1,13 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <map>
 #include <string>
 
 #include <fumarole/settings.h>
+
+namespace CLI {
+class App;
+}
 
 namespace fumarole::command {
 

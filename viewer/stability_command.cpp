@@ -1,3 +1,4 @@
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -25,7 +26,7 @@ using study::StabilityCase;
 using study::StabilityResult;
 using study::StabilityRun;
 
-struct Options {
+struct StabilityOptions {
     std::string output = "stability", backend = "osmesa", held;
     study::StabilityChoice choice;
     bool list = false, explain = false, json = false, accept = false;
@@ -60,7 +61,7 @@ void check_name(std::string_view option, const std::string& name,
             fmt::format("{}: no '{}' (there are: {})", option, name, fmt::join(all, ", ")));
 }
 
-std::vector<StabilityRun> chosen_runs(const Options& options)
+std::vector<StabilityRun> chosen_runs(const StabilityOptions& options)
 {
     check_name("--mode", options.choice.mode, &study::StabilitySubject::mode);
     check_name("--preset", options.choice.preset, &study::StabilitySubject::preset);
@@ -181,7 +182,8 @@ void print_json(const std::vector<StabilityResult>& results, const study::HeldCh
     fmt::print("{}\n", json.dump(1, ' ', false, Json::error_handler_t::replace));
 }
 
-std::vector<StabilityResult> measure(const std::vector<StabilityRun>& runs, const Options& options)
+std::vector<StabilityResult> measure(const std::vector<StabilityRun>& runs,
+                                     const StabilityOptions& options)
 {
     const auto context =
         gl::HeadlessContext::make(options.backend == "egl" ? gl::HeadlessContext::Backend::egl
@@ -207,7 +209,7 @@ void print_changes(const study::HeldChanges& changes)
 
 /// What is worse than in the held file fails the run, or is taken as it is.
 void judge(const std::vector<study::HeldCase>& before, const std::vector<StabilityResult>& results,
-           const study::HeldChanges& changes, const Options& options)
+           const study::HeldChanges& changes, const StabilityOptions& options)
 {
     if (options.accept) {
         study::write_whole(options.held, study::accepted_csv(before, results, options.held));
@@ -222,7 +224,7 @@ void judge(const std::vector<study::HeldCase>& before, const std::vector<Stabili
                                 fmt::join(lines, "\n  ")));
 }
 
-void run(const Options& options)
+void run(const StabilityOptions& options)
 {
     const auto begin = std::chrono::steady_clock::now();
     const std::vector<StabilityRun> runs = chosen_runs(options);
@@ -266,8 +268,8 @@ void add_stability(CLI::App& app)
     CLI::App* command = app.add_subcommand(
         "stability", "The method's known failures as cases: a figure, a bound and its reason each, "
                      "for every mode and preset");
-    auto options = std::make_shared<Options>();
-    Options& o = *options;
+    auto options = std::make_shared<StabilityOptions>();
+    StabilityOptions& o = *options;
     command->add_option("-o,--output", o.output,
                         "folder, made if need be, for stability.csv and pictures of what falls "
                         "short [stability]");

@@ -1,3 +1,4 @@
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -15,7 +16,7 @@ namespace fumarole::command {
 
 namespace {
 
-struct Options {
+struct ViewOptions {
     SceneInput scene{.file = "", .size = "", .grid = "", .up = "auto"};
     SettingsInput settings;
     PlanWish plan;
@@ -27,7 +28,7 @@ struct Options {
 };
 
 /// What is kept from the last time, then what was typed now.
-void apply(const Options& options, const CLI::App& command, window::Remembered& memory)
+void apply(const ViewOptions& options, const CLI::App& command, window::Remembered& memory)
 {
     const auto given = [&](const char* name) { return command.get_option(name)->count() > 0; };
     window::ViewState& state = memory.state;
@@ -62,7 +63,7 @@ void apply(const Options& options, const CLI::App& command, window::Remembered& 
         memory.size = parse_size(options.size);
 }
 
-void run(const Options& options, const CLI::App& command)
+void run(const ViewOptions& options, const CLI::App& command)
 {
     if (!options.screenshot.empty())
         check_png("--screenshot", options.screenshot);
@@ -105,8 +106,8 @@ void add_view(CLI::App& app)
 {
     CLI::App* command = app.add_subcommand(
         "view", "A window on a .vdb file, a scene or a sequence: orbit, light, compare");
-    auto options = std::make_shared<Options>();
-    Options& o = *options;
+    auto options = std::make_shared<ViewOptions>();
+    ViewOptions& o = *options;
     command->add_option("INPUT", o.scene.file,
                         "a .vdb file, smoke_####.vdb, or a scene file (.json) [an empty window]");
     command->add_option("--size", o.size, "WIDTHxHEIGHT of the window [the last one's]");

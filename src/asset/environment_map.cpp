@@ -19,11 +19,6 @@ namespace fs = std::filesystem;
 constexpr int kMaxWidth = 16384;
 constexpr int kMaxHeight = 8192;
 
-[[noreturn]] void fail(const fs::path& file, const std::string& problem)
-{
-    throw Error(fmt::format("{}: {}", file.string(), problem));
-}
-
 // IEC 61966-2-1
 float linear_from_srgb(float value)
 {

@@ -32,11 +32,6 @@ constexpr float kSmoothDegrees = 60;
 // Vertices are addressed with 32 bits.
 constexpr std::size_t kMaxVertices = 0xffffffffU;
 
-[[noreturn]] void fail(const fs::path& file, const std::string& problem)
-{
-    throw Error(fmt::format("{}: {}", file.string(), problem));
-}
-
 // Extensions that change how coordinates are stored. Assimp does not know them and, where it does
 // not stop, takes packed bytes for floats.
 constexpr std::array<std::string_view, 4> kPackedMeshExtensions = {

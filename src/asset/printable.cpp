@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <fumarole/errors.h>
+
 namespace fumarole::asset {
 
 std::string printable(std::string_view text, std::size_t max_bytes)
@@ -26,6 +28,11 @@ std::string printable(std::string_view text, std::size_t max_bytes)
         out += "...";
     }
     return out;
+}
+
+void fail(const std::filesystem::path& file, const std::string& problem)
+{
+    throw Error(fmt::format("{}: {}", file.string(), problem));
 }
 
 }  // namespace fumarole::asset

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -9,5 +10,8 @@ namespace fumarole::asset {
 /// A name or message from a file, made fit for one line of ours: control characters escaped, long
 /// text cut at a whole UTF-8 character.
 std::string printable(std::string_view text, std::size_t max_bytes = 80);
+
+/// @throws Error of one line: the file, and what is wrong with it
+[[noreturn]] void fail(const std::filesystem::path& file, const std::string& problem);
 
 }  // namespace fumarole::asset

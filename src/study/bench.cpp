@@ -11,6 +11,7 @@
 #include "study/bench_scenes.h"
 #include "study/chart.h"
 #include "study/flag_names.h"
+#include "study/seconds.h"
 #include <fumarole/errors.h>
 
 namespace fumarole::study {
@@ -30,11 +31,6 @@ constexpr double kLongVisit = 8;
 constexpr int kLongFrames = 2;
 
 struct Cancelled {};
-
-double seconds_since(Clock::time_point begin)
-{
-    return std::chrono::duration<double>(Clock::now() - begin).count();
-}
 
 BenchCase make_case(const char* group, const BenchScene& scene, std::string name,
                     const Settings& settings)

@@ -13,6 +13,7 @@
 
 #include "study/flag_names.h"
 #include "study/flip.h"
+#include "study/seconds.h"
 #include <fumarole/errors.h>
 #include <fumarole/write/image_writer.h>
 
@@ -129,11 +130,6 @@ std::vector<Settings> spread(const std::vector<Settings>& from, const Axis& axis
             find_setting(axis.setting).set(to.back(), value);
         }
     return to;
-}
-
-double seconds_since(std::chrono::steady_clock::time_point begin)
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 double median(std::vector<double> values)

@@ -7,16 +7,13 @@
 #include <mutex>
 #include <thread>
 
+#include "study/seconds.h"
+
 namespace fumarole::study {
 
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point begin)
-{
-    return std::chrono::duration<double>(Clock::now() - begin).count();
-}
 
 /// A flag that goes up with another one, or when time is up: a reference that is being prepared
 /// reports nothing, so nobody else could raise it.

@@ -14,6 +14,7 @@
 #include "scale_end.h"
 #include "shared/magma.h"
 #include "study/label_font.h"
+#include "study/metrics.h"
 #include "study/srgb.h"
 #include <fumarole/errors.h>
 
@@ -101,8 +102,7 @@ std::vector<float> difference_map(std::span<const float> x, std::span<const floa
                                 "two pictures of one size",
                                 x.size(), r.size(), channels));
     }
-    // relMSE's own floor, with metrics.cpp's guard for a black reference.
-    constexpr double kTinySquare = 1e-20;
+    // relMSE's own floor.
     double sum_square = 0;
     for (const float value : r) {
         sum_square += static_cast<double>(value) * static_cast<double>(value);

@@ -16,8 +16,7 @@
 namespace fumarole::study {
 namespace {
 
-// metrics.py's: a reference that is black everywhere, or a pixel black in both, divides by these.
-constexpr double kTinySquare = 1e-20;
+// metrics.py's: a pixel black in both, or a reference whose mean is 0, divides by these.
 constexpr double kTinySum = 1e-6;
 constexpr double kTinyMean = 1e-12;
 

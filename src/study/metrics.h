@@ -6,6 +6,9 @@
 
 namespace fumarole::study {
 
+/// What relMSE adds to its denominator: that of a reference that is black everywhere.
+inline constexpr double kTinySquare = 1e-20;
+
 /// Distance of a picture x from its reference r, over all channels of all pixels, linear values.
 struct Metrics {
     bool finite = true;  ///< false if x has a NaN or an infinity: then the rest is infinite

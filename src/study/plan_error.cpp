@@ -6,6 +6,8 @@
 #include <oneapi/tbb/parallel_for.h>
 #include <random>
 
+#include "study/metrics.h"
+
 namespace fumarole::study {
 
 namespace {
@@ -15,7 +17,7 @@ namespace {
 constexpr double kEvenShare = 0.25, kEdgeShare = 0.15;
 
 /// As in relMSE (metrics.h).
-constexpr double kDarkShare = 0.1, kTinySquare = 1e-20;
+constexpr double kDarkShare = 0.1;
 
 double mean(std::span<const double> values)
 {

@@ -22,8 +22,6 @@ namespace fumarole::study {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 /// The scene's camera as rays from its near plane on.
 class EyeRays {
 public:
@@ -168,7 +166,7 @@ private:
     {
         glm::dvec3 clear(0), lit(0);
         const Origin from = surfaces_.leave(hit);
-        const glm::dvec3 reflected = glm::dvec3(hit.albedo) / kPi;
+        const glm::dvec3 reflected = glm::dvec3(hit.albedo) / std::numbers::pi;
         if (reflected == glm::dvec3(0))
             return 0;
         const auto of_part = [&](const ReferenceLight& part, double&) {

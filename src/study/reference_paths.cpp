@@ -11,8 +11,6 @@ namespace fumarole::study {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 double mean(glm::dvec3 v)
 {
     return (v.x + v.y + v.z) / 3;
@@ -61,7 +59,7 @@ Integral ReferencePaths::scattered(const Ray& ray, const ScatteringPlaces& place
                 v += place.weight * direct(p, -ray.direction, place.g, walker.random);
             const double cosine = sample_henyey_greenstein(place.g, u(0));
             v += walk(walker, u, {p, -1, glm::dvec3(0)},
-                      directed(ray.direction, cosine, 2 * kPi * u(1)),
+                      directed(ray.direction, cosine, 2 * std::numbers::pi * u(1)),
                       phase_henyey_greenstein(cosine, place.g), place.weight);
             return std::array{v.x, v.y, v.z};
         },
@@ -79,8 +77,9 @@ Integral ReferencePaths::irradiance(const SurfaceHit& hit, std::uint32_t seed,
     const auto mean = sampled_mean<3>(
         [&](const auto& u) {
             walker.random = Random(u.word());
-            const glm::dvec3 direction = directed(hit.shading, std::sqrt(1 - u(0)), 2 * kPi * u(1));
-            const glm::dvec3 v = walk(walker, u, from, direction, -1, glm::dvec3(kPi));
+            const glm::dvec3 direction =
+                directed(hit.shading, std::sqrt(1 - u(0)), 2 * std::numbers::pi * u(1));
+            const glm::dvec3 v = walk(walker, u, from, direction, -1, glm::dvec3(std::numbers::pi));
             return std::array{v.x, v.y, v.z};
         },
         seed, accuracy);
@@ -207,7 +206,7 @@ glm::dvec3 ReferencePaths::walk(Walker& walker, const SobolPoint& point, Origin 
         }
         const double cosine = sample_henyey_greenstein(g, u);
         phase = phase_henyey_greenstein(cosine, g);
-        direction = directed(direction, cosine, 2 * kPi * v);
+        direction = directed(direction, cosine, 2 * std::numbers::pi * v);
         from = {p, -1, glm::dvec3(0)};
     }
 }

@@ -12,7 +12,6 @@ namespace fumarole::study {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 /// Where the world is a map, the share of directions that its light chooses; the phase, or the
 /// cosine, chooses the others. Mixed, neither leaves a direction unseen that the other needs.
 constexpr double kMapShare = 0.5;
@@ -34,7 +33,7 @@ WorldRadiance::WorldRadiance(const World& world)
     for (int y = 0; y < map_->height; ++y) {
         double row = 0;
         for (int x = 0; x < map_->width; ++x) {
-            mean_ += scale_ * solid_angle(y) / (4 * kPi) * texel(x, y);
+            mean_ += scale_ * solid_angle(y) / (4 * std::numbers::pi) * texel(x, y);
             double most = 0;
             for (int dy = -1; dy <= 1; ++dy)
                 for (int dx = -1; dx <= 1; ++dx)
@@ -56,14 +55,15 @@ glm::dvec3 WorldRadiance::texel(int x, int y) const
 
 double WorldRadiance::solid_angle(int y) const
 {
-    return 2 * kPi / map_->width *
-           (std::cos(kPi * y / map_->height) - std::cos(kPi * (y + 1) / map_->height));
+    return 2 * std::numbers::pi / map_->width *
+           (std::cos(std::numbers::pi * y / map_->height) -
+            std::cos(std::numbers::pi * (y + 1) / map_->height));
 }
 
 glm::dvec2 WorldRadiance::place(glm::dvec3 d) const
 {
-    return {(0.5 - std::atan2(d.y, d.x) / (2 * kPi)) * map_->width,
-            std::acos(std::clamp(d.z, -1.0, 1.0)) / kPi * map_->height};
+    return {(0.5 - std::atan2(d.y, d.x) / (2 * std::numbers::pi)) * map_->width,
+            std::acos(std::clamp(d.z, -1.0, 1.0)) / std::numbers::pi * map_->height};
 }
 
 glm::dvec3 WorldRadiance::operator()(glm::dvec3 d) const
@@ -82,10 +82,10 @@ glm::dvec3 WorldRadiance::sample(double u, double v) const
     const auto width = static_cast<std::size_t>(map_->width);
     const std::size_t y = choose(rows_.data(), rows_.size(), u);
     const std::size_t x = choose(columns_.data() + y * width, width, v);
-    const double top = std::cos(kPi * static_cast<double>(y) / map_->height),
-                 bottom = std::cos(kPi * static_cast<double>(y + 1) / map_->height);
+    const double top = std::cos(std::numbers::pi * static_cast<double>(y) / map_->height),
+                 bottom = std::cos(std::numbers::pi * static_cast<double>(y + 1) / map_->height);
     const double z = glm::mix(top, bottom, u), r = std::sqrt(std::max(0.0, 1 - z * z));
-    const double phi = 2 * kPi * (0.5 - (static_cast<double>(x) + v) / map_->width);
+    const double phi = 2 * std::numbers::pi * (0.5 - (static_cast<double>(x) + v) / map_->width);
     return {r * std::cos(phi), r * std::sin(phi), z};
 }
 
@@ -139,8 +139,9 @@ glm::dvec3 ReferenceWorld::one_direction(glm::dvec3 p, glm::dvec3 wo, double g,
 {
     const auto phase = [&](glm::dvec3 wi) { return phase_henyey_greenstein(glm::dot(-wi, wo), g); };
     const bool by_map = radiance_.is_map() && u(2) < kMapShare;
-    const glm::dvec3 wi = by_map ? radiance_.sample(u(0), u(1))
-                                 : directed(-wo, sample_henyey_greenstein(g, u(0)), 2 * kPi * u(1));
+    const glm::dvec3 wi =
+        by_map ? radiance_.sample(u(0), u(1))
+               : directed(-wo, sample_henyey_greenstein(g, u(0)), 2 * std::numbers::pi * u(1));
     double weight = 1;  // phase / pdf
     if (radiance_.is_map()) {
         const double value = phase(wi);
@@ -195,15 +196,16 @@ WorldIrradiance ReferenceWorld::irradiance(const SurfaceHit& hit, std::uint32_t 
     const auto mean = sampled_mean<6>(
         [&](const auto& u) {
             const bool by_map = radiance_.is_map() && u(2) < kMapShare;
-            const glm::dvec3 wi = by_map
-                                      ? radiance_.sample(u(0), u(1))
-                                      : directed(hit.shading, std::sqrt(1 - u(0)), 2 * kPi * u(1));
+            const glm::dvec3 wi =
+                by_map ? radiance_.sample(u(0), u(1))
+                       : directed(hit.shading, std::sqrt(1 - u(0)), 2 * std::numbers::pi * u(1));
             const double cosine = glm::dot(wi, hit.shading);
             if (cosine <= 0)
                 return std::array<double, 6>{};
-            double weight = kPi;  // cosine / pdf
+            double weight = std::numbers::pi;  // cosine / pdf
             if (radiance_.is_map())
-                weight = cosine / (kMapShare * radiance_.pdf(wi) + (1 - kMapShare) * cosine / kPi);
+                weight = cosine / (kMapShare * radiance_.pdf(wi) +
+                                   (1 - kMapShare) * cosine / std::numbers::pi);
             glm::dvec3 clear;
             const glm::dvec3 lit = weight * arriving(from, wi, u, clear);
             clear *= weight;

@@ -9,6 +9,7 @@
 #include "study/flag_names.h"
 #include "study/label_font.h"
 #include "study/panels.h"
+#include "study/seconds.h"
 #include "study/stability_bench.h"
 #include <fumarole/errors.h>
 
@@ -33,11 +34,6 @@ const std::array<std::string_view, 12> kStabilityGroups{
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point begin)
-{
-    return std::chrono::duration<double>(Clock::now() - begin).count();
-}
 
 // -------------------------------------------------------------------------------------- pictures
 

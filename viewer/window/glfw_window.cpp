@@ -1,6 +1,5 @@
 #include "window/glfw_window.h"
 
-#define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
 #include <fmt/format.h>

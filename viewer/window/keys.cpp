@@ -1,6 +1,5 @@
 #include "window/keys.h"
 
-#define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
 #include <algorithm>

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
 #include "window/camera_control.h"
