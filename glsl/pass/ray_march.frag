@@ -122,13 +122,17 @@ void march_tile(inout Layer layer, MediaLine line, LightLine light, float length
             float z_next = min(step_split(float(i + stride) / float(steps), range, octaves, lambda), inside.y);
             if (i + stride >= steps)
                 z_next = inside.y;  // rounding must not leave a rest
+            float z_end = z_next;
+            if (kIslands)
+                z_next = island_step(line.ray.origin, line.ray.direction, z, z_end);
             // Where steps are long, since the medium is smooth, every other one is sampled as far from its end as
             // the one before was from its begin: what grows evenly along the ray then has no noise. Detail is
             // better met at even distances.
             float share = stride == 1 || (i & stride) == 0 ? offset : 1.0 - offset;
             march(layer, line, light, length_per_z, vec2(z, z_next), share, mix(z, z_next, share));
             z = z_next;
-            i += stride;
+            if (!kIslands || z >= z_end)
+                i += stride;
         } while (i < last && z < inside.y && most(layer.transmittance) > enough);
     } while (slots != 0u);
 }

@@ -18,6 +18,7 @@ const bool kIsotropic = false;        // no medium has g
 const bool kEmission = false;         // some medium glows
 const bool kShadowToLight = false;    // as in 2017 over the whole way to a light, whatever the medium fills of it
 const bool kLeastExtinction = false;  // 2017 kept clear of 0 / 0 so
+const bool kIslands = false;          // some media have parts that lie far apart
 const bool kCountSamples = false;     // for the table that `render` prints
 
 layout(std140, binding = MEDIA_BLOCK) uniform Media { MediaParams u_media; };
@@ -134,6 +135,29 @@ void add_segment(inout vec2 all_media, vec2 t)
 {
     if (t.x < t.y)
         all_media = vec2(min(all_media.x, t.x), max(all_media.y, t.y));
+}
+
+vec2 island_segment(Island island, vec3 p, vec3 d, float begin, float end)
+{
+    MediumParams medium = u_media.media[island.medium];
+    medium.bounds_min = island.low;
+    medium.bounds_max = island.high;
+    return grid_segment(medium, p, d, begin, end);
+}
+
+// Where a step along p + t d from `z` on, which would go to `z_end`, ends for the sake of what lies in islands: at the
+// next one, or after a part of the one it is in.
+float island_step(vec3 p, vec3 d, float z, float z_end)
+{
+    const float kSteps = 24.0;         // through an island
+    const float kLeast = 1.0 + 2e-6;  // that a float shows
+    for (int i = 0; i < u_media.island_count; ++i) {
+        vec2 t = island_segment(u_media.islands[i], p, d, -1e30, z_end);
+        if (!(t.x < t.y) || t.y <= z)
+            continue;
+        z_end = min(z_end, t.x > z ? t.x : min(t.y, max(z + (t.y - t.x) / kSteps, z * kLeast)));
+    }
+    return z_end;
 }
 
 // Of a way of `range` metres to a light, what a medium dims, where `inside` is what it fills of it.

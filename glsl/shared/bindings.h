@@ -96,4 +96,5 @@
 #define MAX_LIGHT_POINTS 64  // that stand for them
 #define MAX_SHADOW_VIEWS 96  // 16 points, 6 each
 #define MAX_OCTAVES 16
+#define MAX_ISLANDS 48  // of all media
 #define BLUE_NOISE_SIZE 64

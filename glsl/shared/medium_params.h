@@ -9,6 +9,8 @@ struct FUM_STD140 GridParams {
     vec3 inverse_size;      // 1 / texels of the dense texture or of the atlas
     float unit;             // value per stored unit
     vec4 pages;             // xyz: pages along each axis; 0 for a dense grid
+    ivec4 tree;  // of a tree of pages: xyz: the page where index space begins, near the eye; w:
+                 // levels
 };
 
 // One octave of the noise profile: cell = cell_offset + floor(p * frequency + fraction).
@@ -36,10 +38,19 @@ struct FUM_STD140 MediumParams {
     vec3 blackbody;             // W/m^2/sr per m, of what glows at 1000 K with a colour of 1
 };
 
+// A part of a medium that lies far from its others.
+struct FUM_STD140 Island {
+    vec3 low;  // in the space of the medium's bounds
+    int medium;
+    vec3 high;
+};
+
 struct FUM_STD140 MediaParams {
     GridParams grids[MAX_GRIDS];
     MediumParams media[MAX_MEDIA];
     NoiseOctave octaves[MAX_MEDIA * MAX_OCTAVES];
+    Island islands[MAX_ISLANDS];
+    int island_count;
 };
 
 FUM_SHARED_END

@@ -91,6 +91,10 @@ public:
     {
         for (std::size_t i = 0; i < grid.bricks.size(); ++i)
             add_brick(grid, i);
+        if (few_and_large(grid.tiles)) {
+            add_areas(grid);
+            return;
+        }
         for (const VoxelTile& tile : grid.tiles)
             add_tile(grid, tile);
     }
@@ -107,6 +111,9 @@ public:
                 if (column + shadow.shared > 0)
                     f(column + shadow.shared, 1.0);
         }
+        for (const Area& area : areas_)
+            if (area.column > 0 && area.count > 0)
+                f(area.column, area.count);
     }
 
 private:
@@ -117,6 +124,80 @@ private:
         double shared = 0;  ///< what tiles add to all of its columns
         std::unique_ptr<std::array<double, kShadowColumns>> columns;  ///< null without bricks
     };
+
+    /// Equal columns of tiles that are together, without those of bricks.
+    struct Area {
+        double column = 0, count = 0;
+    };
+
+    /// Whether tiles have so many columns, and are so few, that areas of equal ones are counted.
+    [[nodiscard]] bool few_and_large(const std::vector<VoxelTile>& tiles) const
+    {
+        constexpr std::size_t kFew = 256;
+        constexpr double kMany = 1 << 18;  // bricks of shadow
+        double all = 0;
+        for (const VoxelTile& tile : tiles) {
+            const glm::dvec3 size = glm::dvec3(tile.brick_max - tile.brick_min) + 1.0;
+            all += size[(axis_ + 1) % 3] * size[(axis_ + 2) % 3];
+        }
+        return tiles.size() <= kFew && all > kMany;
+    }
+
+    /// The tiles' shadows, cut where any of them begins or ends.
+    void add_areas(const VoxelGrid& grid)
+    {
+        const int u = (axis_ + 1) % 3, v = (axis_ + 2) % 3;
+        std::vector<int> cuts_u, cuts_v;
+        for (const VoxelTile& tile : grid.tiles) {
+            cuts_u.insert(cuts_u.end(), {tile.brick_min[u], tile.brick_max[u] + 1});
+            cuts_v.insert(cuts_v.end(), {tile.brick_min[v], tile.brick_max[v] + 1});
+        }
+        for (std::vector<int>* cuts : {&cuts_u, &cuts_v}) {
+            std::sort(cuts->begin(), cuts->end());
+            cuts->erase(std::unique(cuts->begin(), cuts->end()), cuts->end());
+        }
+        const auto cell = [](const std::vector<int>& cuts, int at) {
+            return std::upper_bound(cuts.begin(), cuts.end(), at) - cuts.begin() - 1;
+        };
+        const auto width = static_cast<std::ptrdiff_t>(cuts_u.size()) - 1;
+        const auto height = static_cast<std::ptrdiff_t>(cuts_v.size()) - 1;
+        const auto area = [&](std::ptrdiff_t i, std::ptrdiff_t j) -> Area& {
+            return areas_[static_cast<std::size_t>(j * width + i)];
+        };
+        areas_.resize(static_cast<std::size_t>(width * height));
+        for (std::ptrdiff_t j = 0; j < height; ++j)
+            for (std::ptrdiff_t i = 0; i < width; ++i) {
+                const auto edge = [](const std::vector<int>& cuts, std::ptrdiff_t k) {
+                    const auto at = static_cast<std::size_t>(k);
+                    return static_cast<double>(cuts[at + 1]) - static_cast<double>(cuts[at]);
+                };
+                area(i, j).count = kShadowColumns * edge(cuts_u, i) * edge(cuts_v, j);
+            }
+        for (const VoxelTile& tile : grid.tiles) {
+            const double value = mean_of_channels(&tile.value.x, grid.channels);
+            for (auto j = cell(cuts_v, tile.brick_min[v]); j <= cell(cuts_v, tile.brick_max[v]);
+                 ++j)
+                for (auto i = cell(cuts_u, tile.brick_min[u]); i <= cell(cuts_u, tile.brick_max[u]);
+                     ++i)
+                    area(i, j).column += value * length(tile);
+        }
+        for (auto& [key, shadow] : shadows_) {
+            const auto i = cell(cuts_u, static_cast<int>(static_cast<std::uint32_t>(key >> 32)));
+            const auto j = cell(cuts_v, static_cast<int>(static_cast<std::uint32_t>(key)));
+            if (i < 0 || j < 0 || i >= width || j >= height)
+                continue;
+            shadow.shared = area(i, j).column;
+            area(i, j).count -= kShadowColumns;
+        }
+    }
+
+    /// Of a tile along the axis. [m]
+    [[nodiscard]] double length(const VoxelTile& tile) const
+    {
+        return spacing_ * kDim *
+               (static_cast<double>(tile.brick_max[axis_]) -
+                static_cast<double>(tile.brick_min[axis_]) + 1);
+    }
 
     Shadow& shadow(const glm::ivec3& brick)
     {
@@ -151,19 +232,17 @@ private:
         const double value = mean_of_channels(&tile.value.x, grid.channels);
         if (value <= 0)
             return;
-        const double length = spacing_ * kDim *
-                              (static_cast<double>(tile.brick_max[axis_]) -
-                               static_cast<double>(tile.brick_min[axis_]) + 1);
         const int u = (axis_ + 1) % 3, v = (axis_ + 2) % 3;
         glm::ivec3 brick = tile.brick_min;
         for (brick[u] = tile.brick_min[u]; brick[u] <= tile.brick_max[u]; ++brick[u])
             for (brick[v] = tile.brick_min[v]; brick[v] <= tile.brick_max[v]; ++brick[v])
-                shadow(brick).shared += value * length;
+                shadow(brick).shared += value * length(tile);
     }
 
     int axis_;
     double spacing_;  // metres from voxel to voxel
     std::unordered_map<std::uint64_t, Shadow> shadows_;
+    std::vector<Area> areas_;
 };
 
 struct WeightedColumn {

@@ -298,7 +298,7 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
 
     const bool depth = settings.volume_shadows && settings.shadow_cache != 0 &&
                        settings.shadow_range == SceneSettings::ShadowRange::media &&
-                       traits.marched > 0 && lights.count() > 0;
+                       traits.marched > 0 && traits.islands == 0 && lights.count() > 0;
     if (depth) {
         set_depth(settings, media, lights);
     } else {
@@ -650,7 +650,9 @@ void LightVolumes::fill_extinction(medium::MediaSet& media, LightSet& lights)
     const glm::dvec3 voxels =
         (frame.marched.max - frame.marched.min) / glm::dvec3(extinction_lattice_.count - 1);
     const double coarsest = std::max({voxels.x, voxels.y, voxels.z});
-    params_.samples = std::clamp(static_cast<int>(coarsest), 1, kMostSamples);
+    // Two at least, or a node on the face of what is constant would hold nothing.
+    const int least = frame.tiles ? 2 : 1;
+    params_.samples = std::clamp(static_cast<int>(coarsest), least, kMostSamples);
     begin_fill(centre_of(extinction_lattice_), media, lights);
     dispatch("light/extinction.comp", fill_defines(media, write_lights({})), extinction_, format,
              extinction_lattice_.count);

@@ -17,6 +17,7 @@
 #include <optional>
 #include <string>
 
+#include "medium/grid_cells.h"
 #include "shared/brick_page.h"
 #include <fumarole/errors.h>
 
@@ -28,7 +29,6 @@ using shared::is_brick;
 using shared::kPageBrick;
 
 constexpr int kBrickDim = VoxelGrid::kBrickDim;
-constexpr int kCellVoxels = kAtlasBrickDim * kAtlasBrickDim * kAtlasBrickDim;
 constexpr float kHalfMax = 65504.0f;
 constexpr float kHalfMinNormal = 0x1p-14f;
 
@@ -241,39 +241,6 @@ private:
     float value_scale_;
 };
 
-/// The 9^3 values of a page: the voxels of its brick and the first layer of the next ones.
-struct Cell {
-    std::array<float, std::size_t{3} * kCellVoxels> values;  // x fastest, channels together
-    bool uniform;                                            ///< then values[0..2] alone are set
-    float max;                                               ///< over all channels
-};
-
-/// Of a uniform cell, the first values to all.
-void spread(Cell& cell, int channels)
-{
-    for (int v = channels; v < kCellVoxels * channels; ++v)
-        cell.values[v] = cell.values[v - channels];
-}
-
-/// Where a cell's field, between its values, is not 0.
-GridLayout::Extent extent_of(const Cell& cell, int channels)
-{
-    constexpr int kLast = kAtlasBrickDim - 1;
-    if (cell.uniform)
-        return {glm::u8vec3(0), glm::u8vec3(kLast)};
-    glm::ivec3 min(kLast), max(0);
-    const float* value = cell.values.data();
-    for (int z = 0; z <= kLast; ++z)
-        for (int y = 0; y <= kLast; ++y)
-            for (int x = 0; x <= kLast; ++x, value += channels) {
-                if (std::all_of(value, value + channels, [](float v) { return v == 0; }))
-                    continue;
-                min = glm::min(min, glm::ivec3(x, y, z));
-                max = glm::max(max, glm::ivec3(x, y, z));
-            }
-    return {glm::u8vec3(glm::max(min - 1, 0)), glm::u8vec3(glm::min(max + 1, kLast))};
-}
-
 /// What stands in each brick, addressed without a search, and the cells read through it.
 class CellReader {
 public:
@@ -301,75 +268,17 @@ public:
 
     void read(const glm::ivec3& page, Cell& cell) const
     {
-        std::array<int, 8> sources;
+        CellSources sources;
         for (int corner = 0; corner < 8; ++corner)
-            sources[static_cast<std::size_t>(corner)] = source(page + offset(corner));
-        const bool one_constant =
-            sources[0] <= 0 &&
-            std::all_of(sources.begin(), sources.end(), [&](int s) { return s == sources[0]; });
-        if (one_constant) {
-            const glm::vec3 value = constant(sources[0]);
-            std::memcpy(cell.values.data(), &value, sizeof value);
-            cell.uniform = true;
-            cell.max = grid_.channels == 1 ? value.x : std::max({value.x, value.y, value.z});
-            return;
-        }
-        for (int corner = 0; corner < 8; ++corner)
-            copy(sources[static_cast<std::size_t>(corner)], offset(corner), cell);
-
-        const auto channels = static_cast<std::size_t>(grid_.channels);
-        const std::size_t count = kCellVoxels * channels;
-        cell.uniform = true;
-        for (std::size_t i = channels; i < count && cell.uniform; ++i)
-            cell.uniform = cell.values[i] == cell.values[i - channels];
-        // Four running maxima: one alone would wait on itself at each value.
-        std::array<float, 4> most{};
-        for (std::size_t i = 0; i < count; ++i)
-            most[i % 4] = std::max(most[i % 4], cell.values[i]);
-        cell.max = std::max({most[0], most[1], most[2], most[3]});
+            sources[static_cast<std::size_t>(corner)] = source(page + corner_offset(corner));
+        read_cell(grid_, sources, cell);
     }
 
 private:
-    static glm::ivec3 offset(int corner) { return {corner & 1, corner >> 1 & 1, corner >> 2}; }
-
     /// 0 for nothing, brick + 1, or -(tile + 1).
     [[nodiscard]] int source(const glm::ivec3& page) const
     {
         return glm::any(glm::greaterThanEqual(page, count_)) ? 0 : source_[linear(page, count_)];
-    }
-
-    [[nodiscard]] glm::vec3 constant(int source) const
-    {
-        return source == 0 ? glm::vec3{0}
-                           : grid_.tiles[static_cast<std::size_t>(-source - 1)].value;
-    }
-
-    /// Copies the part of a cell that one of its 8 bricks covers.
-    void copy(int source, const glm::ivec3& offset, Cell& cell) const
-    {
-        const int channels = grid_.channels;
-        const glm::ivec3 lo = offset * kBrickDim;
-        const glm::ivec3 size = glm::ivec3{kBrickDim} - offset * (kBrickDim - 1);
-        for (int z = 0; z < size.z; ++z) {
-            for (int y = 0; y < size.y; ++y) {
-                float* to =
-                    cell.values.data() +
-                    channels * (((lo.z + z) * kAtlasBrickDim + lo.y + y) * kAtlasBrickDim + lo.x);
-                if (source > 0) {
-                    const float* from = grid_.values.data() +
-                                        static_cast<std::size_t>(source - 1) *
-                                            VoxelGrid::kBrickVoxels *
-                                            static_cast<std::size_t>(channels) +
-                                        channels * (z * kBrickDim + y) * kBrickDim;
-                    std::copy_n(from, size.x * channels, to);
-                } else {
-                    const glm::vec3 value = constant(source);
-                    for (int x = 0; x < size.x; ++x)
-                        for (int c = 0; c < channels; ++c)
-                            *to++ = value[c];
-                }
-            }
-        }
     }
 
     const VoxelGrid& grid_;
@@ -560,21 +469,20 @@ struct Choice {
         bytes_text(static_cast<double>(limits.max_bytes)), limits.max_texture_3d, remedy));
 }
 
-/// What becomes of the grid as bytes: of the pages that are bricks, each with its own scale, or of
-/// all, with one.
-ByteError byte_error(const VoxelGrid& grid, const CellReader& cells, const GridLayout& layout,
-                     bool one_scale)
+/// What becomes of the grid as bytes: of `count` cells, of which read(i, cell) fills in those that
+/// count; each with its own scale, or all with one.
+template <class Read>
+ByteError byte_error(const VoxelGrid& grid, bool one_scale, std::size_t count, const Read& read)
 {
     const Encoder encoder(Storage::r8, grid.channels, value_scale(Storage::r8, grid.max_value));
     // Deterministic: the same grid always gets the same storage.
     const ByteSums sums = tbb::parallel_deterministic_reduce(
-        tbb::blocked_range<std::size_t>(0, layout.pages.size(), 64), ByteSums{},
+        tbb::blocked_range<std::size_t>(0, count, 64), ByteSums{},
         [&](const auto& range, ByteSums sum) {
             Cell cell;
             for (std::size_t i = range.begin(); i != range.end(); ++i) {
-                if (one_scale ? layout.maxima[i] == 0 : !is_brick(layout.pages[i]))
+                if (!read(i, cell))
                     continue;
-                cells.read(unlinear(i, layout.page_count), cell);
                 if (cell.uniform)
                     spread(cell, grid.channels);
                 const float scale =
@@ -594,8 +502,127 @@ ByteError byte_error(const VoxelGrid& grid, const CellReader& cells, const GridL
 struct Draft {
     GridLayout layout;
     Encoder encoder;
-    CellReader cells;
+    std::optional<CellReader> cells;      ///< nothing for a tree, whose leaves know what they are
+    std::vector<std::uint32_t> leaves{};  ///< the pages of a tree's
 };
+
+/// Sets what follows from the storage: of a layout, and the encoder.
+void set_storage(Draft& made, const VoxelGrid& grid, Storage storage, bool is_automatic,
+                 const std::optional<ByteError>& error)
+{
+    GridLayout& layout = made.layout;
+    layout.storage = storage;
+    layout.storage_reason = is_automatic ? automatic_reason(storage, error) : "asked for";
+    layout.value_scale = value_scale(storage, grid.max_value);
+    made.encoder = Encoder(storage, grid.channels, layout.value_scale);
+}
+
+/// The page of a brick whose largest value is `most`, which becomes a bound of what is fetched.
+std::uint32_t finish_brick(const Draft& made, std::size_t slot, const glm::ivec3& atlas,
+                           float& most)
+{
+    const int step =
+        made.layout.storage == Storage::r8 ? scale_step(most / made.layout.value_scale) : 0;
+    most = bound(made.encoder.of_brick(brick_scale(step)).decoded(most));
+    return brick_page(unlinear(slot, atlas), step);
+}
+
+/// Likewise of a constant.
+std::uint32_t finish_constant(const Draft& made, float& value)
+{
+    const float stored = made.encoder.constant(value);
+    value = bound(stored * made.layout.value_scale);
+    return constant_page(stored);
+}
+
+/// Whether a page table would be large and have next to nothing in it, or too long: then it is a
+/// tree, whose fetches depend on each other, four or five in a row for a sample.
+bool wants_tree(const VoxelGrid& grid, const Frame& frame, const Limits& limits)
+{
+    constexpr double kManyPages = 1 << 22;  // 16 MiB of them
+    constexpr double kPagesPerBrick = 16;
+    return std::max({frame.page_count.x, frame.page_count.y, frame.page_count.z}) >
+               limits.max_texture_3d ||
+           volume(frame.page_count) >
+               std::max(kManyPages, kPagesPerBrick * static_cast<double>(grid.bricks.size()));
+}
+
+Draft draft_tree(const VoxelGrid& grid, const Frame& frame, Layout asked, Storage storage,
+                 const Limits& limits, Choice choice)
+{
+    const bool is_automatic = storage == Storage::automatic;
+    if (is_automatic)
+        storage = float_storage(grid);
+    Draft made{{}, {storage, grid.channels, 1}, std::nullopt};
+    GridLayout& layout = made.layout;
+    layout.layout = Layout::bricks;
+    layout.channels = grid.channels == 3 ? 4 : 1;
+    layout.field_min = frame.field_min;
+    layout.field_max = frame.field_max;
+    layout.origin = layout.maxima_origin = frame.first_page * std::int64_t{kBrickDim};
+    std::optional<PageTree> tree = make_page_tree(
+        grid, frame.first_page,
+        std::max({frame.page_count.x, frame.page_count.y, frame.page_count.z}), limits.max_bytes);
+    choice.brick_bytes = static_cast<double>(limits.max_bytes);
+    if (!tree)
+        refuse(grid, asked, choice, limits);
+    layout.tree = std::move(*tree);
+    std::vector<PageTree::Leaf>& leaves = layout.tree.leaves;
+    std::vector<PageTree::Node>& nodes = layout.tree.nodes;
+
+    const auto cube = [](double edge) { return edge * edge * edge; };
+    const int most_bricks = max_slots_per_axis(limits);
+    const int most_nodes = std::min(kMostSlotsPerAxis, limits.max_texture_3d / PageTree::kNodeDim);
+    choice.bricks_counted = true;
+    const bool named = static_cast<double>(leaves.size()) <= cube(most_bricks) &&
+                       static_cast<double>(nodes.size()) <= cube(most_nodes);
+    glm::ivec3 atlas{0}, node_atlas{0};
+    if (named) {
+        atlas = atlas_bricks(leaves.size(), most_bricks);
+        node_atlas = atlas_bricks(nodes.size(), most_nodes);
+    }
+    std::optional<ByteError> error;
+    if (is_automatic && storage == Storage::r16f) {
+        error = byte_error(grid, false, leaves.size(), [&](std::size_t i, Cell& cell) {
+            read_cell(grid, leaves[i].sources, cell);
+            return true;
+        });
+        if (error->is_small())
+            storage = Storage::r8;
+    }
+    set_storage(made, grid, storage, is_automatic, error);
+    layout.texture_size = atlas * kAtlasBrickDim;
+    layout.page_count = node_atlas * PageTree::kNodeDim;
+    choice.brick_bytes = static_cast<double>(layout.gpu_bytes());
+    if (!named || choice.brick_bytes > static_cast<double>(limits.max_bytes))
+        refuse(grid, asked, choice, limits);
+
+    std::vector<std::uint32_t> constants;
+    for (std::size_t i = 0; i < leaves.size(); ++i)
+        made.leaves.push_back(finish_brick(made, i, atlas, leaves[i].most));
+    for (float& value : layout.tree.constants)
+        constants.push_back(finish_constant(made, value));
+    layout.tree.sum_up();
+    // The root, which is the last node, comes first.
+    const auto place_of = [&](std::size_t node) {
+        return unlinear(nodes.size() - 1 - node, node_atlas);
+    };
+    layout.pages.resize(volume(layout.page_count));
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+        const glm::ivec3 corner = place_of(n) * PageTree::kNodeDim;
+        for (int i = 0; i < PageTree::kNodeEntries; ++i) {
+            const PageTree::Entry entry = nodes[n].entries[static_cast<std::size_t>(i)];
+            const auto at = static_cast<std::size_t>(std::abs(entry) - 1);
+            layout
+                .pages[linear(corner + glm::ivec3(i & 7, i >> 3 & 7, i >> 6), layout.page_count)] =
+                entry == 0           ? 0
+                : entry < 0          ? constants[at]
+                : nodes[n].level > 1 ? brick_page(place_of(at), 0)
+                                     : made.leaves[at];
+        }
+    }
+    return made;
+}
 
 Draft draft(const VoxelGrid& grid, Layout asked, Storage storage, const Limits& limits)
 {
@@ -618,6 +645,10 @@ Draft draft(const VoxelGrid& grid, Layout asked, Storage storage, const Limits& 
     choice.brick_bytes = page_bytes;
     choice.bricks_fit = edges_fit(frame.page_count) && choice.brick_bytes <= max_bytes;
 
+    if (asked != Layout::dense && wants_tree(grid, frame, limits))
+        return draft_tree(grid, frame, asked, is_automatic ? Storage::automatic : storage, limits,
+                          choice);
+
     // Before anything is allocated. What follows takes 12 bytes a page on the CPU, at most three
     // times what was just found to fit.
     if (asked == Layout::dense
@@ -626,6 +657,7 @@ Draft draft(const VoxelGrid& grid, Layout asked, Storage storage, const Limits& 
         refuse(grid, asked, choice, limits);
 
     Draft made{{}, {storage, grid.channels, 1}, CellReader(grid, frame)};
+    const CellReader& cells = *made.cells;
     GridLayout& layout = made.layout;
     layout.channels = grid.channels == 3 ? 4 : 1;
     layout.field_min = frame.field_min;
@@ -639,7 +671,7 @@ Draft draft(const VoxelGrid& grid, Layout asked, Storage storage, const Limits& 
 
     // Of the grid itself; what is stored of it is found once the storage is known.
     for_each_page(layout.page_count, [&](std::size_t i, const glm::ivec3& page, Cell& cell) {
-        made.cells.read(page, cell);
+        cells.read(page, cell);
         if (cell.max <= 0)
             return;  // empty already
         layout.maxima[i] = cell.max;
@@ -668,7 +700,12 @@ Draft draft(const VoxelGrid& grid, Layout asked, Storage storage, const Limits& 
     std::optional<ByteError> error;
     const auto weigh_bytes = [&] {
         if (is_automatic && floats == Storage::r16f)
-            error = byte_error(grid, made.cells, layout, is_dense);
+            error = byte_error(grid, is_dense, layout.pages.size(), [&](std::size_t i, Cell& cell) {
+                if (is_dense ? layout.maxima[i] == 0 : !is_brick(layout.pages[i]))
+                    return false;
+                cells.read(unlinear(i, layout.page_count), cell);
+                return true;
+            });
         storage = error && error->is_small() ? Storage::r8 : floats;
     };
     weigh_bytes();
@@ -692,10 +729,7 @@ Draft draft(const VoxelGrid& grid, Layout asked, Storage storage, const Limits& 
     }
 
     layout.layout = is_dense ? Layout::dense : Layout::bricks;
-    layout.storage = storage;
-    layout.storage_reason = is_automatic ? automatic_reason(layout.storage, error) : "asked for";
-    layout.value_scale = value_scale(layout.storage, grid.max_value);
-    made.encoder = Encoder(layout.storage, grid.channels, layout.value_scale);
+    set_storage(made, grid, storage, is_automatic, error);
     if (layout.layout == Layout::dense) {
         layout.origin = frame.field_min;
         layout.texture_size = frame.dense_size;
@@ -709,18 +743,9 @@ Draft draft(const VoxelGrid& grid, Layout asked, Storage storage, const Limits& 
     layout.texture_size = atlas * kAtlasBrickDim;
     std::size_t slot = 0;
     for (std::size_t i = 0; i < layout.pages.size(); ++i) {
-        float& most = layout.maxima[i];
         std::uint32_t& page = layout.pages[i];
-        if (is_brick(page)) {
-            const int step =
-                layout.storage == Storage::r8 ? scale_step(most / layout.value_scale) : 0;
-            page = brick_page(unlinear(slot++, atlas), step);
-            most = bound(made.encoder.of_brick(brick_scale(step)).decoded(most));
-        } else {
-            const float stored = made.encoder.constant(most);
-            page = constant_page(stored);
-            most = bound(stored * layout.value_scale);
-        }
+        page = is_brick(page) ? finish_brick(made, slot++, atlas, layout.maxima[i])
+                              : finish_constant(made, layout.maxima[i]);
     }
     return made;
 }
@@ -763,26 +788,43 @@ void fill_dense(const VoxelGrid& grid, const Encoder& encoder, GridLayout& layou
     }
 }
 
-void fill_atlas(const CellReader& cells, const Encoder& encoder, GridLayout& layout)
+/// Writes a brick at its slot and in its scale, which its page has.
+void fill_brick(const Encoder& encoder, std::uint32_t page, int channels, Cell& cell,
+                GridLayout& layout)
 {
     const std::size_t texel_bytes = encoder.texel_bytes();
     const std::size_t row_bytes = texel_bytes * kAtlasBrickDim;
+    if (cell.uniform)
+        spread(cell, channels);
+    std::array<std::uint8_t, std::size_t{4} * sizeof(float) * kCellVoxels> texels;
+    encoder.of_brick(scale_of(page)).encode(cell.values.data(), kCellVoxels, texels.data());
+    const glm::ivec3 at = slot_of(page) * kAtlasBrickDim;
+    const std::uint8_t* from = texels.data();
+    for (int z = 0; z < kAtlasBrickDim; ++z)
+        for (int y = 0; y < kAtlasBrickDim; ++y, from += row_bytes)
+            std::memcpy(layout.texels.data() +
+                            texel_bytes * linear(at + glm::ivec3{0, y, z}, layout.texture_size),
+                        from, row_bytes);
+}
+
+void fill_atlas(const VoxelGrid& grid, const CellReader& cells, const Encoder& encoder,
+                GridLayout& layout)
+{
     for_each_page(layout.page_count, [&](std::size_t i, const glm::ivec3& page, Cell& cell) {
         if (!is_brick(layout.pages[i]))
             return;
         cells.read(page, cell);
-        if (cell.uniform)
-            spread(cell, encoder.texel_bytes() == bytes_per_value(layout.storage) ? 1 : 3);
-        std::array<std::uint8_t, std::size_t{4} * sizeof(float) * kCellVoxels> texels;
-        encoder.of_brick(scale_of(layout.pages[i]))
-            .encode(cell.values.data(), kCellVoxels, texels.data());
-        const glm::ivec3 at = slot_of(layout.pages[i]) * kAtlasBrickDim;
-        const std::uint8_t* from = texels.data();
-        for (int z = 0; z < kAtlasBrickDim; ++z)
-            for (int y = 0; y < kAtlasBrickDim; ++y, from += row_bytes)
-                std::memcpy(layout.texels.data() +
-                                texel_bytes * linear(at + glm::ivec3{0, y, z}, layout.texture_size),
-                            from, row_bytes);
+        fill_brick(encoder, layout.pages[i], grid.channels, cell, layout);
+    });
+}
+
+void fill_leaves(const VoxelGrid& grid, const std::vector<std::uint32_t>& pages,
+                 const Encoder& encoder, GridLayout& layout)
+{
+    tbb::parallel_for(std::size_t{0}, pages.size(), [&](std::size_t i) {
+        Cell cell;
+        read_cell(grid, layout.tree.leaves[i].sources, cell);
+        fill_brick(encoder, pages[i], grid.channels, cell, layout);
     });
 }
 
@@ -817,6 +859,9 @@ GridLayout plan_layout(const VoxelGrid& grid, Layout layout, Storage storage, co
     plan.pages = {};
     plan.maxima = {};
     plan.extents = {};
+    plan.tree.nodes = {};
+    plan.tree.leaves = {};
+    plan.tree.constants = {};
     return plan;
 }
 
@@ -829,8 +874,10 @@ GridLayout make_layout(const VoxelGrid& grid, Layout layout, Storage storage, co
     result.texels.resize(made.encoder.texel_bytes() * volume(result.texture_size));
     if (result.layout == Layout::dense)
         fill_dense(grid, made.encoder, result);
+    else if (result.tree.levels > 0)
+        fill_leaves(grid, made.leaves, made.encoder, result);
     else
-        fill_atlas(made.cells, made.encoder, result);
+        fill_atlas(grid, *made.cells, made.encoder, result);
     return std::move(result);
 }
 

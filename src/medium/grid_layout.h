@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "medium/page_tree.h"
 #include <fumarole/settings.h>
 #include <fumarole/voxel_grid.h>
 
@@ -51,8 +52,9 @@ struct ByteError {
 
 /// How to sample it at q = p_index - origin, exactly, with linear filtering: dense at texel
 /// coordinate q + 0.5; bricks in page floor(q / 8) at slot * 9 + (q - 8 * page) + 0.5, times the
-/// brick's scale, and 0 where the page is empty or past the table. An empty grid's layout has no
-/// texels, pages, maxima or extents.
+/// brick's scale, and 0 where the page is empty or past the table. Where most pages would be empty
+/// or constant, the table is a tree instead, and maxima and extents are its nodes'. An empty grid's
+/// layout has no texels, pages, maxima or extents.
 struct GridLayout {
     Layout layout = Layout::dense;    ///< never automatic
     Storage storage = Storage::r16f;  ///< never automatic
@@ -74,8 +76,13 @@ struct GridLayout {
     glm::ivec3 texture_size{0};        ///< texels of the dense texture or of the atlas
     std::vector<std::uint8_t> texels;  ///< x fastest, tightly packed, in `storage`
 
-    glm::ivec3 page_count{0};          ///< pages along x, y, z (bricks alone)
+    glm::ivec3 page_count{0};          ///< pages along x, y, z (bricks alone); of a tree entries
     std::vector<std::uint32_t> pages;  ///< x fastest
+
+    /// Where `tree.levels` is not 0, `pages` holds its nodes as an atlas of 8^3 entries each: of
+    /// the root at its first place. An entry is a page as of a table, except that in nodes above
+    /// level 1 a brick's slot is the place of a node.
+    PageTree tree;
 
     /// Upper bound of the stored field inside each page's cell [8b, 8b+8] (closed: its 9^3 corner
     /// values), all channels, times value_scale already, i.e. in the grid's units; x fastest. Made
@@ -83,10 +90,7 @@ struct GridLayout {
     glm::ivec3 maxima_origin{0};
     glm::ivec3 maxima_count{0};
     std::vector<float> maxima;
-    /// Of each page's cell, in voxels from its corner, the box outside which the field is 0.
-    struct Extent {
-        glm::u8vec3 min{0}, max{0};
-    };
+    using Extent = PageExtent;
     std::vector<Extent> extents;
 
     /// Texels and pages (maxima and extents stay on the CPU); found from the sizes, so the same for

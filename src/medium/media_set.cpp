@@ -32,6 +32,8 @@ float mean(glm::vec3 v)
     return (v.r + v.g + v.b) / 3.0f;
 }
 
+using Kind = GridSource::Kind;
+
 constexpr std::size_t kMostBoxes = 4096;  // of a grid: projecting so many takes half a millisecond
 
 struct TexelFormat {
@@ -308,6 +310,7 @@ void MediaSet::set(const Scene& scene, const SceneSettings& settings)
                                 media_.size(), MAX_MEDIA));
 
     find_occupied();
+    find_islands();
     traits_.media = static_cast<int>(media_.size());
     float g = 0;
     for (Entry& entry : media_) {
@@ -405,6 +408,37 @@ void MediaSet::find_occupied()
     }
 }
 
+void MediaSet::find_islands()
+{
+    std::size_t left = MAX_ISLANDS;
+    for (Entry& entry : media_) {
+        if (entry.is_box || layout_of(entry.density).tree.levels == 0)
+            continue;
+        std::vector<OccupiedBox> boxes;
+        for (const int placed : {entry.density, entry.emission, entry.temperature}) {
+            if (placed < 0)
+                continue;
+            const glm::dmat4 bounds_from_grid =
+                entry.bounds_from_world *
+                glm::inverse(placed_[static_cast<std::size_t>(placed)].index_from_world);
+            for (OccupiedBox box : occupied_boxes(
+                     layout_of(placed), kMostBoxes,
+                     placed == entry.temperature && placed != entry.density ? entry.dark() : 0)) {
+                box.bounds = box.bounds.transformed(bounds_from_grid);
+                boxes.push_back(box);
+            }
+        }
+        entry.islands = islands(boxes, left);
+        if (entry.islands.size() < 2)
+            entry.islands.clear();
+        constexpr std::size_t kFewLeaves = 64;  // one tile has 26: its faces, edges and corners
+        entry.tiles =
+            entry.islands.empty() && layout_of(entry.density).tree.leaves.size() <= kFewLeaves;
+        left -= entry.islands.size();
+        traits_.islands += static_cast<int>(entry.islands.size());
+    }
+}
+
 double MediaSet::detail() const
 {
     double least = std::numeric_limits<double>::infinity();
@@ -432,11 +466,15 @@ VoxelFrame MediaSet::voxel_frame() const
         if (entry.is_noise())
             cells = std::pow(entry.noise.lacunarity, entry.noise.octaves - 1) /
                     entry.noise.feature_size;
-        const glm::dvec3 extent = (entry.bounds.max - entry.bounds.min) * cells;
+        const glm::dvec3 size = entry.bounds.max - entry.bounds.min;
+        if (entry.tiles)
+            cells = 64 / std::max({size.x, size.y, size.z});
+        const glm::dvec3 extent = size * cells;
         const double voxels = extent.x * extent.y * extent.z;
         if (voxels <= most)
             continue;
         most = voxels;
+        frame.tiles = entry.tiles;
         frame.voxel_from_world =
             glm::scale(glm::dmat4(1.0), glm::dvec3(cells)) * entry.bounds_from_world;
     }
@@ -557,7 +595,8 @@ std::vector<Occupied> MediaSet::kept_boxes() const
         const float per_unit = entry.params.sigma_t.a;
         all.push_back(entry.density < 0
                           ? occupied_by(entry, per_unit)
-                          : occupied_by(entry.density, medium::kept_boxes(layout_of(entry.density)),
+                          : occupied_by(entry.density,
+                                        medium::kept_boxes(layout_of(entry.density), kMostBoxes),
                                         per_unit));
     }
     return all;
@@ -568,12 +607,15 @@ gl::Defines MediaSet::defines() const
     std::vector<GridSource> grids;
     for (std::size_t k = 0; k < placed_.size(); ++k) {
         const GridLayout& plan = layout_of(static_cast<int>(k));
-        grids.push_back({plan.layout == Layout::bricks, plan.channels == 4});
+        grids.push_back({plan.layout == Layout::dense ? Kind::dense
+                         : plan.tree.levels > 0       ? Kind::tree
+                                                      : Kind::bricks,
+                         plan.channels == 4});
     }
     std::vector<MediumSource> media;
     for (const Entry& entry : media_)
-        media.push_back({entry.profile, entry.depth, entry.is_box, entry.density,
-                         !is_zero(entry.params.emission), entry.emission, entry.tint,
+        media.push_back({entry.profile, entry.depth, entry.is_box, !entry.islands.empty(),
+                         entry.density, !is_zero(entry.params.emission), entry.emission, entry.tint,
                          entry.temperature});
     gl::Defines defines{{"extinction_t", traits_.colored_extinction ? "vec3" : "float"},
                         {"kGridCount", fmt::format("{}", placed_.size())}};
@@ -584,6 +626,7 @@ gl::Defines MediaSet::defines() const
     add(traits_.emission, "kEmission");
     add(traits_.mixed_g, "kMixedG");
     add(traits_.isotropic, "kIsotropic");
+    add(traits_.islands > 0, "kIslands");
     defines.add_file("written/media.glsl", write_media(grids, media, traits_.colored_extinction));
     return defines;
 }
@@ -594,6 +637,17 @@ bool MediaSet::marched_alone() const
                        [](const Entry& entry) { return entry.is_marched() || !entry.scatters(); });
 }
 
+glm::dvec3 MediaSet::base_voxel(int placed, glm::dvec3 eye) const
+{
+    if (placed < 0 || layout_of(placed).tree.levels == 0)
+        return glm::dvec3(0);
+    constexpr double kPages = 1 << 28;  // past them no grid has any
+    const glm::dvec3 eye_voxel(placed_[static_cast<std::size_t>(placed)].index_from_world *
+                               glm::dvec4(eye, 1.0));
+    return double{VoxelGrid::kBrickDim} *
+           glm::clamp(glm::floor(eye_voxel / double{VoxelGrid::kBrickDim}), -kPages, kPages);
+}
+
 void MediaSet::bind(glm::dvec3 eye)
 {
     const glm::dmat4 world_from_eye = glm::translate(glm::dmat4(1.0), eye);
@@ -601,7 +655,11 @@ void MediaSet::bind(glm::dvec3 eye)
     for (std::size_t k = 0; k < placed_.size(); ++k) {
         const Grid& grid = grids_[static_cast<std::size_t>(placed_[k].texture)];
         shared::GridParams& out = params.grids[k];
-        out.index_from_world = glm::mat4(placed_[k].index_from_world * world_from_eye);
+        const glm::dvec3 base = base_voxel(static_cast<int>(k), eye);
+        out.index_from_world = glm::mat4(glm::translate(glm::dmat4(1.0), -base) *
+                                         placed_[k].index_from_world * world_from_eye);
+        out.tree =
+            glm::ivec4(glm::ivec3(base / double{VoxelGrid::kBrickDim}), grid.plan.tree.levels);
         out.inverse_size = 1.0f / glm::vec3(grid.plan.texture_size);
         out.unit = grid.plan.value_scale;
         out.pages = glm::vec4(glm::vec3(grid.plan.page_count), 0.0f);
@@ -615,6 +673,17 @@ void MediaSet::bind(glm::dvec3 eye)
         out = entry.params;
         out.bounds_from_world = glm::mat4(entry.bounds_from_world * world_from_eye);
         glm::dvec3 low = entry.bounds.min, high = entry.bounds.max;
+        if (const glm::dvec3 base = base_voxel(entry.density, eye); base != glm::dvec3(0)) {
+            out.bounds_from_world = glm::mat4(glm::translate(glm::dmat4(1.0), -base) *
+                                              entry.bounds_from_world * world_from_eye);
+            low -= base;
+            high -= base;
+        }
+        for (const Bounds& island : entry.islands) {
+            const glm::dvec3 base = base_voxel(entry.density, eye);
+            params.islands[params.island_count++] = {
+                glm::vec3(island.min - base), static_cast<int>(m), glm::vec3(island.max - base)};
+        }
         if (entry.is_box) {
             // A box has no scale of its own: subtract the eye in double, not through the matrix.
             out.bounds_from_world = glm::mat4(1.0f);
@@ -655,7 +724,9 @@ std::vector<std::string> MediaSet::describe() const
             "grid '{}': {} of {} x {} x {} texels in {}{} ({}), {:.2f} MB, {:.2f} bytes an active "
             "voxel",
             grid.source->name,
-            plan.layout == Layout::dense ? "one dense texture" : "bricks in an atlas",
+            plan.layout == Layout::dense ? "one dense texture"
+            : plan.tree.levels > 0       ? "bricks in an atlas, found through a tree,"
+                                         : "bricks in an atlas",
             plan.texture_size.x, plan.texture_size.y, plan.texture_size.z,
             plan.channels == 4 ? "4 x " : "", storage_name(plan.storage), plan.storage_reason,
             static_cast<double>(bytes) * 1e-6,

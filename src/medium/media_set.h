@@ -29,6 +29,7 @@ struct MediaTraits {
     int heterogeneous = 0;  ///< that change from place to place
     int marched = 0;        ///< whose optical depth towards a light has no closed form
     int bricked_grids = 0;
+    int islands = 0;  ///< parts of media that lie far apart: volumes of light would be too coarse
     int noise_grids = 0;  ///< noises that are read from a grid
     int noise_turns = 0;  ///< of the loops over noise's octaves, at one point
     bool colored_extinction = false;
@@ -43,11 +44,13 @@ struct MediaTraits {
 };
 
 /// A frame to lay volumes out in that follow the media: the voxels of the largest marched medium
-/// (of noise, the cells of its last octave; where none is marched, 96 along each edge of all).
+/// (of noise, the cells of its last octave; of large constant tiles, 64 cells along the longest
+/// edge; where none is marched, 96 along each edge of all).
 struct VoxelFrame {
     glm::dmat4 voxel_from_world{1.0};
-    Bounds marched;     ///< voxels: what the marched media fill
-    Bounds scattering;  ///< voxels: what the media fill that scatter
+    Bounds marched;      ///< voxels: what the marched media fill
+    Bounds scattering;   ///< voxels: what the media fill that scatter
+    bool tiles = false;  ///< they are cells of large constant tiles
 };
 
 /// What the extinction of one medium depends on, and nothing else of it: media that differ in g,
@@ -163,7 +166,9 @@ private:
         shared::MediumParams params{};
         bool is_box = false;  ///< with bounds in world space, whether it is read from a grid or not
         NoiseProfile noise;
-        double height = 0;  ///< z0 of an exponential height profile [m]
+        bool tiles = false;  ///< its grid is a few constant tiles, larger than its voxels matter
+        std::vector<Bounds> islands;  ///< in the space of bounds; none where nothing lies apart
+        double height = 0;            ///< z0 of an exponential height profile [m]
 
         /// Of a box: metres within which its profile changes, and its largest coefficient.
         [[nodiscard]] double detail() const;
@@ -187,11 +192,15 @@ private:
     [[nodiscard]] std::shared_ptr<const VoxelGrid> noise_grid(const Entry& box);
     void read_noise_from_grids(const SceneSettings& settings);
     [[nodiscard]] const GridLayout& layout_of(int placed) const;
+    /// The voxel that shaders count from in a grid whose pages are a tree: the first of the page
+    /// that the eye is in. 0 for others.
+    [[nodiscard]] glm::dvec3 base_voxel(int placed, glm::dvec3 eye) const;
     [[nodiscard]] double box_detail(const Entry& box) const;
     [[nodiscard]] Occupied occupied_by(const Entry& box, float per_unit) const;
     [[nodiscard]] Occupied occupied_by(int placed, std::vector<OccupiedBox> boxes,
                                        float per_unit) const;
     void find_occupied();
+    void find_islands();
 
     const gl::Device& device_;
     std::vector<Grid> grids_;

@@ -43,7 +43,7 @@ private:
     void textures(std::size_t k)
     {
         write("layout(binding = GRID_UNIT + {0}) uniform sampler3D u_grid_{0}_tx;\n", k);
-        if (grids_[k].bricks)
+        if (grids_[k].kind != GridSource::Kind::dense)
             write("layout(binding = GRID_UNIT + {}) uniform usampler3D u_page_{}_tx;\n",
                   grids_.size() + k, k);
     }
@@ -53,12 +53,12 @@ private:
     {
         const GridSource& grid = grids_[static_cast<std::size_t>(k)];
         const char* channels = grid.color ? "rgb" : "r";
-        return grid.bricks ? fmt::format("sample_bricks(u_grid_{0}_tx, u_page_{0}_tx, "
-                                         "u_media.grids[{0}], at.q[{0}]).{1}",
-                                         k, channels)
-                           : fmt::format("sample_dense(u_grid_{0}_tx, u_media.grids[{0}], "
-                                         "at.q[{0}]).{1}",
-                                         k, channels);
+        if (grid.kind == GridSource::Kind::dense)
+            return fmt::format("sample_dense(u_grid_{0}_tx, u_media.grids[{0}], at.q[{0}]).{1}", k,
+                               channels);
+        return fmt::format(
+            "sample_{2}(u_grid_{0}_tx, u_page_{0}_tx, u_media.grids[{0}], at.q[{0}]).{1}", k,
+            channels, grid.kind == GridSource::Kind::tree ? "tree" : "bricks");
     }
 
     /// What its coefficients are multiplied by at a MediaPoint `at`.
@@ -117,6 +117,8 @@ private:
               m, medium.is_box ? "box" : "grid");
         if (medium.depth == Depth::closed)
             closed_depth(m, medium);
+        else if (medium.depth == Depth::marched && medium.islands)
+            islands_depth(m, type);
         else if (medium.depth == Depth::marched)
             marched_depth(m, type);
     }
@@ -145,6 +147,23 @@ private:
               "        sum += medium_{0}_density(media_point(p + wi * (t.x + (float(j) + 0.5) * "
               "ds)));\n    }}\n"
               "    return u_media.media[{0}].sigma_t.{2} * sum * ds;\n}}\n",
+              m, type, channels_);
+    }
+
+    void islands_depth(std::size_t m, const char* type)
+    {
+        write("\nextinction_t medium_{0}_depth(vec3 p, vec3 wi, float range, int steps)\n{{\n"
+              "    {1} sum = {1}(0.0);\n"
+              "    for (int i = 0; i < u_media.island_count; ++i) {{\n"
+              "        if (u_media.islands[i].medium != {0})\n            continue;\n"
+              "        vec2 t = island_segment(u_media.islands[i], p, wi, 0.0, range);\n"
+              "        if (!(t.x < t.y))\n            continue;\n"
+              "        float ds = (t.y - t.x) / float(steps);\n"
+              "        for (int j = 0; j < steps; ++j) {{\n"
+              "            count_sample();\n"
+              "            sum += ds * medium_{0}_density(media_point(p + wi * (t.x + (float(j) + "
+              "0.5) * ds)));\n        }}\n    }}\n"
+              "    return u_media.media[{0}].sigma_t.{2} * sum;\n}}\n",
               m, type, channels_);
     }
 

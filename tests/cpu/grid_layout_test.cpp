@@ -13,6 +13,7 @@
 #include <random>
 #include <string>
 
+#include "medium/occupancy.h"
 #include "shared/brick_page.h"
 #include <fumarole/errors.h>
 #include <fumarole/voxel_grid.h>
@@ -175,6 +176,22 @@ std::uint32_t page_at(const GridLayout& g, const glm::ivec3& page)
         static_cast<std::size_t>((page.z * g.page_count.y + page.y) * g.page_count.x + page.x));
 }
 
+/// The same of a tree of pages.
+std::uint32_t leaf_at(const GridLayout& g, const glm::ivec3& page)
+{
+    int shift = 3 * g.tree.levels;
+    if (glm::any(glm::lessThan(page, glm::ivec3{0})) ||
+        glm::any(glm::greaterThanEqual(page, glm::ivec3{1 << shift})))
+        return 0;
+    std::uint32_t entry = kPageBrick;
+    do {
+        shift -= 3;
+        const glm::ivec3 node{entry & 255u, entry >> 8 & 255u, entry >> 16 & 255u};
+        entry = page_at(g, 8 * node + (page >> shift & 7));
+    } while (entry >= kPageBrick && shift > 0);
+    return entry;
+}
+
 double scale_of(std::uint32_t page)
 {
     // Steps of an eighth of an octave, down from 1: 15/16, 14/16, ... 8/16, 15/32, ...
@@ -190,7 +207,7 @@ glm::dvec3 sample(const GridLayout& g, const glm::dvec3& p_index)
     if (g.layout == Layout::dense)
         return scale * filtered(g, q + 0.5);
     const glm::ivec3 page = glm::floor(q / 8.0);
-    const std::uint32_t entry = page_at(g, page);
+    const std::uint32_t entry = g.tree.levels > 0 ? leaf_at(g, page) : page_at(g, page);
     if (entry < kPageBrick)
         return {scale * static_cast<double>(std::bit_cast<float>(entry << 1)), 0, 0};
     const glm::ivec3 slot{entry & 255u, entry >> 8 & 255u, entry >> 16 & 255u};
@@ -839,25 +856,178 @@ std::string refusal(const VoxelGrid& grid, Layout layout, const Limits& limits)
     return "";
 }
 
+/// A grid whose parts lie far apart: the same one again at an offset in bricks.
+VoxelGrid with_far_copy(const VoxelGrid& grid, const glm::ivec3& offset)
+{
+    VoxelGrid both = grid;
+    std::vector<std::pair<glm::ivec3, std::size_t>> bricks;
+    for (std::size_t i = 0; i < grid.bricks.size(); ++i) {
+        bricks.emplace_back(grid.bricks[i], i);
+        bricks.emplace_back(grid.bricks[i] + offset, i);
+    }
+    std::sort(bricks.begin(), bricks.end(),
+              [](const auto& a, const auto& b) { return before(a.first, b.first); });
+    both.bricks.clear();
+    both.values.clear();
+    const std::size_t stride = kBrickVoxels * static_cast<std::size_t>(grid.channels);
+    for (const auto& [brick, from] : bricks) {
+        both.bricks.push_back(brick);
+        both.values.insert(both.values.end(),
+                           grid.values.begin() + static_cast<std::ptrdiff_t>(from * stride),
+                           grid.values.begin() + static_cast<std::ptrdiff_t>((from + 1) * stride));
+    }
+    for (VoxelTile tile : grid.tiles) {
+        tile.brick_min += offset;
+        tile.brick_max += offset;
+        both.tiles.push_back(tile);
+    }
+    finish(both);
+    return both;
+}
+
+TEST(PageTree, FarPartsAreEachSampledAsTheGridIs)
+{
+    const glm::ivec3 offset(25000, -3000, 65000);
+    for (const StorageCase& storage : kStorageCases)
+        for (const int channels : {1, 3}) {
+            const VoxelGrid near = random_grid(3, channels, 1.7f);
+            const VoxelGrid grid = with_far_copy(near, offset);
+            const VoxelLookup lookup(grid);
+            const GridLayout g = make_layout(grid, Layout::automatic, storage.storage, {});
+            ASSERT_GT(g.tree.levels, 0);
+            EXPECT_LT(g.gpu_bytes(), std::uint64_t{16} << 20);
+            std::vector<glm::dvec3> points = probe_points(near, 10000);
+            for (const glm::dvec3& p : probe_points(near, 10000))
+                points.push_back(p + glm::dvec3(8 * offset));
+            int inside = 0;
+            for (const glm::dvec3& p : points) {
+                const glm::dvec3 want = lookup.sample(p), got = sample(g, p);
+                inside += want.x > 0 ? 1 : 0;
+                // Texel coordinates of 5e5 carry 2^-33 of rounding into the weights.
+                const double absolute =
+                    storage.absolute * scale_at(g, lookup, grid, p) + 0x1p-30 * 1.7;
+                for (int c = 0; c < 3; ++c)
+                    ASSERT_LE(std::abs(got[c] - want[c]), storage.relative * want[c] + absolute)
+                        << storage.name << " channel " << c << " at " << p.x << ' ' << p.y << ' '
+                        << p.z;
+            }
+            EXPECT_GT(inside, 3000);
+        }
+}
+
+TEST(PageTree, AsFarApartAsIndicesReach)
+{
+    VoxelGrid grid = grid_of({{0, 0, 0}, {1, 1, 1}}, 1, [] { return 1.0f; });
+    grid.bricks = {glm::ivec3{-(1 << 27)}, glm::ivec3{(1 << 27) - 1}};
+    finish(grid);
+    const GridLayout g = make_layout(grid, Layout::automatic, Storage::automatic, {});
+    EXPECT_EQ(g.tree.levels, 10);
+    EXPECT_LT(g.gpu_bytes(), 200u * 1024);
+    for (const glm::dvec3 at : {glm::dvec3(-(1 << 30)), glm::dvec3((1 << 30) - 1)}) {
+        EXPECT_EQ(sample(g, at).x, 1);
+        EXPECT_NEAR(sample(g, at + glm::dvec3(0.5, 0, 0)).x, at.x < 0 ? 1 : 0.5, 1e-6);
+    }
+    EXPECT_EQ(sample(g, {0, 0, 0}).x, 0);
+}
+
+TEST(PageTree, LargeTilesAreAFewBricks)
+{
+    for (const int dim : {512, 2048}) {  // bricks along the edge: 4096^3 and 16384^3 voxels
+        VoxelGrid grid;
+        grid.name = "density";
+        const int n = dim / 512;
+        for (int i = 0; i < n * n * n; ++i) {  // as files have them
+            const glm::ivec3 at = 512 * glm::ivec3(i % n, i / n % n, i / (n * n));
+            grid.tiles.push_back({at, at + 511, glm::vec3{0.5f}});
+        }
+        finish(grid);
+        const GridLayout g = make_layout(grid, Layout::automatic, Storage::automatic, {});
+        // A page at each face, edge and corner; a node for each on every level.
+        EXPECT_EQ(g.tree.leaves.size(), 26u);
+        EXPECT_LE(g.tree.nodes.size(), std::size_t(27 * g.tree.levels));
+        EXPECT_LT(g.gpu_bytes(), std::uint64_t{1} << 20);
+        const double end = 8 * dim - 1;
+        EXPECT_NEAR(sample(g, {1, 2000.5, 3}).x, 0.5, 1e-6);
+        EXPECT_NEAR(sample(g, {0, 0, 0}).x, 0.5, 1e-6);
+        EXPECT_NEAR(sample(g, {end, end, end}).x, 0.5, 1e-6);
+        EXPECT_NEAR(sample(g, {-0.25, 1234.5, 77}).x, 0.375, 1e-6);
+        EXPECT_NEAR(sample(g, {end + 0.25, 1234.5, 77}).x, 0.375, 1e-6);
+        EXPECT_NEAR(sample(g, {end + 0.5, 12, end + 0.5}).x, 0.125, 1e-6);
+        EXPECT_EQ(sample(g, {end + 1, 12, 77}).x, 0);
+    }
+}
+
+TEST(PageTree, OccupiedBoxesHoldAllAndAreFew)
+{
+    const VoxelGrid near = random_grid(5, 1, 0.83f);
+    const glm::ivec3 offset(25000, 0, 0);
+    const VoxelGrid grid = with_far_copy(near, offset);
+    const GridLayout g = make_layout(grid, Layout::automatic, Storage::r16f, {});
+    for (const std::size_t limit : {std::size_t{4096}, std::size_t{40}}) {
+        const std::vector<OccupiedBox> boxes = occupied_boxes(g, limit);
+        EXPECT_LE(boxes.size(), limit);
+        double filled = 0;
+        for (const OccupiedBox& box : boxes) {
+            const glm::dvec3 size = box.bounds.max - box.bounds.min;
+            filled += size.x * size.y * size.z;
+        }
+        // Two of 72 x 56 x 56 voxels at most.
+        EXPECT_LT(filled, 2 * 74 * 58 * 58);
+        for (const glm::dvec3& p : probe_points(near, 5000)) {
+            const double value = sample(g, p).x;
+            const glm::dvec3 q = p - glm::dvec3(g.origin);
+            double most = 0;
+            for (const OccupiedBox& box : boxes)
+                if (glm::all(glm::greaterThanEqual(q, box.bounds.min - 1e-6)) &&
+                    glm::all(glm::lessThanEqual(q, box.bounds.max + 1e-6)))
+                    most = std::max(most, double{box.most});
+            ASSERT_LE(value, most) << p.x << ' ' << p.y << ' ' << p.z;
+        }
+    }
+    const std::vector<Bounds> apart = islands(occupied_boxes(g, 4096), 8);
+    ASSERT_EQ(apart.size(), 2u);
+    EXPECT_EQ(apart[0].min + glm::dvec3(8 * offset), apart[1].min);
+    EXPECT_EQ(apart[0].max + glm::dvec3(8 * offset), apart[1].max);
+}
+
+TEST(PageTree, IslandsAreBoxesOfTheirOwn)
+{
+    std::vector<OccupiedBox> boxes;
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> place(0, 5e5);
+    for (int i = 0; i < 40; ++i) {
+        OccupiedBox box;
+        box.bounds.add(glm::dvec3(place(random), place(random), place(random)));
+        box.bounds.add(box.bounds.min + 2.0);
+        boxes.push_back(box);
+    }
+    EXPECT_EQ(islands(boxes, 48).size(), 40u);
+    EXPECT_EQ(islands(boxes, 7).size(), 7u);
+    boxes.resize(1);
+    EXPECT_EQ(islands(boxes, 48).size(), 1u);
+    EXPECT_TRUE(islands({}, 48).empty());
+}
+
 TEST(GridLayout, RefusesWhatDoesNotFitWithSizeAndRemedy)
 {
-    // Two voxels 2^30 apart: 10^27 bytes dense and 10^25 of pages. Allocating would end the test.
+    // Two voxels 2^30 apart: 10^27 bytes dense. Allocating would end the test.
     const int far = 1 << 26;
     VoxelGrid grid = grid_of({{-far, -far, -far}, {far, far, far}}, 1, [] { return 1.0f; });
-    for (const Layout layout : {Layout::automatic, Layout::dense, Layout::bricks}) {
-        const std::string message = refusal(grid, layout, {});
-        EXPECT_NE(message.find("density: 1073741832 x 1073741832 x 1073741832 voxels take "),
-                  std::string::npos)
-            << message;
-        EXPECT_NE(message.find("4.0 GiB"), std::string::npos) << message;
-        EXPECT_NE(message.find("resample the grid coarser"), std::string::npos) << message;
-        EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-    }
+    const std::string message = refusal(grid, Layout::dense, {});
+    EXPECT_NE(message.find("density: 1073741832 x 1073741832 x 1073741832 voxels take "),
+              std::string::npos)
+        << message;
+    EXPECT_NE(message.find("4.0 GiB"), std::string::npos) << message;
+    EXPECT_NE(message.find("resample the grid coarser"), std::string::npos) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    // A tree of pages that has no room either.
+    EXPECT_NE(refusal(grid, Layout::automatic, {.max_bytes = 20000}).find("resample the grid"),
+              std::string::npos);
     // As far apart as indices reach: 2^32 voxels along an edge, which no int holds.
     grid.bricks = {glm::ivec3{-(1 << 28)}, glm::ivec3{(1 << 28) - 1}};
     finish(grid);
-    EXPECT_NE(refusal(grid, Layout::automatic, {}).find("4294967296 x "), std::string::npos);
-    EXPECT_THROW(plan_layout(grid, Layout::automatic, Storage::automatic, {}), Error);
+    EXPECT_NE(refusal(grid, Layout::dense, {}).find("4294967296 x "), std::string::npos);
+    EXPECT_THROW(plan_layout(grid, Layout::dense, Storage::automatic, {}), Error);
 }
 
 TEST(GridLayout, RefusalNamesTheLayoutThatWouldDo)

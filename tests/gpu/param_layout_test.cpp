@@ -95,7 +95,7 @@ const Offsets kLattice{MEMBER(LatticeParams, node_from_world),
                        MEMBER(LatticeParams, inverse_size),
                        MEMBER(LatticeParams, spacing)};
 const Offsets kGrid{MEMBER(GridParams, index_from_world), MEMBER(GridParams, inverse_size),
-                    MEMBER(GridParams, unit), MEMBER(GridParams, pages)};
+                    MEMBER(GridParams, unit), MEMBER(GridParams, pages), MEMBER(GridParams, tree)};
 const Offsets kMedium{MEMBER(MediumParams, bounds_from_world),
                       MEMBER(MediumParams, bounds_min),
                       MEMBER(MediumParams, noise_threshold),
@@ -111,6 +111,7 @@ const Offsets kMedium{MEMBER(MediumParams, bounds_from_world),
                       MEMBER(MediumParams, inverse_scale_height),
                       MEMBER(MediumParams, base_height),
                       MEMBER(MediumParams, noise_octaves)};
+const Offsets kIsland{MEMBER(Island, low), MEMBER(Island, medium), MEMBER(Island, high)};
 const Offsets kOctave{MEMBER(NoiseOctave, cell_offset), MEMBER(NoiseOctave, fraction),
                       MEMBER(NoiseOctave, frequency)};
 
@@ -312,6 +313,8 @@ TEST_F(ParamLayout, Media)
     add_array<MediumParams>(expected, "media", offsetof(MediaParams, media), MAX_MEDIA, kMedium);
     add_array<NoiseOctave>(expected, "octaves", offsetof(MediaParams, octaves),
                            MAX_MEDIA * MAX_OCTAVES, kOctave);
+    add_array<Island>(expected, "islands", offsetof(MediaParams, islands), MAX_ISLANDS, kIsland);
+    expected.emplace("island_count", offsetof(MediaParams, island_count));
     expect_same(layout("medium_params.h", "MediaParams"), expected, sizeof(MediaParams));
 }
 

@@ -38,6 +38,16 @@ std::shared_ptr<VoxelGrid> small_grid(int channels)
     return grid;
 }
 
+/// Two bricks so far apart that their pages are a tree.
+std::shared_ptr<VoxelGrid> far_grid(int channels)
+{
+    auto grid = small_grid(channels);
+    grid->bricks.push_back({25000, 25000, 25000});
+    grid->values.resize(2 * grid->values.size(), 1.0f);
+    grid->index_max = glm::ivec3(200007);
+    return grid;
+}
+
 GridMedium grid_medium(int density, int emission, int color, float g)
 {
     GridMedium medium;
@@ -100,6 +110,14 @@ std::vector<NamedMedia> all_media()
         all.push_back({fmt::format("{}_hot", kind), {hot}, layout});
         hot.density = nullptr;
         all.push_back({fmt::format("{}_only_hot", kind), {hot}, layout});
+    }
+    for (const int density : {1, 3}) {
+        GridMedium far = grid_medium(density, 1, 3, 0.3f);
+        far.density = far_grid(density);
+        far.emission = far_grid(1);
+        all.push_back({fmt::format("far_bricks{}", density), {far}});
+        all.push_back({fmt::format("far_bricks{}_in_a_box", density),
+                       {far, box_medium(HomogeneousProfile{}, grey, 0.1f, none)}});
     }
     for (const auto& [name, profile] : {std::pair{"homogeneous", Profile{HomogeneousProfile{}}},
                                         std::pair{"exp_height", Profile{ExpHeightProfile{}}},
