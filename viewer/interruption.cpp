@@ -1,5 +1,7 @@
 #include "interruption.h"
 
+#include <fumarole/asset/load_limits.h>
+
 namespace fumarole::command {
 
 namespace {
@@ -17,10 +19,12 @@ Interruption::Interruption()
     action.sa_flags = static_cast<int>(SA_RESETHAND);
     ::sigaction(SIGINT, &action, &int_);
     ::sigaction(SIGTERM, &action, &term_);
+    asset::set_load_cancel(&interrupted);
 }
 
 Interruption::~Interruption()
 {
+    asset::set_load_cancel(nullptr);
     ::sigaction(SIGINT, &int_, nullptr);
     ::sigaction(SIGTERM, &term_, nullptr);
 }

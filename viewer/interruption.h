@@ -5,8 +5,8 @@
 
 namespace fumarole::command {
 
-/// While one lives, the first SIGINT or SIGTERM only raises a flag, for work that asks it; the same
-/// signal once more ends the program at once. One at a time.
+/// While one lives, the first SIGINT or SIGTERM only raises a flag, for work that asks it, as all
+/// reading of files does; the same signal once more ends the program at once. One at a time.
 class Interruption {
 public:
     Interruption();

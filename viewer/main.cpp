@@ -13,6 +13,7 @@
 #include "command.h"
 #include "shell_words.h"
 #include "study/flag_names.h"
+#include <fumarole/asset/load_limits.h>
 #include <fumarole/errors.h>
 
 namespace {
@@ -92,7 +93,8 @@ void check_words(const CLI::App& app, const std::vector<std::string>& words)
         if (!word.starts_with("--") || word.size() < 4)
             continue;
         const std::string option = word.substr(0, word.find('='));
-        if (command->get_option_no_throw(option) != nullptr)
+        if (command->get_option_no_throw(option) != nullptr ||
+            app.get_option_no_throw(option) != nullptr)
             continue;
         std::vector<std::string> options;
         for (const CLI::Option* one : command->get_options())
@@ -113,6 +115,14 @@ int main(int argc, char** argv)
     app.name("fumarole");
     app.set_version_flag("--version", FUMAROLE_VERSION);
     app.require_subcommand(1);
+    app.fallthrough();
+    app.add_option_function<std::uint64_t>(
+           "--max-memory",
+           [](const std::uint64_t& bytes) { fumarole::asset::set_memory_limit(bytes); },
+           "the most memory that reading a file may take, e.g. 2G; else three quarters of what the "
+           "machine has")
+        ->transform(CLI::AsSizeValue(false))
+        ->type_name("SIZE");
     app.failure_message(usage_message);
     command::add_info(app);
     command::add_render(app, command::command_text({argv + 1, argv + argc}));

@@ -810,6 +810,13 @@ asset::LoadedScene load(const RenderOptions& options)
     return loaded;
 }
 
+/// The same where what comes after it ends at once when it is told to.
+asset::LoadedScene load_alone(const RenderOptions& options)
+{
+    const Interruption interruption;
+    return load(options);
+}
+
 void run(RenderOptions options, const CLI::App& command)
 {
     parse_frames(options);
@@ -836,11 +843,11 @@ void run(RenderOptions options, const CLI::App& command)
     if (options.range)
         check_moving_outputs(options);
     if (inspection) {
-        run_inspection(options, files, settings, *inspection, load(options));
+        run_inspection(options, files, settings, *inspection, load_alone(options));
         return;
     }
     if (!options.reference() && !options.range) {
-        run_still(options, files, settings, region, load(options));
+        run_still(options, files, settings, region, load_alone(options));
         return;
     }
     const Interruption interruption;

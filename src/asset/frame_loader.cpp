@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <fumarole/asset/animation.h>
+#include <fumarole/asset/load_limits.h>
 #include <fumarole/asset/vdb_file.h>
 #include <fumarole/errors.h>
 
@@ -141,6 +142,8 @@ std::optional<LoadedScene> FrameLoader::next()
     std::optional<LoadedScene> loaded;
     try {
         loaded = loading_.get();
+    } catch (const LoadCancelled&) {
+        throw;
     } catch (const Error& error) {
         if (missing_ == MissingFrames::fail)
             throw;

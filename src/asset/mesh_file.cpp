@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <assimp/Importer.hpp>
+#include <assimp/ProgressHandler.hpp>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -18,6 +19,7 @@
 
 #include "asset/ply_check.h"
 #include "asset/printable.h"
+#include <fumarole/asset/load_limits.h>
 #include <fumarole/errors.h>
 
 namespace fumarole::asset {
@@ -139,6 +141,24 @@ bool all_finite(const glm::vec3& v)
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
+// Ends what Assimp does once the program is told to stop.
+class StopWhenCancelled : public Assimp::ProgressHandler {
+public:
+    explicit StopWhenCancelled(const fs::path& file) : file_(file) {}
+    bool Update(float /*share*/) override
+    {
+        try {
+            check_cancelled(file_);
+        } catch (const LoadCancelled&) {
+            return false;
+        }
+        return true;
+    }
+
+private:
+    const fs::path& file_;
+};
+
 // The triangles of one node's mesh, placed in the file's space.
 void append_mesh(const fs::path& file, const aiMesh& part, const glm::dmat4& file_from_node,
                  Mesh& out)
@@ -214,9 +234,11 @@ Mesh load_mesh(const fs::path& file)
         fail(file, "is not a file");
     if (!std::ifstream(file, std::ios::binary))
         fail(file, fmt::format("cannot be opened: {}", std::strerror(errno)));
+    check_memory(file, fs::file_size(file, error));
     refuse_packed_gltf(file);
 
     Assimp::Importer importer;
+    importer.SetProgressHandler(new StopWhenCancelled(file));  // which it owns
     importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, kSmoothDegrees);
     // Without colours and texture coordinates more vertices are identical and join.
     importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
@@ -230,6 +252,7 @@ Mesh load_mesh(const fs::path& file)
     const std::optional<std::string> ply = ply_bytes(file);
     const aiScene* scene = ply ? importer.ReadFileFromMemory(ply->data(), ply->size(), steps, "ply")
                                : importer.ReadFile(file.string(), steps);
+    check_cancelled(file);
     if (scene == nullptr)
         fail(file, "cannot be read as a mesh: " + printable(importer.GetErrorString(), 200));
 

@@ -22,6 +22,7 @@
 #include "asset/grid_names.h"
 #include "asset/printable.h"
 #include "asset/vdb_layout.h"
+#include <fumarole/asset/load_limits.h>
 #include <fumarole/errors.h>
 
 // vdb_layout.h finds the trees in a file and proves that they are whole; OpenVDB expands them; here
@@ -135,7 +136,8 @@ struct Cleaner {
 /// Lets OpenVDB read from a range of memory.
 class MemoryBuffer : public std::streambuf {
 public:
-    MemoryBuffer(const char* bytes, std::size_t size)
+    MemoryBuffer(const std::filesystem::path& file, const char* bytes, std::size_t size)
+        : file_(file)
     {
         char* begin = const_cast<char*>(bytes);  // streambuf's get area is never written to
         setg(begin, begin, begin + size);
@@ -145,19 +147,24 @@ protected:
     pos_type seekoff(off_type offset, std::ios_base::seekdir from, std::ios_base::openmode) override
     {
         // OpenVDB asks where it is before each leaf, and seeks only in files that it opened itself.
+        check_cancelled(file_);
         return from == std::ios_base::cur && offset == 0 ? pos_type(gptr() - eback())
                                                          : pos_type(off_type(-1));
     }
+
+private:
+    const std::filesystem::path& file_;
 };
 
 template <class T>
 std::unique_ptr<RootOf<T>> read_tree(const VdbLayout& file, const VdbGridLayout& grid)
 {
+    check_memory(file.file, file.size + grid.tree_bytes);
     try {
         auto root = std::make_unique<RootOf<T>>();
         constexpr std::size_t kBufferCount = sizeof(std::int32_t);  // Tree's, before the root's own
         const std::size_t begin = grid.tree_begin + kBufferCount;
-        MemoryBuffer buffer(file.bytes.get() + begin, grid.tree_end - begin);
+        MemoryBuffer buffer(file.file, file.bytes.get() + begin, grid.tree_end - begin);
         std::istream in(&buffer);
         in.exceptions(std::ios_base::failbit | std::ios_base::badbit);
         openvdb::io::setVersion(in, {file.library_major, file.library_minor}, file.file_version);
@@ -165,6 +172,8 @@ std::unique_ptr<RootOf<T>> read_tree(const VdbLayout& file, const VdbGridLayout&
         root->readTopology(in, grid.half);
         root->readBuffers(in, grid.half);
         return root;
+    } catch (const LoadCancelled&) {
+        throw;
     } catch (const std::bad_alloc&) {
         throw Error(fmt::format("{}: grid '{}' does not fit into memory", file.file.string(),
                                 printable(grid.address)));
@@ -509,6 +518,8 @@ LoadedGrid load(const VdbLayout& file, const VdbGridLayout& layout)
     Tally tally;
     std::vector<std::string> notes;
     with_value_type(layout.value, [&]<class T>(T*) {
+        check_memory(file.file, file.size + layout.tree_bytes +
+                                    layout.leaves * kBrickVoxels * kChannels<T> * sizeof(float));
         const auto root = read_tree<T>(file, layout);
         Cleaner clean;
         if (is_level_set(layout)) {
@@ -517,6 +528,7 @@ LoadedGrid load(const VdbLayout& file, const VdbGridLayout& layout)
                 refuse(file, layout, fmt::format("a level set whose band is {} wide", clean.band));
             notes.push_back("a level set, made into fog: 1 inside, a ramp to 0 at its surface");
         }
+        check_cancelled(file.file);
         BrickBuilder<T>(*root, clean).build(grid, tally, notes);
     });
     check_bounds(file, layout, grid);

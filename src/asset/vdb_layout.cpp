@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
-#include <unistd.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -17,6 +16,7 @@
 #include <string_view>
 
 #include "asset/printable.h"
+#include <fumarole/asset/load_limits.h>
 #include <fumarole/errors.h>
 
 // The format is that of OpenVDB's io::Archive and tree nodes, file versions 222 (OpenVDB 1.0, 2012)
@@ -40,6 +40,7 @@ constexpr std::uint32_t kOldestVersion = 222;
 constexpr std::uint32_t kNewestVersion = 224;
 constexpr std::size_t kUuidBytes = 36;
 constexpr std::size_t kLeafMaskBytes = 512 / 8;
+constexpr std::size_t kLeafBytes = 128;  // of memory that a leaf takes beside its values
 constexpr std::int32_t kRootChildDim = 4096;
 
 constexpr std::uint32_t kZip = 1;
@@ -69,10 +70,15 @@ public:
 private:
     void read(std::size_t begin, std::size_t end)
     {
+        constexpr std::size_t kAtOnce = std::size_t(1) << 24;  // some milliseconds of a slow disk
         file_.seekg(std::streamoff(begin));
-        file_.read(layout_.bytes.get() + begin, std::streamsize(end - begin));
-        if (std::size_t(file_.gcount()) != end - begin)
-            throw Error(fmt::format("{}: can't be read to its end", layout_.file.string()));
+        for (std::size_t at = begin; at < end; at += std::min(kAtOnce, end - at)) {
+            check_cancelled(layout_.file);
+            const std::size_t part = std::min(kAtOnce, end - at);
+            file_.read(layout_.bytes.get() + at, std::streamsize(part));
+            if (std::size_t(file_.gcount()) != part)
+                throw Error(fmt::format("{}: can't be read to its end", layout_.file.string()));
+        }
         begin_ = begin;
         end_ = end;
     }
@@ -141,7 +147,7 @@ private:
     Metadata metadata();
     void transform(VdbGridLayout& grid);
     void tree(VdbGridLayout& grid);
-    void node(const Values& values, int log2_dim, std::uint64_t& leaves);
+    void node(const Values& values, int log2_dim, VdbGridLayout& grid);
     void values(const Values& values, const char* mask, std::size_t count);
     void chunk(const Values& values, std::size_t count);
     void check_zip_chunks() const;
@@ -322,9 +328,12 @@ void Walk::values(const Values& values, const char* mask, std::size_t count)
     chunk(values, active_only ? count_on(mask, count / 8) : count);
 }
 
-void Walk::node(const Values& values, int log2_dim, std::uint64_t& leaves)
+void Walk::node(const Values& values, int log2_dim, VdbGridLayout& grid)
 {
+    check_cancelled(layout_.file);
     const std::size_t count = std::size_t(1) << (3 * log2_dim);
+    // Of OpenVDB's nodes: a value or a pointer in each place, and two masks.
+    grid.tree_bytes += count * std::max(values.bytes, sizeof(void*)) + count / 4;
     const char* children = take(count / 8, "child mask");
     const char* active = take(count / 8, "value mask");
     for (std::size_t i = 0; i < count / 8; ++i)
@@ -335,11 +344,12 @@ void Walk::node(const Values& values, int log2_dim, std::uint64_t& leaves)
     const std::size_t child_count = count_on(children, count / 8);
     if (log2_dim == 4) {  // its children are leaves, of which the topology holds the masks
         take(child_count * kLeafMaskBytes, "leaf masks");
-        leaves += child_count;
+        grid.leaves += child_count;
+        grid.tree_bytes += child_count * (512 * values.bytes + kLeafBytes);
         return;
     }
     for (std::size_t i = 0; i < child_count; ++i)
-        node(values, 4, leaves);
+        node(values, 4, grid);
 }
 
 void Walk::tree(VdbGridLayout& grid)
@@ -392,13 +402,15 @@ void Walk::tree(VdbGridLayout& grid)
     }
     for (std::uint32_t i = 0; i < children; ++i) {
         get_origin();
-        node(values, 5, grid.leaves);
+        node(values, 5, grid);
     }
     std::ranges::sort(origins);
     if (std::ranges::adjacent_find(origins) != origins.end())
         fail("two nodes in one place");
 
     for (std::uint64_t i = 0; i < grid.leaves; ++i) {
+        if (i % 4096 == 0)
+            check_cancelled(layout_.file);
         const char* mask = take(kLeafMaskBytes, "leaf");
         this->values(values, mask, 512);
     }
@@ -411,6 +423,7 @@ void Walk::check_zip_chunks() const
     std::atomic<std::size_t> bad{std::numeric_limits<std::size_t>::max()};
     tbb::parallel_for(
         tbb::blocked_range<std::size_t>(0, zip_chunks_.size(), 64), [&](const auto& range) {
+            check_cancelled(layout_.file);
             std::vector<char> out;
             for (std::size_t i = range.begin(); i != range.end(); ++i) {
                 const ZipChunk& chunk = zip_chunks_[i];
@@ -537,6 +550,7 @@ void Walk::run()
             grid.tree_begin = other.tree_begin;
             grid.tree_end = other.tree_end;
             grid.leaves = other.leaves;
+            grid.tree_bytes = other.tree_bytes;
         }
         if (has_offsets) {
             at_ = end_;
@@ -575,11 +589,7 @@ VdbLayout read_vdb_layout(const std::filesystem::path& file, VdbDepth depth)
         throw Error(fmt::format("{}: can't be read", file.string()));
 
     // A sparse file can claim any size for free.
-    const auto memory = std::uintmax_t(std::max(0L, sysconf(_SC_PHYS_PAGES))) *
-                        std::uintmax_t(std::max(0L, sysconf(_SC_PAGESIZE)));
-    if (size > memory / 2)
-        throw Error(fmt::format("{}: {:.1f} GB, too large for this machine's memory", file.string(),
-                                double(size) / 1e9));
+    check_memory(file, size);
     layout.size = std::size_t(size);
     // Not mapped: the program that made the file may be overwriting it while we look.
     layout.bytes = std::make_unique_for_overwrite<char[]>(layout.size);

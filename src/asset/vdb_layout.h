@@ -44,6 +44,7 @@ struct VdbGridLayout {
     std::size_t tree_begin = 0;     ///< bytes of the tree in the file, checked to the last chunk
     std::size_t tree_end = 0;       ///< == tree_begin for `other`
     std::uint64_t leaves = 0;
+    std::uint64_t tree_bytes = 0;  ///< of memory that OpenVDB takes for it, expanded
 };
 
 /// A whole file in memory and its map.
@@ -64,7 +65,7 @@ enum class VdbDepth { headers, all };
 
 /// Reads a file and walks all of it. Memory: the file's size, and little else.
 /// @throws Error naming the file and the byte: not there, no VDB, of another version, damaged, cut
-/// short.
+/// short; larger than memory_limit(). LoadCancelled.
 VdbLayout read_vdb_layout(const std::filesystem::path& file, VdbDepth depth = VdbDepth::all);
 
 }  // namespace fumarole::asset

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "cli/run_program.h"
+#include "study/handmade_vdb.h"
 
 namespace fumarole::test {
 namespace {
@@ -34,6 +35,77 @@ std::string scene(const std::string& extra = "", const std::string& medium_extra
             "sigma_s": [1,1,1], {} "sigma_a": [0,0,0]}}]
 }})",
                        extra, medium_extra);
+}
+
+/// A file whose values are all there, 2 KB a brick.
+std::string smoke_of(int bricks)
+{
+    study::HandmadeVdb made;
+    for (int i = 0; i < bricks; ++i) {
+        study::HandmadeBrick& brick = made.bricks.emplace_back();
+        brick.brick = {i % 64, i / 64 % 64, i / 4096};
+        for (std::size_t v = 0; v < brick.values.size(); ++v)
+            brick.values[v] = 0.5f + 0.001f * static_cast<float>(v);
+    }
+    return study::handmade_vdb(made);
+}
+
+/// A scene of several files, each of which is read.
+std::string scene_of_files(int files)
+{
+    std::string media;
+    for (int i = 0; i < files; ++i)
+        media += fmt::format(R"({}{{"type": "vdb", "file": "{}.vdb", "grid": "density",
+  "sigma_s_per_density": [1,1,1], "sigma_a_per_density": [0,0,0]}})",
+                             i == 0 ? "" : ",\n", i);
+    return fmt::format(R"({{"camera": {{"position": [0,-10,0], "look_at": [0,0,0], "vfov_deg": 30}},
+ "media": [{}]}})",
+                       media);
+}
+
+TEST(Input, IsReadNoFurtherOnceInterrupted)
+{
+    // The same file under twelve names: seconds of reading.
+    const TempFolder folder;
+    folder.write("0.vdb", smoke_of(24000));
+    for (int i = 1; i < 12; ++i)
+        fs::create_hard_link(folder.path() / "0.vdb", folder.path() / fmt::format("{}.vdb", i));
+    folder.write("scene.json", scene_of_files(12));
+    const std::vector<std::string> before = list(folder.path());
+    for (const Arguments& more :
+         {Arguments{}, Arguments{"--mode=reference"}, Arguments{"--show=bricks"}}) {
+        Arguments command{"render", "scene.json", kSmall, "-o", "x.png"};
+        command.insert(command.end(), more.begin(), more.end());
+        RunOptions soon;
+        soon.interrupt_at_mb = 250;  // of them the program itself takes a hundred at most
+        const Outcome run = run_program(folder.path(), command, soon);
+        expect_refused(run, joined(command),
+                       {"interrupted while ", ".vdb was read", "nothing was"});
+        EXPECT_LT(run.seconds_to_end, 2) << joined(command);
+        EXPECT_EQ(list(folder.path()), before) << joined(command);
+    }
+}
+
+TEST(Input, ThatTakesMoreMemoryThanItMayIsNamed)
+{
+    const TempFolder folder;
+    folder.write("smoke.vdb", smoke_of(2000));  // 4.4 MB, and as much again for tree and bricks
+    const auto render = [&](const char* limit) {
+        return run_program(folder.path(),
+                           with_little_light({"render", "smoke.vdb", kSmall, "--aa=1", "-o",
+                                              "x.png", "--max-memory", limit}));
+    };
+    for (const char* limit : {"1M", "6M", "10000000"}) {
+        const Outcome run = render(limit);
+        expect_refused(run, limit, {"smoke.vdb", "too large", "--max-memory"});
+        EXPECT_FALSE(fs::exists(folder.path() / "x.png"));
+    }
+    EXPECT_EQ(render("20M").code, 0);
+    EXPECT_TRUE(fs::exists(folder.path() / "x.png"));
+    const Outcome first = run_program(folder.path(), {"--max-memory=1M", "info", "smoke.vdb"});
+    expect_refused(first, "before the command", {"smoke.vdb", "too large"});
+    const Outcome nonsense = run_program(folder.path(), {"info", "smoke.vdb", "--max-memory=much"});
+    EXPECT_EQ(nonsense.code, 2) << nonsense;
 }
 
 TEST(Input, ThatIsNoVdbIsNamed)

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <fcntl.h>
 #include <filesystem>
+#include <fstream>
 #include <future>
 #include <pty.h>
 #include <stdexcept>
@@ -25,7 +26,7 @@ using Arguments = std::vector<std::string>;
 struct Outcome {
     int code = -1;  ///< exit code, or 1000 + the signal that ended it
     std::string out, err;
-    double seconds_to_end = 0;  ///< from RunOptions::interrupt_at's signal on
+    double seconds_to_end = 0;  ///< from the signal of RunOptions on
 
     /// Lines of what it said on stderr.
     [[nodiscard]] long error_lines() const { return std::count(err.begin(), err.end(), '\n'); }
@@ -41,6 +42,7 @@ struct RunOptions {
     std::string out;           ///< file for stdout instead of Outcome::out, e.g. /dev/full
     long file_limit = -1;      ///< bytes that it may write to a file, as if the disk were full then
     std::string interrupt_at;  ///< file; once something is in it, SIGINT is sent
+    long interrupt_at_mb = 0;  ///< of memory that it holds SIGINT is sent; 0: it is not
     bool terminal = false;     ///< stderr is one
 };
 
@@ -51,6 +53,20 @@ inline void interrupt(pid_t child, const std::filesystem::path& file)
     siginfo_t ended{};
     while (ended.si_pid == 0 && (std::filesystem::file_size(file, error) == 0 || error)) {
         usleep(5000);
+        waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT);
+    }
+    kill(child, SIGINT);
+}
+
+/// Waits until a child holds so much memory, or has ended, and sends it SIGINT.
+inline void interrupt(pid_t child, long megabytes)
+{
+    const std::string statm = "/proc/" + std::to_string(child) + "/statm";
+    siginfo_t ended{};
+    long pages = 0, resident = 0;
+    while (ended.si_pid == 0 && resident * sysconf(_SC_PAGESIZE) < megabytes << 20) {
+        usleep(2000);
+        std::ifstream(statm) >> pages >> resident;
         waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT);
     }
     kill(child, SIGINT);
@@ -103,6 +119,8 @@ inline Outcome run_program(const std::filesystem::path& folder, const Arguments&
     }
     if (!options.interrupt_at.empty())
         interrupt(child, folder / options.interrupt_at);
+    if (options.interrupt_at_mb > 0)
+        interrupt(child, options.interrupt_at_mb);
     const auto begin = std::chrono::steady_clock::now();
     int status = 0;
     waitpid(child, &status, 0);
