@@ -2,12 +2,14 @@
 #include "lib/ray_box.glsl"
 #include "shared/light_volume_params.h"
 
+// In nodes: p, and a way.
+vec3 node_at(LatticeParams lattice, vec3 p) { return (lattice.node_from_world * vec4(p, 1.0)).xyz; }
+vec3 node_way(LatticeParams lattice, vec3 d) { return (lattice.node_from_world * vec4(d, 0.0)).xyz; }
+
 // Where p + t d, t in [0, end], is inside. Empty: x >= y.
 vec2 lattice_segment(LatticeParams lattice, vec3 p, vec3 d, float end)
 {
-    vec3 q = (lattice.node_from_world * vec4(p, 1.0)).xyz;
-    vec3 dq = (lattice.node_from_world * vec4(d, 0.0)).xyz;
-    vec2 t = ray_box(q, dq, vec3(0.0), lattice.last);
+    vec2 t = ray_box(node_at(lattice, p), node_way(lattice, d), vec3(0.0), lattice.last);
     return vec2(max(t.x, 0.0), min(t.y, end));
 }
 
@@ -15,12 +17,12 @@ vec2 lattice_segment(LatticeParams lattice, vec3 p, vec3 d, float end)
 // along z.
 vec3 first_layer_at(LatticeParams lattice, vec3 p)
 {
-    return ((lattice.node_from_world * vec4(p, 1.0)).xyz + 0.5) * lattice.inverse_size;
+    return (node_at(lattice, p) + 0.5) * lattice.inverse_size;
 }
 
 vec3 first_layer_way(LatticeParams lattice, vec3 d)
 {
-    return (lattice.node_from_world * vec4(d, 0.0)).xyz * lattice.inverse_size;
+    return node_way(lattice, d) * lattice.inverse_size;
 }
 
 // The same in another layer. A point outside is moved to the faces, so no other layer is ever touched; at the

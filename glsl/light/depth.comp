@@ -1,5 +1,6 @@
-// Optical depth of the marched media from each node of a lattice to one light. Depth and not transmittance
-// is kept: it is smooth where the medium is, so that exp of what is interpolated errs least.
+// Optical depth of the marched media from each node of a lattice to a light that has a place; a sun's is summed up in
+// columns.comp. Depth and not transmittance is kept: it is smooth where the medium is, so that exp of what is
+// interpolated errs least.
 //   in   the extinction's volume, the light
 //   out  optical depth, one layer of the texture
 #include "light/trace.glsl"
@@ -18,11 +19,9 @@ void main()
     // As fine as the nodes that are filled, and no coarser than those that it is filled from.
     float step = min(u_volumes.extinction.last.x / lattice.last.x, 1.0);
     vec3 p = node_position(lattice, node);
-    vec3 to_light = u_volumes.light - u_volumes.light_has_place * p;
+    vec3 to_light = u_volumes.light - p;
     float range = max(length(to_light), kLeastRange);
     vec3 wi = to_light / range;
-    if (u_volumes.light_has_place == 0.0)
-        range = kSunRange;
     vec3 tau = min(vec3(traced_depth(p, wi, range, step)), vec3(kMost));
-    imageStore(u_depth_img, node + ivec3(0, 0, i * (int(lattice.last.z) + 1)), vec4(tau, 0.0));
+    imageStore(u_depth_img, node + ivec3(0, 0, i * (int(u_volumes.depth_period.z) + 1)), vec4(tau, 0.0));
 }

@@ -20,7 +20,7 @@ struct LightLine {
     vec3 wo;  // unit length, to the eye
     vec3 sun[max(kSunCount, 1)];  // what it scatters if nothing hides or dims it; kMixedG: its irradiance
     vec3 shadow[max(kSunCount, 1)], dshadow[max(kSunCount, 1)];  // its inner shadow view, which holds all media: uv, depth
-    vec3 depth, ddepth;  // texture coordinates in the first layer of the depth volume
+    vec3 depth, ddepth;  // in nodes of the depth volume
     vec3 world, dworld;  // and of the world's
     vec2 placed[max(kPlacedCount, 1)];  // kExactFalloff: t nearest to a light that has a place, and how far it is [m]
 };
@@ -56,8 +56,8 @@ LightLine light_line(Ray ray, vec3 wo, vec2 spread)
         }
     }
     if (kDepthVolume) {
-        line.depth = first_layer_at(u_volumes.depth, ray.origin);
-        line.ddepth = first_layer_way(u_volumes.depth, ray.direction);
+        line.depth = node_at(u_volumes.depth, ray.origin);
+        line.ddepth = node_way(u_volumes.depth, ray.direction);
     }
     if (kWorldVolume) {
         line.world = first_layer_at(u_volumes.world, ray.origin);

@@ -23,11 +23,19 @@ float volume_value(vec4 texel) { return texel.r; }
 extinction_t from_volume(float stored) { return extinction_of(u_volumes.extinction_color) * stored; }
 #endif
 
-// The marched media's optical depth between light i and a point, at `uvw` of the first layer.
-extinction_t stored_depth(int i, vec3 uvw)
+// The marched media's optical depth between light i and a point of the lattice, given in nodes.
+extinction_t stored_depth(int i, vec3 node)
 {
+    if (i < kSunCount) {
+        SunColumns sun = u_volumes.suns[i];
+        node -= sun.shear * dot(node, sun.normal);
+        node -= u_volumes.depth_period * floor(node / u_volumes.depth_period);
+    } else {
+        node = clamp(node, vec3(0.0), u_volumes.depth.last);
+    }
     if (kLightPoints > 1)
-        uvw = in_layer(u_volumes.depth, uvw, i);
+        node.z += float(i) * (u_volumes.depth_period.z + 1.0);
+    vec3 uvw = (node + 0.5) * u_volumes.depth.inverse_size;
     return extinction_t(from_volume(volume_value(textureLod(u_depth_volume_tx, uvw, 0.0))));
 }
 
@@ -39,10 +47,8 @@ extinction_t depth_to_light(int i, vec3 p, LightSample light)
     extinction_t tau = closed_depth(p, light.wi, light.range);
     // From outside, light goes the same way from where it enters the volume.
     vec2 t = lattice_segment(u_volumes.depth, p, light.wi, light.range);
-    if (t.x < t.y) {
-        vec3 uvw = lattice_uvw(u_volumes.depth, p + light.wi * t.x, i);
-        tau += extinction_t(from_volume(volume_value(textureLod(u_depth_volume_tx, uvw, 0.0))));
-    }
+    if (t.x < t.y)
+        tau += stored_depth(i, node_at(u_volumes.depth, p + light.wi * t.x));
     return tau;
 }
 

@@ -87,6 +87,7 @@
 #define FROXEL_GROUP_Z 2
 #define FROXEL_COLUMNS 8
 #define VOLUME_GROUP 4  // nodes along each edge, in the volumes of light
+#define COLUMN_GROUP 8  // columns of nodes along each edge
 
 // How many of each a scene may hold: uniform blocks are at least 16 KiB and fragment shaders have
 // at least 16 texture units, so 3 bricked grids always fit, more where the driver has more.

@@ -16,20 +16,34 @@ struct FUM_STD140 LatticeParams {
     float spacing;      // metres from node to node along x
 };
 
+// How a sun's nodes stand in the volume of depths: plane n of nodes along one axis of the lattice
+// is the lattice's own, moved by n times the shear, so that a column of them runs along the sun's
+// light.
+struct FUM_STD140 SunColumns {
+    vec3 shear;   // nodes a plane; 0 along the axis
+    int axis;     // along which the light goes most
+    vec3 normal;  // 1 along it, else 0
+    int to_last;  // 1 if the sun is at the axis' end, else 0
+};
+
 struct FUM_STD140 LightVolumesParams {
     LatticeParams extinction;  // of the marched media: there while the others are filled
-    LatticeParams depth;       // a layer a light
+    LatticeParams depth;       // a layer a light; its texture has more than its nodes
     LatticeParams world;
     LatticeParams surfaces;  // of the world's light that reaches surfaces
     vec4 extinction_color;   // what one stored number stands for: rgb: a colour; a: 1
     vec3 view_axis;          // where an orthographic eye looks, unit length
     float orthographic;      // 1, else 0
-    vec3 light;              // of the layer that is filled: the direction to a sun, or a place [m]
-    float light_has_place;   // 1, or 0 of a sun
-    int layer;               // that is filled
-    int first_slice;         // of nodes along z that is filled
-    int samples;             // of the media along an edge of a node's cell
-    int unused;
+    vec3 depth_period;       // nodes along each axis after which a sun's columns are there again
+    float unused;
+    vec3 light;       // of the layer that is filled: where its light is [m]
+    int layer;        // that is filled
+    int first_slice;  // of nodes along z, or of columns along their second axis, that is filled
+    int samples;  // of the media along an edge of a node's cell, or from node to node of a column
+    int unused_1;
+    int unused_2;
+    SunColumns filled;            // the sun's whose layer is filled
+    SunColumns suns[MAX_LIGHTS];  // each sun's
 };
 
 FUM_SHARED_END

@@ -17,6 +17,7 @@ namespace {
 /// 3e-5 with 96, 2e-5 with 128; 16 steps marched at each sample err by 9e-5.
 constexpr int kAutoDepthNodes = 96;
 constexpr double kVoxelsPerDepthNode = 0.5;
+constexpr double kSamplesPerVoxel = 1;  ///< of the media, down a sun's columns
 /// The world's light comes from all around and is smooth. On the same plume it is 0.5 % too bright
 /// with 32 nodes and 2.5 times as many cost 2 to 3 times the time.
 constexpr int kAutoWorldNodes = 32;
@@ -88,6 +89,11 @@ glm::dvec3 centre_of(const Lattice& lattice)
     return glm::dvec3(glm::inverse(lattice.node_from_world) *
                       glm::dvec4(glm::dvec3(lattice.count - 1) / 2.0, 1.0));
 }
+
+/// What the texture of depths has along each axis: the columns of a sun that stands askew reach two
+/// nodes beyond the lattice on either side before they are there again, and the first of them is
+/// there twice.
+constexpr int kBeyondLattice = 4;
 
 gl::Texture make_volume(const gl::Device& gl, const char* label, const Lattice& lattice, int layers,
                         GLenum format)
@@ -367,7 +373,9 @@ void LightVolumes::set_depth(const SceneSettings& settings, medium::MediaSet& me
     const medium::VoxelFrame frame = media.voxel_frame();
     const int nodes = settings.shadow_cache;
     const bool automatic = nodes == kAutomatic;
-    const int most = clamp_to(automatic ? kAutoDepthNodes : nodes, count, device_);
+    const int most =
+        std::min(automatic ? kAutoDepthNodes : nodes,
+                 std::max(device_.capabilities().max_texture_3d / count - kBeyondLattice, 2));
     const Lattice lattice = make_lattice(frame.voxel_from_world, frame.marched,
                                          automatic ? kVoxelsPerDepthNode : 1e-9, most);
     DepthKey key = key_of(lattice);
@@ -389,6 +397,7 @@ void LightVolumes::set_depth(const SceneSettings& settings, medium::MediaSet& me
     }
     // What was filled moves with the media: only where it lies is new.
     depth_lattice_ = lattice;
+    voxels_from_depth_ = glm::dmat3(frame.voxel_from_world * glm::inverse(lattice.node_from_world));
     if (extinction_)
         extinction_lattice_ = extinction_lattice(frame);
     depth_defines_ = fill_defines(media, write_lights({}));
@@ -411,23 +420,25 @@ void LightVolumes::set_depth(const SceneSettings& settings, medium::MediaSet& me
         whole &= from.back() >= 0;
         in_place &= from.back() < 0 || from.back() == static_cast<int>(i);
     }
+    const Stopwatch watch(device_, timers_);
+    bool placed = false;
+    for (std::size_t i = 0; i < wanted_lights_.size(); ++i)
+        placed |= from[i] < 0 && !wanted_lights_[i].far;
+    if (placed && !extinction_)
+        fill_extinction(media, lights);
     if (in_place && (refill_ || whole))
         return;  // what is on its way begins anew where lights have moved meanwhile
     refill_.reset();
-    const Stopwatch watch(device_, timers_);
-    if (!whole && !extinction_)
-        fill_extinction(media, lights);
     if (in_place && refill_frames_ > 1) {
         begin_refill();
         return;
     }
     if (!in_place) {
         const gl::Texture old = std::move(depth_);
-        depth_ = make_volume(device_, "optical depth to lights", lattice, count,
-                             rgb_ ? GL_RGBA16F : GL_R16F);
+        depth_ = make_depth("optical depth to lights", count);
         for (int i = 0; i < count; ++i)
             if (const int layer = from[static_cast<std::size_t>(i)]; layer >= 0)
-                copy_layer(device_, old, layer, depth_, i, lattice.count);
+                copy_layer(device_, old, layer, depth_, i, lattice.count + kBeyondLattice);
     }
     depth_lights_ = wanted_lights_;
     const glm::dvec3 eye = centre_of(lattice);
@@ -436,7 +447,7 @@ void LightVolumes::set_depth(const SceneSettings& settings, medium::MediaSet& me
     for (int i = 0; i < count; ++i) {
         const auto layer = static_cast<std::size_t>(i);
         if (from[layer] < 0)
-            fill_depth(depth_, i, depth_lights_[layer], 0, lattice.count.z, eye);
+            fill_depth(depth_, i, depth_lights_[layer], 0, depth_slices(depth_lights_[layer]), eye);
     }
     depth_ms_ = watch.ms();
 }
@@ -450,31 +461,33 @@ void LightVolumes::begin_refill()
         if (!is_same(depth_lights_[static_cast<std::size_t>(i)],
                      wanted_lights_[static_cast<std::size_t>(i)]))
             refill_->layers.push_back(i);
-    const int slices = static_cast<int>(refill_->layers.size()) * depth_lattice_.count.z;
-    const int a_frame = (slices + refill_frames_ - 1) / refill_frames_;
-    refill_->slices = (a_frame + VOLUME_GROUP - 1) / VOLUME_GROUP * VOLUME_GROUP;
-    refill_->depth = make_volume(device_, "optical depth to moved lights", depth_lattice_, count,
-                                 rgb_ ? GL_RGBA16F : GL_R16F);
+    int slices = 0;
+    for (const int layer : refill_->layers)
+        slices += depth_slices(wanted_lights_[static_cast<std::size_t>(layer)]);
+    refill_->a_frame = (slices + refill_frames_ - 1) / refill_frames_;
+    refill_->depth = make_depth("optical depth to moved lights", count);
     for (int i = 0; i < count; ++i)
-        copy_layer(device_, depth_, i, refill_->depth, i, depth_lattice_.count);
+        copy_layer(device_, depth_, i, refill_->depth, i, depth_lattice_.count + kBeyondLattice);
 }
 
 void LightVolumes::go_on(glm::dvec3 eye)
 {
     if (!refill_)
         return;
-    const int slices = depth_lattice_.count.z;
-    const int all = static_cast<int>(refill_->layers.size()) * slices;
-    for (int left = refill_->slices; left > 0 && refill_->done < all;) {
-        const int layer = refill_->layers[static_cast<std::size_t>(refill_->done / slices)];
-        const int first = refill_->done % slices;
-        const int now = std::min(left, slices - first);
-        fill_depth(refill_->depth, layer, refill_->lights[static_cast<std::size_t>(layer)], first,
-                   now, eye);
-        refill_->done += now;
+    for (int left = refill_->a_frame; left > 0 && refill_->layer < refill_->layers.size();) {
+        const int layer = refill_->layers[refill_->layer];
+        const LightPosition& light = refill_->lights[static_cast<std::size_t>(layer)];
+        const int slices = depth_slices(light);
+        const int now = std::min(left, slices - refill_->slices);
+        fill_depth(refill_->depth, layer, light, refill_->slices, now, eye);
         left -= now;
+        refill_->slices += now;
+        if (refill_->slices == slices) {
+            refill_->slices = 0;
+            ++refill_->layer;
+        }
     }
-    if (refill_->done < all)
+    if (refill_->layer < refill_->layers.size())
         return;
     depth_ = std::move(refill_->depth);
     depth_lights_ = std::move(refill_->lights);
@@ -602,12 +615,24 @@ void LightVolumes::begin_fill(glm::dvec3 eye, medium::MediaSet& media, LightSet&
     write_block(eye);
 }
 
+void LightVolumes::set_depth_params(glm::dvec3 eye)
+{
+    params_.depth = to_shared(depth_lattice_, 1, eye);
+    params_.depth_period = glm::vec3(depth_lattice_.count + kBeyondLattice - 1);
+    const glm::ivec3 texels = depth_lattice_.count + kBeyondLattice;
+    params_.depth.inverse_size =
+        1.0f / glm::vec3(texels * glm::ivec3(1, 1, static_cast<int>(depth_lights_.size())));
+    for (std::size_t i = 0; i < std::min<std::size_t>(depth_lights_.size(), MAX_LIGHTS); ++i)
+        if (depth_lights_[i].far)
+            params_.suns[i] = columns_of(depth_lights_[i]);
+}
+
 void LightVolumes::write_block(glm::dvec3 eye)
 {
     if (extinction_)
         params_.extinction = to_shared(extinction_lattice_, 1, eye);
     if (depth_)
-        params_.depth = to_shared(depth_lattice_, static_cast<int>(depth_lights_.size()), eye);
+        set_depth_params(eye);
     if (world_)
         params_.world = to_shared(world_lattice_, world_.size().z / world_lattice_.count.z, eye);
     if (on_surfaces_)
@@ -626,11 +651,11 @@ gl::Defines LightVolumes::fill_defines(const medium::MediaSet& media, const gl::
 }
 
 void LightVolumes::dispatch(const char* file, const gl::Defines& defines, const gl::Texture& image,
-                            GLenum format, glm::ivec3 nodes) const
+                            GLenum format, int group, glm::ivec3 nodes) const
 {
     device_->UseProgram(programs_.get({file}, defines).id());
     device_->BindImageTexture(0, image.id(), 0, GL_TRUE, 0, GL_WRITE_ONLY, format);
-    const glm::uvec3 groups((nodes + VOLUME_GROUP - 1) / VOLUME_GROUP);
+    const glm::uvec3 groups((nodes + group - 1) / group);
     device_->DispatchCompute(groups.x, groups.y, groups.z);
     device_->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);  // for whoever samples it next
 }
@@ -655,8 +680,40 @@ void LightVolumes::fill_extinction(medium::MediaSet& media, LightSet& lights)
     params_.samples = std::clamp(static_cast<int>(coarsest), least, kMostSamples);
     begin_fill(centre_of(extinction_lattice_), media, lights);
     dispatch("light/extinction.comp", fill_defines(media, write_lights({})), extinction_, format,
-             extinction_lattice_.count);
+             VOLUME_GROUP, extinction_lattice_.count);
     ++fills_.extinction;
+}
+
+gl::Texture LightVolumes::make_depth(const char* label, int layers) const
+{
+    Lattice texels = depth_lattice_;
+    texels.count += kBeyondLattice;
+    gl::Texture depth = make_volume(device_, label, texels, layers, rgb_ ? GL_RGBA16F : GL_R16F);
+    // A fetch on the last node of a layer that is not a sun's takes the texel behind it too, times
+    // 0.
+    device_->ClearTexImage(depth.id(), 0, rgb_ ? GL_RGBA : GL_RED, GL_FLOAT, nullptr);
+    return depth;
+}
+
+shared::SunColumns LightVolumes::columns_of(const LightPosition& sun) const
+{
+    const glm::dvec3 way = glm::dmat3(depth_lattice_.node_from_world) * sun.at;
+    const glm::dvec3 along = glm::abs(way);
+    const int axis = along.x >= std::max(along.y, along.z) ? 0 : along.y >= along.z ? 1 : 2;
+    shared::SunColumns columns{};
+    columns.shear = glm::vec3(way / way[axis]);
+    columns.shear[axis] = 0;
+    columns.axis = axis;
+    columns.normal[axis] = 1;
+    columns.to_last = way[axis] > 0 ? 1 : 0;
+    return columns;
+}
+
+int LightVolumes::depth_slices(const LightPosition& light) const
+{
+    if (!light.far)
+        return depth_lattice_.count.z;
+    return depth_lattice_.count[(columns_of(light).axis + 2) % 3] + kBeyondLattice - 1;
 }
 
 void LightVolumes::fill_depth(const gl::Texture& depth, int layer, const LightPosition& light,
@@ -664,15 +721,25 @@ void LightVolumes::fill_depth(const gl::Texture& depth, int layer, const LightPo
 {
     params_.layer = layer;
     params_.first_slice = first_slice;
-    params_.light_has_place = light.far ? 0.0f : 1.0f;
-    params_.light =
-        glm::vec3(light.far ? light.at : light.at + (key_of(depth_lattice_).origin - eye));
     if (first_slice == 0)
         ++fills_.depth_layers;
+    const GLenum format = rgb_ ? GL_RGBA16F : GL_R16F;
+    if (!light.far) {
+        params_.light = glm::vec3(light.at + (key_of(depth_lattice_).origin - eye));
+        write_block(eye);
+        extinction_.bind(EXTINCTION_VOLUME_UNIT);
+        dispatch("light/depth.comp", depth_defines_, depth, format, VOLUME_GROUP,
+                 {depth_lattice_.count.x, depth_lattice_.count.y, slices});
+        return;
+    }
+    params_.filled = columns_of(light);
+    const glm::dvec3 way = params_.filled.shear + params_.filled.normal;
+    params_.samples = static_cast<int>(
+        std::ceil(kSamplesPerVoxel * glm::length(voxels_from_depth_ * way) - 1e-6));
     write_block(eye);
-    extinction_.bind(EXTINCTION_VOLUME_UNIT);
-    dispatch("light/depth.comp", depth_defines_, depth, rgb_ ? GL_RGBA16F : GL_R16F,
-             {depth_lattice_.count.x, depth_lattice_.count.y, slices});
+    const int columns = depth_lattice_.count[(params_.filled.axis + 1) % 3] + kBeyondLattice - 1;
+    dispatch("light/columns.comp", depth_defines_, depth, format, COLUMN_GROUP,
+             {columns, slices, 1});
 }
 
 void LightVolumes::begin_field(const Lattice& lattice, bool scatters, const medium::MediaSet& media,
@@ -711,7 +778,8 @@ void LightVolumes::turn_world(const medium::MediaSet& media)
     gl::Defines defines = fill_defines(media, write_lights({}));
     defines.emplace_back("kBands", fmt::format("{}", bands_));
     (field_coefficients_ ? field_coefficients_ : coefficients_).bind(WORLD_VOLUME_UNIT);
-    dispatch("light/world_view.comp", defines, world_, GL_RGBA16F, world_lattice_.count);
+    dispatch("light/world_view.comp", defines, world_, GL_RGBA16F, VOLUME_GROUP,
+             world_lattice_.count);
 }
 
 void LightVolumes::bind(glm::dvec3 eye, glm::dvec3 forward, bool perspective,

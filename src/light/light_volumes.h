@@ -129,8 +129,9 @@ private:
         gl::Texture depth;
         std::vector<LightPosition> lights;
         std::vector<int> layers;  ///< of them, those to be filled
-        int slices = 0;           ///< of nodes along z that a frame fills
-        int done = 0;             ///< of them, in all those layers
+        int a_frame = 0;          ///< slices that a frame fills
+        std::size_t layer = 0;    ///< into layers: the one that is being filled
+        int slices = 0;           ///< of that, those that are
     };
 
     static DepthKey key_of(const Lattice& lattice);
@@ -144,6 +145,10 @@ private:
                    const surface::SurfaceSet& surfaces, LightSet& lights);
     [[nodiscard]] Lattice extinction_lattice(const medium::VoxelFrame& frame) const;
     void fill_extinction(medium::MediaSet& media, LightSet& lights);
+    [[nodiscard]] gl::Texture make_depth(const char* label, int layers) const;
+    void set_depth_params(glm::dvec3 eye);
+    [[nodiscard]] shared::SunColumns columns_of(const LightPosition& sun) const;
+    [[nodiscard]] int depth_slices(const LightPosition& light) const;
     void fill_depth(const gl::Texture& depth, int layer, const LightPosition& light,
                     int first_slice, int slices, glm::dvec3 eye);
     void clear_world();
@@ -156,7 +161,7 @@ private:
     void begin_fill(glm::dvec3 eye, medium::MediaSet& media, LightSet& lights);
     void write_block(glm::dvec3 eye);
     void dispatch(const char* file, const gl::Defines& defines, const gl::Texture& image,
-                  GLenum format, glm::ivec3 nodes) const;
+                  GLenum format, int group, glm::ivec3 nodes) const;
     [[nodiscard]] gl::Defines fill_defines(const medium::MediaSet& media,
                                            const gl::Defines& own) const;
 
@@ -186,7 +191,8 @@ private:
     std::vector<LightPosition> depth_lights_;   ///< of each layer
     std::vector<LightPosition> wanted_lights_;  ///< as the scene has them now
     int refill_frames_ = 1;
-    gl::Defines depth_defines_;  ///< of the shader that fills it
+    gl::Defines depth_defines_;          ///< of the shaders that fill it
+    glm::dmat3 voxels_from_depth_{1.0};  ///< voxels of the largest grid, from its nodes
     std::optional<Refill> refill_;
     WorldKey world_key_;
     FieldKey field_key_;

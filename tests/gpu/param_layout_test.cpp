@@ -94,6 +94,8 @@ const Offsets kLattice{MEMBER(LatticeParams, node_from_world),
                        MEMBER(LatticeParams, layers),
                        MEMBER(LatticeParams, inverse_size),
                        MEMBER(LatticeParams, spacing)};
+const Offsets kColumns{MEMBER(SunColumns, shear), MEMBER(SunColumns, axis),
+                       MEMBER(SunColumns, normal), MEMBER(SunColumns, to_last)};
 const Offsets kGrid{MEMBER(GridParams, index_from_world), MEMBER(GridParams, inverse_size),
                     MEMBER(GridParams, unit), MEMBER(GridParams, pages), MEMBER(GridParams, tree)};
 const Offsets kMedium{MEMBER(MediumParams, bounds_from_world),
@@ -277,16 +279,21 @@ TEST_F(ParamLayout, LightVolumes)
     Offsets expected{MEMBER(LightVolumesParams, extinction_color),
                      MEMBER(LightVolumesParams, view_axis),
                      MEMBER(LightVolumesParams, orthographic),
+                     MEMBER(LightVolumesParams, depth_period),
+                     MEMBER(LightVolumesParams, unused),
                      MEMBER(LightVolumesParams, light),
-                     MEMBER(LightVolumesParams, light_has_place),
                      MEMBER(LightVolumesParams, layer),
                      MEMBER(LightVolumesParams, first_slice),
                      MEMBER(LightVolumesParams, samples),
-                     MEMBER(LightVolumesParams, unused)};
+                     MEMBER(LightVolumesParams, unused_1),
+                     MEMBER(LightVolumesParams, unused_2)};
     add_struct(expected, "extinction", offsetof(LightVolumesParams, extinction), kLattice);
     add_struct(expected, "depth", offsetof(LightVolumesParams, depth), kLattice);
     add_struct(expected, "world", offsetof(LightVolumesParams, world), kLattice);
     add_struct(expected, "surfaces", offsetof(LightVolumesParams, surfaces), kLattice);
+    add_struct(expected, "filled", offsetof(LightVolumesParams, filled), kColumns);
+    add_array<SunColumns>(expected, "suns", offsetof(LightVolumesParams, suns), MAX_LIGHTS,
+                          kColumns);
     expect_same(layout("light_volume_params.h", "LightVolumesParams"), expected,
                 sizeof(LightVolumesParams));
 }

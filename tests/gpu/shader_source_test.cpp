@@ -240,6 +240,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         const Defines stored = flags(set, {"VOLUME_RGB"});
         variants.add("light/extinction.comp", media + kLights[0] + stored);
         variants.add("light/depth.comp", media + kLights[0] + stored);
+        variants.add("light/columns.comp", media + kLights[0] + stored);
         for (const char* bands : {"1", "3", "4"}) {
             const Defines of_bands = media + kLights[0] + stored + Defines{{"kBands", bands}};
             variants.add("light/world_view.comp", of_bands);
