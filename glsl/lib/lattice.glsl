@@ -41,6 +41,20 @@ vec3 lattice_uvw(LatticeParams lattice, vec3 p, int layer)
     return in_layer(lattice, first_layer_at(lattice, p), layer);
 }
 
+// Walks n^3 places of a cell, evenly, by counting: an integer's division is slow on most devices.
+ivec3 next_in_cell(ivec3 place, int n)
+{
+    ++place.x;
+    if (place.x == n)
+        place = ivec3(0, place.y + 1, place.z);
+    if (place.y == n)
+        place = ivec3(0, 0, place.z + 1);
+    return place;
+}
+
+// Of its middle, in cells.
+vec3 place_in_cell(ivec3 place, int n) { return (vec3(place) + 0.5) / float(n) - 0.5; }
+
 vec3 node_position(LatticeParams lattice, ivec3 node)
 {
     return (lattice.world_from_node * vec4(vec3(node), 1.0)).xyz;

@@ -1,7 +1,6 @@
 // Optical depth of the marched media towards a sun. The nodes stand in columns along its light, so that one sum that
 // runs down a column is the depth of each: the planes between nodes are those of the lattice, the columns are sheared
-// against it. A column that leaves the lattice on one side comes in again, empty, on the other. What the texture holds
-// is in src/light/depth_layers.h.
+// against it. A column that leaves the lattice on one side comes in again, empty, on the other.
 //   in   the media, the columns of one layer
 //   out  optical depth, one layer of the texture
 #include "scene/light_volumes.glsl"
@@ -9,75 +8,81 @@
 layout(local_size_x = COLUMN_GROUP, local_size_y = COLUMN_GROUP) in;
 layout(binding = 0) writeonly uniform image3D u_depth_img;
 
-// What of a segment of a column is in the lattice: from and to, of its length.
-vec2 inside(vec3 from, vec3 way)
+// Coordinates along the columns' axis and the next two, and back.
+vec3 to_columns(vec3 v) { return u_volumes.filled.axis == 0 ? v : u_volumes.filled.axis == 1 ? v.yzx : v.zxy; }
+ivec3 from_columns(ivec3 v) { return u_volumes.filled.axis == 0 ? v : u_volumes.filled.axis == 1 ? v.zxy : v.yzx; }
+
+// The mean extinction on the way between two nodes of a column, over all of it.
+volume_t mean_extinction(mat4 world_from_column, vec3 from, vec3 way, vec3 inverse_way, vec3 last)
 {
-    vec2 t = ray_box(from, way, vec3(0.0), u_volumes.depth.last);
-    return clamp(t, 0.0, 1.0);
+    // What of it is in the lattice.
+    vec3 a = -from * inverse_way, b = (last - from) * inverse_way;
+    vec3 enter = min(a, b), leave = max(a, b);
+    float begin = clamp(max(enter.x, max(enter.y, enter.z)), 0.0, 1.0);
+    float end = clamp(min(leave.x, min(leave.y, leave.z)), 0.0, 1.0);
+    volume_t sum = volume_t(0.0);
+    for (int i = 0; begin < end && i < u_volumes.samples; ++i) {
+        vec3 at = from + way * mix(begin, end, (float(i) + 0.5) / float(u_volumes.samples));
+        extinction_t sigma_t = marched_extinction((world_from_column * vec4(at, 1.0)).xyz);
+#ifdef VOLUME_RGB
+        sum += vec3(sigma_t);
+#else
+        sum += dot(vec3(sigma_t), vec3(1.0 / 3.0));
+#endif
+    }
+    return sum * ((end - begin) / float(u_volumes.samples));
+}
+
+// The first of each axis is there again at its end, where a fetch between the last and the first needs it.
+void store(ivec3 texel, vec4 value, ivec3 period)
+{
+    ivec3 layer = ivec3(0, 0, u_volumes.layer * (period.z + 1));
+    imageStore(u_depth_img, texel + layer, value);
+    if (all(greaterThan(texel, ivec3(0))))
+        return;
+    for (int copy = 1; copy < 8; ++copy) {
+        ivec3 moved = ivec3(copy & 1, copy >> 1 & 1, copy >> 2);
+        if (all(lessThanEqual(moved, ivec3(equal(texel, ivec3(0))))))
+            imageStore(u_depth_img, texel + moved * period + layer, value);
+    }
 }
 
 void main()
 {
     const float kMost = 6e4;  // of a 16-bit float; an infinity times a weight of 0 would be none
-    SunColumns columns = u_volumes.filled;
-    vec3 period = u_volumes.depth_period;
-    ivec3 size = ivec3(period) + 1;
-    int axis = columns.axis, a = (axis + 1) % 3, b = (axis + 2) % 3;
+    const float kNever = 1e30;
     ivec2 column = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, u_volumes.first_slice);
-    if (column.x >= size[a] - 1 || column.y >= size[b] - 1)
+    vec3 period = to_columns(u_volumes.depth_period);
+    if (any(greaterThanEqual(vec2(column), period.yz)))
         return;
+    // From one node of a column to the next, away from the light.
+    bool to_last = u_volumes.filled.to_last != 0;
+    vec2 shear = to_columns(u_volumes.filled.shear).yz;
+    vec3 way = to_last ? -vec3(1.0, shear) : vec3(1.0, shear);
+    vec3 inverse_way = mix(1.0 / way, vec3(kNever), lessThan(abs(way), vec3(1.0 / kNever)));
+    mat4 world_from_column = u_volumes.depth.world_from_node;
+    if (u_volumes.filled.axis == 1)
+        world_from_column = mat4(world_from_column[1], world_from_column[2], world_from_column[0], world_from_column[3]);
+    if (u_volumes.filled.axis == 2)
+        world_from_column = mat4(world_from_column[2], world_from_column[0], world_from_column[1], world_from_column[3]);
+    float metres = length(mat3(world_from_column) * way);
+    vec3 last = to_columns(u_volumes.depth.last);
 
-    int planes = size[axis] - 1;
-    bool to_last = columns.to_last != 0;
-    vec3 way = to_last ? -columns.shear : columns.shear;  // from one node of a column to the next, away from the light
-    way[axis] = to_last ? -1.0 : 1.0;
-    float length_of_way = length(mat3(u_volumes.depth.world_from_node) * way);
-    ivec3 layer = ivec3(0, 0, u_volumes.layer * size.z);
     volume_t tau = volume_t(0.0);
-    vec2 turn_before = vec2(0.0);
+    vec2 lap_before = vec2(0.0);
+    int planes = int(period.x);
     for (int i = 0; i < planes; ++i) {
-        int k = to_last ? planes - 3 - i : i - 2;  // from 2 nodes before the lattice to 1 after it, or the other way
+        int plane = to_last ? planes - 3 - i : i - 2;  // between two nodes before the lattice and one after it
         // How often the column has come in again.
-        vec2 shear = vec2(columns.shear[a], columns.shear[b]) * float(k);
-        vec2 around = vec2(period[a], period[b]);
-        vec2 turn = ceil((-2.0 - shear - vec2(column)) / around);
-        vec3 node;
-        node[axis] = float(k);
-        vec2 lateral = vec2(column) + turn * around + shear;
-        node[a] = lateral.x;
-        node[b] = lateral.y;
-        if (i == 0 || turn != turn_before) {
+        vec2 moved = shear * float(plane);
+        vec2 lap = ceil((-2.0 - moved - vec2(column)) / period.yz);
+        vec3 node = vec3(float(plane), vec2(column) + lap * period.yz + moved);
+        if (i == 0 || lap != lap_before)
             tau = volume_t(0.0);
-        } else {
-            vec3 from = node - way;
-            vec2 t = inside(from, way);
-            if (t.x < t.y) {
-                volume_t sum = volume_t(0.0);
-                for (int s = 0; s < u_volumes.samples; ++s) {
-                    vec3 at = from + way * mix(t.x, t.y, (float(s) + 0.5) / float(u_volumes.samples));
-                    extinction_t sigma_t = marched_extinction((u_volumes.depth.world_from_node * vec4(at, 1.0)).xyz);
-#ifdef VOLUME_RGB
-                    sum += vec3(sigma_t);
-#else
-                    sum += dot(vec3(sigma_t), vec3(1.0 / 3.0));
-#endif
-                }
-                tau += sum * ((t.y - t.x) * length_of_way / float(u_volumes.samples));
-            }
-        }
-        turn_before = turn;
-
-        // The first of each axis is there again at its end, where a fetch between the last and the first needs it.
-        ivec3 texel;
-        texel[axis] = k < 0 ? k + planes : k;
-        texel[a] = column.x;
-        texel[b] = column.y;
-        bvec3 first = equal(texel, ivec3(0));
-        vec4 value = vec4(min(vec3(tau), vec3(kMost)), 0.0);
-        for (int copy = 0; copy < 8; ++copy) {
-            bvec3 moved = bvec3((copy & 1) != 0, (copy & 2) != 0, (copy & 4) != 0);
-            if (all(lessThanEqual(ivec3(moved), ivec3(first))))
-                imageStore(u_depth_img, texel + ivec3(moved) * (size - 1) + layer, value);
-        }
+        else
+            tau += metres * mean_extinction(world_from_column, node - way, way, inverse_way, last);
+        lap_before = lap;
+        store(from_columns(ivec3(plane < 0 ? plane + planes : plane, column)),
+              vec4(min(vec3(tau), vec3(kMost)), 0.0), ivec3(u_volumes.depth_period));
     }
 }

@@ -14,8 +14,8 @@ void main()
         return;
     int n = u_volumes.samples;
     extinction_t sum = extinction_t(0.0);
-    for (int i = 0; i < n * n * n; ++i) {
-        vec3 in_cell = (vec3(i % n, i / n % n, i / (n * n)) + 0.5) / float(n) - 0.5;
+    for (ivec3 place = ivec3(0); place.z < n; place = next_in_cell(place, n)) {
+        vec3 in_cell = place_in_cell(place, n);
         sum += marched_extinction((lattice.world_from_node * vec4(vec3(node) + in_cell, 1.0)).xyz);
     }
     vec3 sigma_t = vec3(sum) / float(n * n * n);

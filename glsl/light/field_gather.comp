@@ -2,38 +2,41 @@
 //   in   radiance of each way
 //   out  coefficients of this light; alpha of the first: what surfaces let through of the world's, of the way that has
 //        most
-#include "light/field.glsl"
-#include "shared/spherical_harmonics.h"
+#include "light/field_pairs.glsl"
 
 // Variant
-const int kBands = 1;
+const int kWays = 0;        // of the batch, where its size is one of the usual two
 const bool kAdds = false;   // to what was there
 const bool kClear = false;  // of the world's light what surfaces let through
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
 layout(rgba32f, binding = 0) uniform image3D u_light_img;
-layout(binding = FIELD_WAYS_UNIT) uniform usampler3D u_ways_tx;
+
+float g_seen = 0.0;
+
+vec3 brought(vec4 way, int k) { return kClear ? u_field.ways[k].entry * way.a : way.rgb; }
+
+void gather_pair(ivec3 node, int k)
+{
+    vec4 one = radiance_of_way(node, k), other = radiance_of_way(node, k + 1);
+    g_seen = max(g_seen, max(one.a, other.a));
+    add_pair(k, brought(one, k), brought(other, k + 1));
+}
+
+#define GATHER(k) if (k < (kWays > 0 ? kWays : u_field.count)) gather_pair(node, k);
 
 void main()
 {
-    const int kCount = kHarmonics[kBands - 1];
     ivec3 node = ivec3(gl_GlobalInvocationID);
     if (any(greaterThanEqual(node, node_count())))
         return;
-    vec3 sum[kCount];
     for (int i = 0; i < kCount; ++i)
-        sum[i] = vec3(0.0);
-    float seen = 0.0;
-    for (int k = 0; k < u_field.count; ++k) {
-        vec4 way = unpack_way(texelFetch(u_ways_tx, node + way_of(k), 0).rg);
-        vec3 light = u_field.ways[k].solid_angle * (kClear ? u_field.ways[k].entry * way.a : way.rgb);
-        seen = max(seen, way.a);
-        for (int i = 0; i < kCount; ++i)
-            sum[i] += light * u_field.ways[k].harmonics[i >> 2][i & 3];
-    }
+        g_light[i] = vec3(0.0);
+    FOR_PAIRS_OF_26(GATHER, 0)
+    FOR_PAIRS_OF_48(GATHER, 26)
     for (int i = 0; i < kCount; ++i) {
         ivec3 at = node + layer_of(i);
         vec4 light = kAdds ? imageLoad(u_light_img, at) : vec4(0.0);
-        imageStore(u_light_img, at, vec4(light.rgb + sum[i], i == 0 ? max(light.a, seen) : 0.0));
+        imageStore(u_light_img, at, vec4(light.rgb + g_light[i], i == 0 ? max(light.a, g_seen) : 0.0));
     }
 }

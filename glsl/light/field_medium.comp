@@ -21,8 +21,8 @@ void main()
     int n = u_volumes.samples;
     MediumSample sum = MediumSample(vec3(0.0), extinction_t(0.0), vec3(0.0), 0.0);
     vec2 phase = vec2(0.0);
-    for (int i = 0; i < n * n * n; ++i) {
-        vec3 in_cell = (vec3(i % n, i / n % n, i / (n * n)) + 0.5) / float(n) - 0.5;
+    for (ivec3 place = ivec3(0); place.z < n; place = next_in_cell(place, n)) {
+        vec3 in_cell = place_in_cell(place, n);
         // Of a cell at the lattice's faces what lies within.
         vec3 q = clamp(vec3(node) + in_cell, vec3(0.0), lattice.last);
         vec3 p = (lattice.world_from_node * vec4(q, 1.0)).xyz;

@@ -5,11 +5,9 @@
 //   in   coefficients of the light that comes first; radiance of each way; albedo and g
 //        kTail: what was scattered the time before, and mean radiance of each order
 //   out  radiance that a thick medium of this light would have, of each way [W/m^2/sr]; the light's mean radiance
-#include "light/field.glsl"
-#include "shared/spherical_harmonics.h"
+#include "light/field_pairs.glsl"
 
 // Variant
-const int kBands = 1;
 const bool kFirst = false;  // no way has brought anything yet
 const bool kMean = false;   // the mean is all that is asked for
 const bool kTail = false;   // orders are left out
@@ -19,7 +17,6 @@ layout(rg32ui, binding = 0) writeonly uniform uimage3D u_source_img;
 layout(rg32ui, binding = 1) writeonly uniform uimage3D u_mean_img;
 layout(binding = FIELD_LIGHT_UNIT) uniform sampler3D u_first_tx;
 layout(binding = FIELD_ALBEDO_UNIT) uniform sampler3D u_albedo_tx;
-layout(binding = FIELD_WAYS_UNIT) uniform usampler3D u_ways_tx;
 layout(binding = FIELD_SOURCE_UNIT) uniform usampler3D u_source_tx;
 layout(binding = FIELD_SUMS_UNIT) uniform sampler3D u_sums_tx;
 
@@ -34,22 +31,46 @@ vec3 tail_of_last_order()
     return ratio / (1.0 - ratio);
 }
 
+void gather_pair(ivec3 node, int k)
+{
+    add_pair(k, radiance_of_way(node, k).rgb, radiance_of_way(node, k + 1).rgb);
+}
+
+void store(ivec3 at, vec3 source, vec3 tail)
+{
+    if (kTail)
+        source += tail * (source - unpack_way(texelFetch(u_source_tx, at, 0).rg).rgb);
+    imageStore(u_source_img, at, pack_way(source, 0.0));
+}
+
+void scatter_pair(ivec3 node, int k, vec3 tail)
+{
+    vec3 even = vec3(0.0), odd = vec3(0.0);
+    for (int i = 0; i < kCount; ++i) {
+        if (is_even(i))
+            even += g_light[i] * harmonic_of(k, i);
+        else
+            odd += g_light[i] * harmonic_of(k, i);
+    }
+    store(node + way_of(k), even + odd, tail);
+    store(node + way_of(k + 1), even - odd, tail);
+}
+
+#define GATHER(k) gather_pair(node, k);
+#define SCATTER(k) scatter_pair(node, k, tail);
+
 void main()
 {
-    const int kCount = kHarmonics[kBands - 1];
     ivec3 node = ivec3(gl_GlobalInvocationID);
     if (any(greaterThanEqual(node, node_count())))
         return;
-    vec3 light[kCount];
     for (int i = 0; i < kCount; ++i)
-        light[i] = texelFetch(u_first_tx, node + layer_of(i), 0).rgb;
-    for (int k = 0; !kFirst && k < u_field.count; ++k) {
-        vec3 way = u_field.ways[k].solid_angle * unpack_way(texelFetch(u_ways_tx, node + way_of(k), 0).rg).rgb;
-        for (int i = 0; i < kCount; ++i)
-            light[i] += way * u_field.ways[k].harmonics[i >> 2][i & 3];
+        g_light[i] = texelFetch(u_first_tx, node + layer_of(i), 0).rgb;
+    if (!kFirst) {
+        FOR_PAIRS_OF_26(GATHER, 0)
     }
     if (!kTail)
-        imageStore(u_mean_img, node, pack_way(light[0] * spherical_harmonic(0, vec3(0.0)), 0.0));
+        imageStore(u_mean_img, node, pack_way(g_light[0] * spherical_harmonic(0, vec3(0.0)), 0.0));
     if (kMean)
         return;
     vec4 albedo = texelFetch(u_albedo_tx, node, 0);
@@ -57,17 +78,9 @@ void main()
     int i = 0;
     for (int l = 0; l < kBands; ++l) {
         for (; i < kHarmonics[l]; ++i)
-            light[i] *= scattered;
+            g_light[i] *= scattered;
         scattered *= albedo.a;
     }
     vec3 tail = kTail ? tail_of_last_order() : vec3(0.0);
-    for (int k = 0; k < u_field.count; ++k) {
-        vec3 sum = vec3(0.0);
-        for (int j = 0; j < kCount; ++j)
-            sum += light[j] * u_field.ways[k].harmonics[j >> 2][j & 3];
-        ivec3 at = node + way_of(k);
-        if (kTail)
-            sum += tail * (sum - unpack_way(texelFetch(u_source_tx, at, 0).rg).rgb);
-        imageStore(u_source_img, at, pack_way(sum, 0.0));
-    }
+    FOR_PAIRS_OF_26(SCATTER, 0)
 }

@@ -44,10 +44,11 @@ std::vector<LatticeWay> lattice_ways(int count)
         const double part = count == kNearWays ? kind.of_26 : kind.of_74;
         if (part == 0)
             continue;
-        for (int i = 0; i < 125; ++i)
+        for (int i = 0; i < 125 / 2; ++i)  // the rest are their opposites
             if (const glm::ivec3 step = glm::ivec3(i % 5, i / 5 % 5, i / 25) - 2;
                 sorted(step) == kind.sizes)
-                ways.push_back({step, 4 * std::numbers::pi * part});
+                for (const glm::ivec3 way : {step, -step})
+                    ways.push_back({way, 4 * std::numbers::pi * part});
     }
     return ways;
 }

@@ -17,7 +17,7 @@ struct LatticeWay {
 
 /// Either of the two sets, each with weights that sum polynomials over the sphere exactly: 26 to
 /// degree 7 (Lebedev 1976, "Quadratures on a sphere"), 74 to degree 11 by the same equations. The
-/// latter begin with the former, and each way's opposite is in its set.
+/// latter begin with the former, and each way's opposite is the next one, or the one before.
 std::vector<LatticeWay> lattice_ways(int count);
 
 }  // namespace fumarole::light

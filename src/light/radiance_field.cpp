@@ -214,8 +214,9 @@ void RadianceField::begin(const FieldLattice& lattice, FieldMedium medium,
         set->entry = entries(filling_->medium.world, set->ways, set->wi);
     }
     const std::int64_t nodes = std::int64_t{lattice.count.x} * lattice.count.y * lattice.count.z;
-    filling_->batch = static_cast<int>(std::clamp(
-        kMostBytes / (kWayBytes * nodes), std::int64_t{kNearWays}, std::int64_t{FIELD_BATCH}));
+    filling_->batch = static_cast<int>(std::clamp(kMostBytes / (kWayBytes * nodes) / 2 * 2,
+                                                  std::int64_t{kNearWays},
+                                                  std::int64_t{FIELD_BATCH}));  // whole pairs
     filling_->ways = make_ways("field: ways", filling_->batch);
     if (!surfaces.empty())
         draw(surfaces);
@@ -354,6 +355,8 @@ void RadianceField::gather(int bands, bool adds, bool clear, const gl::Texture& 
         defines.emplace_back("kAdds", "");
     if (clear)
         defines.emplace_back("kClear", "");
+    if (params_.count == kNearWays || params_.count == kAllWays)
+        defines.emplace_back("kWays", fmt::format("{}", params_.count));
     filling_->ways.bind(FIELD_WAYS_UNIT);
     bind_image(0, to, GL_READ_WRITE);
     dispatch_nodes("light/field_gather.comp", defines);

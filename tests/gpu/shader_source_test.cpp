@@ -262,7 +262,9 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     for (const char* bands : {"1", "3", "4"}) {
         const Defines of_bands{{"kBands", bands}};
         for (unsigned set = 0; set < 4; ++set)
-            variants.add("light/field_gather.comp", of_bands + flags(set, {"kAdds", "kClear"}));
+            for (const char* ways : {"0", "26", "74"})
+                variants.add("light/field_gather.comp",
+                             of_bands + flags(set, {"kAdds", "kClear"}) + Defines{{"kWays", ways}});
         for (unsigned set = 0; set < 3; ++set) {
             variants.add("light/field_scatter.comp",
                          of_bands + flags(1u << set, {"kFirst", "kMean", "kTail"}));

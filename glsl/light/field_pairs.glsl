@@ -1,0 +1,34 @@
+// Light of the ways of a batch against harmonics, for two opposite ways at a time: those of even bands are the same for
+// both, those of odd bands differ in sign alone, which is half of the work.
+#include "light/field.glsl"
+#include "shared/spherical_harmonics.h"
+
+const int kBands = 1;  // variant
+
+layout(binding = FIELD_WAYS_UNIT) uniform usampler3D u_ways_tx;
+
+const int kCount = kHarmonics[kBands - 1];
+vec3 g_light[kCount];
+
+bool is_even(int i) { return i == 0 || (i >= kHarmonics[1] && i < kHarmonics[2]); }
+
+float harmonic_of(int k, int i) { return u_field.ways[k].harmonics[i >> 2][i & 3]; }
+
+vec4 radiance_of_way(ivec3 node, int k) { return unpack_way(texelFetch(u_ways_tx, node + way_of(k), 0).rg); }
+
+// Adds what ways k and k + 1 bring.
+void add_pair(int k, vec3 one, vec3 other)
+{
+    vec3 even = u_field.ways[k].solid_angle * (one + other);
+    vec3 odd = u_field.ways[k].solid_angle * (one - other);
+    for (int i = 0; i < kCount; ++i)
+        g_light[i] += (is_even(i) ? even : odd) * harmonic_of(k, i);
+}
+
+// llvmpipe gathers a uniform whose index is a loop's, for each lane and number; of a literal index it loads it once.
+#define FOR_PAIRS_OF_26(f, first) \
+    f(first) f(first + 2) f(first + 4) f(first + 6) f(first + 8) f(first + 10) f(first + 12) f(first + 14) \
+    f(first + 16) f(first + 18) f(first + 20) f(first + 22) f(first + 24)
+#define FOR_PAIRS_OF_48(f, first) \
+    FOR_PAIRS_OF_26(f, first) f(first + 26) f(first + 28) f(first + 30) f(first + 32) f(first + 34) f(first + 36) \
+    f(first + 38) f(first + 40) f(first + 42) f(first + 44) f(first + 46)
