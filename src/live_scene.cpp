@@ -22,6 +22,10 @@ const char* word_for(SurfaceId)
 {
     return "surface";
 }
+const char* word_for(TransparentId)
+{
+    return "transparent";
+}
 
 /// @param member for the message
 template <class Part>
@@ -53,6 +57,8 @@ LiveScene::LiveScene(Scene scene) : scene_{std::move(scene)}
         media_.push_back({++last_});
     for (std::size_t i = 0; i < scene_.surfaces.size(); ++i)
         surfaces_.push_back({++last_});
+    for (std::size_t i = 0; i < scene_.transparents.size(); ++i)
+        transparents_.push_back({++last_});
 }
 
 LightId LiveScene::add(Light light)
@@ -73,6 +79,12 @@ SurfaceId LiveScene::add(Surface surface)
     return surfaces_.emplace_back(SurfaceId{++last_});
 }
 
+TransparentId LiveScene::add(Transparent transparent)
+{
+    scene_.transparents.push_back(std::move(transparent));
+    return transparents_.emplace_back(TransparentId{++last_});
+}
+
 void LiveScene::update(LightId id, Light light)
 {
     scene_.lights[index_of(lights_, id, "update")] = std::move(light);
@@ -86,6 +98,11 @@ void LiveScene::update(MediumId id, Medium medium)
 void LiveScene::update(SurfaceId id, Surface surface)
 {
     scene_.surfaces[index_of(surfaces_, id, "update")] = std::move(surface);
+}
+
+void LiveScene::update(TransparentId id, Transparent transparent)
+{
+    scene_.transparents[index_of(transparents_, id, "update")] = std::move(transparent);
 }
 
 void LiveScene::remove(LightId id)
@@ -103,6 +120,11 @@ void LiveScene::remove(SurfaceId id)
     erase(scene_.surfaces, surfaces_, id);
 }
 
+void LiveScene::remove(TransparentId id)
+{
+    erase(scene_.transparents, transparents_, id);
+}
+
 const Light& LiveScene::at(LightId id) const
 {
     return scene_.lights[index_of(lights_, id, "at")];
@@ -116,6 +138,11 @@ const Medium& LiveScene::at(MediumId id) const
 const Surface& LiveScene::at(SurfaceId id) const
 {
     return scene_.surfaces[index_of(surfaces_, id, "at")];
+}
+
+const Transparent& LiveScene::at(TransparentId id) const
+{
+    return scene_.transparents[index_of(transparents_, id, "at")];
 }
 
 void LiveScene::set_world(World world)

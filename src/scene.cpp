@@ -43,6 +43,17 @@ bool glows_hot(const GridMedium& medium)
                kDarkKelvin;
 }
 
+TransparentLook& look_of(Transparent& transparent)
+{
+    return std::visit([](auto& one) -> TransparentLook& { return one.look; }, transparent);
+}
+
+const TransparentLook& look_of(const Transparent& transparent)
+{
+    return std::visit([](const auto& one) -> const TransparentLook& { return one.look; },
+                      transparent);
+}
+
 Camera camera_at(const std::vector<CameraKey>& path, double time)
 {
     if (time <= path.front().time)
@@ -76,7 +87,7 @@ bool same_content(const Scene& a, const Scene& b)
         return noise != nullptr && noise->drift != glm::dvec3(0);
     };
     return a.world == b.world && a.lights == b.lights && a.media == b.media &&
-           a.surfaces == b.surfaces &&
+           a.surfaces == b.surfaces && a.transparents == b.transparents &&
            (a.time == b.time || std::none_of(a.media.begin(), a.media.end(), drifts));
 }
 

@@ -157,6 +157,13 @@ Scene scene_at(const Scene& scene, int frame)
         grid->file = frame_file(grid->file, frame).string();
         grid->density = grid->emission = grid->color = grid->temperature = nullptr;
     }
+    for (Transparent& transparent : now.transparents) {
+        TransparentLook& look = look_of(transparent);
+        if (!is_sequence(look.image_file))
+            continue;
+        look.image_file = frame_file(look.image_file, frame).string();
+        look.image = nullptr;
+    }
     return now;
 }
 

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <memory>
 
+#include "asset/linear_image.h"
 #include "asset/printable.h"
 #include <fumarole/errors.h>
 
@@ -18,19 +19,6 @@ namespace fs = std::filesystem;
 // 1.5 GiB of floats; also what OpenGL drivers promise of a texture's side.
 constexpr int kMaxWidth = 16384;
 constexpr int kMaxHeight = 8192;
-
-// IEC 61966-2-1
-float linear_from_srgb(float value)
-{
-    return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
-}
-
-// Integers stand for display values unless the file says otherwise.
-bool is_srgb(const OIIO::ImageSpec& spec)
-{
-    const std::string space(spec.get_string_attribute("oiio:ColorSpace", ""));
-    return !spec.format.is_floating_point() && !OIIO::Strutil::iequals(space, "linear");
-}
 
 void check_size(const fs::path& file, const OIIO::ImageSpec& spec, int width, int height)
 {

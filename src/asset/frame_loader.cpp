@@ -35,6 +35,14 @@ void take_over(Scene& scene, const Scene& from)
     for (std::size_t i = 0; i < scene.surfaces.size(); ++i)
         if (auto* mesh = std::get_if<MeshSurface>(&scene.surfaces[i]))
             mesh->mesh = std::get<MeshSurface>(from.surfaces[i]).mesh;
+    for (std::size_t i = 0; i < scene.transparents.size(); ++i) {
+        TransparentLook& look = look_of(scene.transparents[i]);
+        const TransparentLook& other = look_of(from.transparents[i]);
+        if (look.image_file == other.image_file)
+            look.image = other.image;
+        if (auto* mesh = std::get_if<MeshTransparent>(&scene.transparents[i]))
+            mesh->mesh = std::get<MeshTransparent>(from.transparents[i]).mesh;
+    }
     scene.world.environment = from.world.environment;
 }
 
@@ -98,6 +106,8 @@ LoadedScene load_frame(const Scene& scene, int frame, const Scene& like)
         check_frame(std::get<GridMedium>(scene.media[i]).file, frame);
         fill_absent(std::get<GridMedium>(loaded.scene.media[i]));
     }
+    for (const Transparent& transparent : scene.transparents)
+        check_frame(look_of(transparent).image_file, frame);
     load_scene_files(loaded);
     return loaded;
 }
@@ -163,6 +173,9 @@ std::optional<LoadedScene> FrameLoader::next()
                 std::get<GridMedium>(scene_.scene.media[i]).temperature_scale =
                     std::get<GridMedium>(loaded->scene.media[i]).temperature_scale;
         scene_.scene.surfaces = loaded->scene.surfaces;
+        for (std::size_t i = 0; i < scene_.scene.transparents.size(); ++i)
+            if (!is_sequence(look_of(scene_.scene.transparents[i]).image_file))
+                scene_.scene.transparents[i] = loaded->scene.transparents[i];
         scene_.scene.world = loaded->scene.world;
     }
     next_ += frames_.step;

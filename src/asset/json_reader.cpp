@@ -426,6 +426,7 @@ FUM_JSON_VALUE(std::uint32_t);
 FUM_JSON_VALUE(float);
 FUM_JSON_VALUE(double);
 FUM_JSON_VALUE(glm::uvec2);
+FUM_JSON_VALUE(glm::dvec2);
 FUM_JSON_VALUE(glm::vec3);
 FUM_JSON_VALUE(glm::dvec3);
 

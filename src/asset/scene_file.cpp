@@ -16,9 +16,12 @@
 #include <utility>
 
 #include "asset/json_reader.h"
+#include "asset/json_writer.h"
+#include "asset/scene_transparents.h"
 #include "light_fields.h"
 #include <fumarole/asset/animation.h>
 #include <fumarole/asset/environment_map.h>
+#include <fumarole/asset/image_file.h>
 #include <fumarole/asset/mesh_file.h>
 #include <fumarole/asset/vdb_file.h>
 #include <fumarole/errors.h>
@@ -60,14 +63,7 @@ constexpr double kMaxCosine = 1e-3;  ///< of edges at right angles, written with
 // A scene is text that someone wrote; whatever is longer was named by mistake.
 constexpr std::uintmax_t kMaxFileBytes = 64U << 20U;
 
-constexpr std::size_t kLineWidth = 100;
-
 // ------------------------------------------------------------------------------- JSON to a scene
-
-fs::path resolved(const fs::path& folder, const std::string& name)
-{
-    return (folder / fs::path(name)).lexically_normal();
-}
 
 // Unit length, but the very bits of a vector that has it already: a written scene reads back equal.
 glm::dvec3 unit_direction(glm::dvec3 v, const JsonPlace& place)
@@ -358,6 +354,9 @@ Scene scene_from_json(std::string_view text, const std::string& file, const fs::
                      [&](JsonObject item) { scene.media.push_back(read_medium(item, folder)); });
     object.read_list(
         "surfaces", [&](JsonObject item) { scene.surfaces.push_back(read_surface(item, folder)); });
+    object.read_list("transparents", [&](JsonObject item) {
+        scene.transparents.push_back(read_transparent(item, folder));
+    });
     object.read("time", kTime, scene.time);
     object.read("frames_per_second", kRate, scene.frames_per_second);
     object.finish();
@@ -398,118 +397,6 @@ std::string read_text(const fs::path& file)
 }
 
 // ------------------------------------------------------------------------------- a scene to JSON
-
-template <typename T> std::string number_text(T value)
-{
-    if (value == 0 && std::signbit(value))
-        return "-0.0";  // "-0" reads as an integer, which has no sign
-    std::string text = fmt::format("{}", value);
-    // The shortest text of a float, read as a double and rounded, may miss it by one bit.
-    if (static_cast<T>(std::strtod(text.c_str(), nullptr)) != value)
-        text = fmt::format("{:.17g}", value);
-    return text;
-}
-
-template <typename T> std::string triple_text(const T& value)
-{
-    return fmt::format("[{}, {}, {}]", number_text(value.x), number_text(value.y),
-                       number_text(value.z));
-}
-
-// The members of an object as text, laid out on one line if they fit.
-class Members {
-public:
-    explicit Members(std::string place) : place_(std::move(place)) {}
-
-    void raw(std::string_view key, std::string text)
-    {
-        members_.push_back(fmt::format("\"{}\": {}", key, std::move(text)));
-    }
-
-    void text(std::string_view key, const std::string& value)
-    {
-        try {
-            raw(key, Json(value).dump());
-        } catch (const Json::exception&) {
-            fail(key, "is not UTF-8");
-        }
-    }
-
-    template <typename T> void number(std::string_view key, T value)
-    {
-        if constexpr (std::is_floating_point_v<T>) {
-            if (!std::isfinite(value))
-                fail(key, "is not finite");
-            raw(key, number_text(value));
-        } else {
-            raw(key, fmt::format("{}", value));
-        }
-    }
-
-    template <typename T> void triple(std::string_view key, const T& value)
-    {
-        if (!std::isfinite(value.x) || !std::isfinite(value.y) || !std::isfinite(value.z))
-            fail(key, "is not finite");
-        raw(key, triple_text(value));
-    }
-
-    void pair(std::string_view key, const std::array<glm::dvec3, 2>& values)
-    {
-        for (const glm::dvec3& value : values)
-            if (!std::isfinite(value.x) || !std::isfinite(value.y) || !std::isfinite(value.z))
-                fail(key, "is not finite");
-        raw(key, fmt::format("[{}, {}]", triple_text(values[0]), triple_text(values[1])));
-    }
-
-    [[nodiscard]] std::string in_lines(std::size_t indent) const
-    {
-        std::string out = "{";
-        std::size_t column = indent + 1;
-        for (std::size_t i = 0; i < members_.size(); ++i) {
-            if (i > 0) {
-                const bool full = column + members_[i].size() + 3 > kLineWidth;
-                out += full ? ",\n" + std::string(indent + 1, ' ') : ", ";
-                column = full ? indent + 1 : column + 2;
-            }
-            out += members_[i];
-            column += members_[i].size();
-        }
-        return out + "}";
-    }
-
-    [[nodiscard]] const std::vector<std::string>& list() const { return members_; }
-
-private:
-    [[noreturn]] void fail(std::string_view key, const char* problem) const
-    {
-        throw Error(fmt::format("the scene cannot be written: {}{}{} {}", place_,
-                                place_.empty() ? "" : ".", key, problem));
-    }
-
-    std::string place_;
-    std::vector<std::string> members_;
-};
-
-constexpr std::size_t kItemIndent = 4;
-
-std::string list_text(const std::vector<std::string>& items)
-{
-    if (items.empty())
-        return "[]";
-    return fmt::format("[\n    {}\n  ]", fmt::join(items, ",\n    "));
-}
-
-// Names below the folder, or below the one it stands in, stay valid when both are moved together.
-std::string relative_name(const std::string& file, const fs::path& folder)
-{
-    if (file.empty())
-        return file;
-    const fs::path absolute = fs::absolute(file).lexically_normal();
-    const fs::path relative =
-        absolute.lexically_relative((fs::current_path() / folder).lexically_normal());
-    const auto climbs = std::count(relative.begin(), relative.end(), fs::path(".."));
-    return relative.empty() || climbs > 1 ? absolute.string() : relative.string();
-}
 
 struct LightWriter {
     Members& out;
@@ -729,6 +616,12 @@ public:
             grids_.emplace(std::pair{file_key(file), grid}, loaded);
     }
 
+    void know(const std::string& file, const std::shared_ptr<const TransparentImage>& loaded)
+    {
+        if (loaded && !file.empty())
+            images_.emplace(file_key(file), loaded);
+    }
+
     void know(const std::string& file, const std::shared_ptr<const Mesh>& loaded)
     {
         if (loaded && !file.empty())
@@ -759,6 +652,14 @@ public:
         return slot;
     }
 
+    std::shared_ptr<const TransparentImage> image(const std::string& file)
+    {
+        std::shared_ptr<const TransparentImage>& slot = images_[file_key(file)];
+        if (!slot)
+            slot = std::make_shared<const TransparentImage>(load_image(file));
+        return slot;
+    }
+
     void add_note(const std::string& file, std::string note)
     {
         const std::string name = fs::path(file).filename().string();
@@ -772,6 +673,7 @@ private:
     std::vector<std::string>& notes_;
     std::map<std::pair<std::string, std::string>, std::shared_ptr<const VoxelGrid>> grids_;
     std::map<std::string, std::shared_ptr<const Mesh>> meshes_;
+    std::map<std::string, std::shared_ptr<const TransparentImage>> images_;
 };
 
 /// Chooses the scale of a temperature that states none, and says so.
@@ -842,6 +744,11 @@ void load_scene_files(LoadedScene& loaded)
         if (const auto* mesh = std::get_if<MeshSurface>(&surface))
             files.know(mesh->file, mesh->mesh);
     }
+    for (const Transparent& transparent : scene.transparents) {
+        files.know(look_of(transparent).image_file, look_of(transparent).image);
+        if (const auto* mesh = std::get_if<MeshTransparent>(&transparent))
+            files.know(mesh->file, mesh->mesh);
+    }
 
     for (Medium& medium : scene.media) {
         if (auto* grid = std::get_if<GridMedium>(&medium))
@@ -849,6 +756,14 @@ void load_scene_files(LoadedScene& loaded)
     }
     for (Surface& surface : scene.surfaces) {
         auto* mesh = std::get_if<MeshSurface>(&surface);
+        if (mesh != nullptr && !mesh->mesh && !mesh->file.empty())
+            mesh->mesh = files.mesh(mesh->file);
+    }
+    for (Transparent& transparent : scene.transparents) {
+        TransparentLook& look = look_of(transparent);
+        if (!look.image && !look.image_file.empty())
+            look.image = files.image(look.image_file);
+        auto* mesh = std::get_if<MeshTransparent>(&transparent);
         if (mesh != nullptr && !mesh->mesh && !mesh->file.empty())
             mesh->mesh = files.mesh(mesh->file);
     }
@@ -901,6 +816,13 @@ std::string scene_to_json(const Scene& scene, const fs::path& folder)
     for (std::size_t i = 0; i < scene.surfaces.size(); ++i)
         items.push_back(surface_text(scene.surfaces[i], fmt::format("surfaces[{}]", i), folder));
     top.raw("surfaces", list_text(items));
+    if (!scene.transparents.empty()) {
+        items.clear();
+        for (std::size_t i = 0; i < scene.transparents.size(); ++i)
+            items.push_back(transparent_text(scene.transparents[i],
+                                             fmt::format("transparents[{}]", i), folder));
+        top.raw("transparents", list_text(items));
+    }
 
     std::string text = fmt::format("{{\n  {}\n}}\n", fmt::join(top.list(), ",\n  "));
     // A host may have filled in what no file may say; better told now than when it is read.

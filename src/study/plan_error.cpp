@@ -144,8 +144,7 @@ void SparseReference::refer(std::span<const std::size_t> draws)
         const std::size_t width = scene_.resolution.x;
         const glm::dvec2 corner(pixels[i] % width, pixels[i] / width);
         const ReferenceSample s = reference_->sample(corner + 0.5, good_enough);
-        const glm::dvec3 noise = s.noise + s.transmittance * s.surface_noise;
-        found[i] = {glm::vec3(s.composite()), glm::vec3(s.composite() + noise)};
+        found[i] = {glm::vec3(s.composite), glm::vec3(s.composite + s.composite_noise)};
     });
     for (std::size_t i = 0; i < pixels.size(); ++i)
         known_.emplace(pixels[i], found[i]);

@@ -14,6 +14,7 @@
 #include "study/reference_media.h"
 #include "study/reference_paths.h"
 #include "study/reference_quadrature.h"
+#include "study/reference_transparents.h"
 #include "study/reference_world.h"
 #include <fumarole/errors.h>
 #include <fumarole/scene_renderer.h>
@@ -68,14 +69,14 @@ private:
 class Reference::Impl {
 public:
     Impl(const Scene& scene, double tolerance, int bounces, const std::atomic<bool>* cancel)
-        : eye_{scene}, surfaces_{scene.surfaces}, media_{scene, tolerance}, tracking_{media_},
-          world_{scene,
-                 surfaces_,
-                 media_,
-                 tracking_,
-                 -std::log(0.1 * tolerance),
-                 media_.emits() && bounces != kLampsAndWorldOnce,
-                 cancel},
+        : eye_{scene}, surfaces_{scene.surfaces}, transparents_{scene}, media_{scene, tolerance},
+          tracking_{media_}, world_{scene,
+                                    surfaces_,
+                                    media_,
+                                    tracking_,
+                                    -std::log(0.1 * tolerance),
+                                    media_.emits() && bounces != kLampsAndWorldOnce,
+                                    cancel},
           // What is integrated errs alike in neighbouring pixels, so it is not as lax as what is
           // sampled.
           tolerance_{tolerance}, quadrature_{bounces > 0 ? std::min(tolerance, 0.02) : tolerance},
@@ -105,37 +106,14 @@ public:
         } else {
             out.surface = out.surface_lit = world_.radiance()(ray.direction);
         }
-        if (media_.empty()) {
-            out.error = surface_error;
-            return out;
-        }
+        const std::vector<TransparentHit> hits =
+            transparents_.along(ray, begin, eye_.far() * per_z, end);
         MediaAlongRay along(media_);
-        along.set(ray, begin, end);
-        out.transmittance = glm::exp(-along.whole_depth());
-        surface_error *= largest(out.transmittance);
-        out.error = surface_error;
-        if (along.breaks().empty())
-            return out;
-        Integral scattered = emitted(along, floor);
-        if (media_.scatters()) {
-            for (const ReferenceLight& light : lights_)
-                scattered += from_light(ray, along, light, floor);
-            const ScatteringPlaces places(along);
-            const auto add = [&](const Integral& sampled) {
-                scattered.value += sampled.value;
-                scattered.noise += sampled.noise;
-                scattered.error = std::hypot(scattered.error, sampled.error);
-            };
-            if (!world_.black())
-                add(world_.scattered(ray, places, hash(seed, 1),
-                                     sampling(scattered.value, floor, relax)));
-            if (bounces_ > 0)
-                add(paths_.scattered(ray, places, hash(seed, 2),
-                                     sampling(scattered.value, floor, relax)));
+        if (!media_.empty()) {
+            along.set(ray, begin, end);
+            out.transmittance = glm::exp(-along.whole_depth());
         }
-        out.scattering = scattered.value;
-        out.noise = scattered.noise;
-        out.error = std::hypot(scattered.error, surface_error);
+        gather(ray, along, hits, {begin, end, seed, floor, relax, surface_error}, out);
         return out;
     }
 
@@ -144,6 +122,95 @@ public:
     [[nodiscard]] double tolerance() const { return tolerance_; }
 
 private:
+    /// A ray as sample() sends it.
+    struct Sent {
+        double begin, end;
+        std::uint32_t seed;
+        double floor, relax;
+        double surface_error;
+    };
+
+    /// From the surface to the eye: what media add between one transparent and the next, and what
+    /// each transparent makes of all that is behind it. Fills in scattering and composite.
+    void gather(const Ray& ray, const MediaAlongRay& along, const std::vector<TransparentHit>& hits,
+                const Sent& sent, ReferenceSample& out) const
+    {
+        const std::vector<Integral> added = scattered(ray, along, hits, sent);
+        // Radiance where it is; alpha is the transparents' own. Noise and error are as the eye has
+        // them, in which they add up.
+        glm::dvec4 behind(out.surface_lit, 1);
+        out.composite_noise = out.surface_noise * out.transmittance;
+        out.error = sent.surface_error * largest(out.transmittance);
+        glm::dvec3 passed = out.transmittance;  // from the eye to there
+        for (std::size_t i = hits.size() + 1; i-- > 0;) {
+            out.scattering += added[i].value;
+            out.noise += added[i].noise;
+            out.composite_noise += added[i].noise;
+            out.error = std::hypot(out.error, added[i].error);
+            const glm::dvec3 nearer = i > 0 && !media_.empty()
+                                          ? glm::exp(-along.optical_depth(hits[i - 1].t))
+                                          : glm::dvec3(1);
+            for (int c = 0; c < 3; ++c)  // what the eye sees nothing of is nothing
+                behind[c] = nearer[c] > 1e-200
+                                ? (behind[c] * passed[c] + added[i].value[c]) / nearer[c]
+                                : 0.0;
+            passed = nearer;
+            if (i == 0)
+                break;
+            const glm::dvec3 kept(hits[i - 1].kept(behind));
+            behind = hits[i - 1].over(behind);
+            out.composite_noise *= kept;
+            out.error *= largest(kept);
+        }
+        out.composite = behind;
+    }
+
+    /// Radiance scattered and emitted on the parts of a ray before, between and beyond the
+    /// transparents, as seen from the eye.
+    [[nodiscard]] std::vector<Integral> scattered(const Ray& ray, const MediaAlongRay& along,
+                                                  const std::vector<TransparentHit>& hits,
+                                                  const Sent& sent) const
+    {
+        std::vector<Integral> parts(hits.size() + 1);
+        if (along.breaks().empty())
+            return parts;
+        std::vector<double> splits;
+        for (const TransparentHit& hit : hits)
+            splits.push_back(hit.t);
+        glm::dvec3 known(0);
+        for (std::size_t i = 0; i < parts.size(); ++i) {
+            const std::vector<double> breaks =
+                hits.empty() ? along.breaks()
+                             : along.breaks_between(i > 0 ? splits[i - 1] : sent.begin,
+                                                    i < splits.size() ? splits[i] : sent.end);
+            if (breaks.size() < 2)
+                continue;
+            parts[i] = emitted(along, breaks, sent.floor);
+            for (const ReferenceLight& light : lights_)
+                if (media_.scatters())
+                    parts[i] += from_light(ray, along, breaks, light, sent.floor);
+            known += parts[i].value;
+        }
+        if (!media_.scatters())
+            return parts;
+        const ScatteringPlaces places(along);
+        const auto add = [&](const std::vector<Integral>& sampled) {
+            for (std::size_t i = 0; i < parts.size(); ++i) {
+                parts[i].value += sampled[i].value;
+                parts[i].noise += sampled[i].noise;
+                parts[i].error = std::hypot(parts[i].error, sampled[i].error);
+                known += sampled[i].value;
+            }
+        };
+        if (!world_.black())
+            add(world_.scattered(ray, places, splits, hash(sent.seed, 1),
+                                 sampling(known, sent.floor, sent.relax)));
+        if (bounces_ > 0)
+            add(paths_.scattered(ray, places, splits, hash(sent.seed, 2),
+                                 sampling(known, sent.floor, sent.relax)));
+        return parts;
+    }
+
     /// A light's irradiance of a plane that faces it, with all that is in its way.
     [[nodiscard]] glm::dvec3 arriving(const ReferenceLight& light, const Origin& from,
                                       glm::dvec3& clear) const
@@ -232,33 +299,35 @@ private:
         return seed;
     }
 
-    Integral emitted(const MediaAlongRay& along, double floor) const
+    Integral emitted(const MediaAlongRay& along, const std::vector<double>& breaks,
+                     double floor) const
     {
         const auto source = [&](double t) {
             const glm::dvec3 emission = along.at(t).emission;
             return emission == glm::dvec3(0) ? emission
                                              : emission * glm::exp(-along.optical_depth(t));
         };
-        return media_.emits() ? integrate(source, along.breaks(), accuracy(floor)) : Integral{};
+        return media_.emits() ? integrate(source, breaks, accuracy(floor)) : Integral{};
     }
 
-    Integral from_light(const Ray& ray, const MediaAlongRay& along, const ReferenceLight& light,
+    Integral from_light(const Ray& ray, const MediaAlongRay& along,
+                        const std::vector<double>& breaks, const ReferenceLight& light,
                         double floor) const
     {
         Integral sum;
-        sum.value = light.over_parts(accuracy(floor), sum.error,
-                                     [&](const ReferenceLight& part, double& error) {
-                                         const Integral one = from_part(ray, along, part, floor);
-                                         error += one.error;
-                                         return one.value;
-                                     });
+        sum.value = light.over_parts(
+            accuracy(floor), sum.error, [&](const ReferenceLight& part, double& error) {
+                const Integral one = from_part(ray, along, breaks, part, floor);
+                error += one.error;
+                return one.value;
+            });
         return sum;
     }
 
-    Integral from_part(const Ray& ray, const MediaAlongRay& along, const ReferenceLight& light,
+    Integral from_part(const Ray& ray, const MediaAlongRay& along,
+                       const std::vector<double>& media_breaks, const ReferenceLight& light,
                        double floor) const
     {
-        const std::vector<double>& media_breaks = along.breaks();
         const double begin = media_breaks.front(), end = media_breaks.back();
         std::vector<double> breaks;
         surfaces_.add_shadow_breaks(ray, begin, end, light.place(), breaks);
@@ -295,6 +364,7 @@ private:
 
     EyeRays eye_;
     ReferenceSurfaces surfaces_;
+    ReferenceTransparents transparents_;
     ReferenceMedia media_;
     MediaTracking tracking_;
     ReferenceWorld world_;
@@ -406,12 +476,12 @@ ReferenceStill render_reference(const Scene& scene, const ReferenceOptions& opti
             const glm::dvec2 offset = subpixel_offset(i) * glm::dvec2(1, -1);
             const ReferenceSample s = reference.sample(
                 glm::dvec2(region.x + x, region.y + y) + 0.5 + offset, floor, std::sqrt(aa));
-            composite += s.composite();
+            composite += s.composite;
             scattering += s.scattering;
             transmittance += s.transmittance;
             surface += s.surface;
             surface_lit += s.surface_lit;
-            noise += s.noise + s.transmittance * s.surface_noise;
+            noise += s.composite_noise;
             scattering_noise += s.noise;
             squares += s.error * s.error;
             if (i == 0)

@@ -68,7 +68,8 @@ struct ReferenceCancelled : std::runtime_error {
 /// RGB floats, rows from the top, linear, as in Still; of the region alone if one was asked for.
 struct ReferenceStill {
     int width = 0, height = 0;
-    std::vector<float> composite;      ///< surface_lit * transmittance + scattering, by sample
+    /// surface_lit * transmittance + scattering, by sample, with the transparents in between.
+    std::vector<float> composite;
     std::vector<float> scattering;     ///< scattered and emitted towards the eye [W/m^2/sr]
     std::vector<float> transmittance;  ///< 0..1
     std::vector<float> surface;        ///< the picture with no medium
@@ -84,11 +85,12 @@ struct ReferenceStill {
 /// One sample of the picture.
 struct ReferenceSample {
     glm::dvec3 scattering{0}, transmittance{1}, surface{0}, surface_lit{0};
-    double view_z = 1e10;  ///< metres; Still::kSkyDepth in the sky
-    double error = 0;      ///< estimated, absolute, of surface_lit * transmittance + scattering
+    double view_z = 1e10;                   ///< metres; Still::kSkyDepth in the sky
+    double error = 0;                       ///< estimated, absolute, of composite
     glm::dvec3 noise{0}, surface_noise{0};  ///< of scattering and surface_lit, as Integral's
 
-    [[nodiscard]] glm::dvec3 composite() const { return surface_lit * transmittance + scattering; }
+    /// Of media and surfaces, with the transparents between them.
+    glm::dvec3 composite{0}, composite_noise{0};
 };
 
 /// A scene made ready. Const members may be called from any thread; answers don't depend on what

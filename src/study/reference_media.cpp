@@ -559,6 +559,19 @@ void MediaAlongRay::set(const Ray& ray, double begin, double end)
         breaks_.push_back(end_);
 }
 
+std::vector<double> MediaAlongRay::breaks_between(double a, double b) const
+{
+    if (breaks_.empty() || !(a < breaks_.back()) || !(b > breaks_.front()))
+        return {};
+    std::vector<double> between{std::max(a, breaks_.front())};
+    for (const double t : breaks_)
+        if (t > a && t < b && t > between.back())
+            between.push_back(t);
+    if (const double last = std::min(b, breaks_.back()); last > between.back())
+        between.push_back(last);
+    return between;
+}
+
 // ------------------------------------------------------------------------------- places by chance
 
 ScatteringPlaces::ScatteringPlaces(const MediaAlongRay& along) : along_{along}

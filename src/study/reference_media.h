@@ -119,6 +119,8 @@ public:
     /// Where coefficients change their course: bounds, and every few voxels; ascending, from the
     /// first medium to end().
     [[nodiscard]] const std::vector<double>& breaks() const { return breaks_; }
+    /// Those of them between two places, which are breaks too; empty where no medium is.
+    [[nodiscard]] std::vector<double> breaks_between(double a, double b) const;
 
 private:
     using Span = ReferenceMedia::Span;

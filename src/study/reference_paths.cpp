@@ -41,32 +41,31 @@ void ReferencePaths::check_cancel() const
         throw ReferenceCancelled();
 }
 
-Integral ReferencePaths::scattered(const Ray& ray, const ScatteringPlaces& places,
-                                   std::uint32_t seed, const SamplingAccuracy& accuracy) const
+std::vector<Integral> ReferencePaths::scattered(const Ray& ray, const ScatteringPlaces& places,
+                                                const std::vector<double>& splits,
+                                                std::uint32_t seed,
+                                                const SamplingAccuracy& accuracy) const
 {
     if (places.empty())
-        return {};
+        return std::vector<Integral>(splits.size() + 1);
     Walker walker(tracking_);
-    const auto mean = sampled_mean<3>(
+    return sampled_parts(
         [&](const auto& u) {
             const ScatteringPlaces::Place place = places.choose(u(3));
+            glm::dvec3 v(0);
             if (place.weight == glm::dvec3(0))
-                return std::array{0.0, 0.0, 0.0};
+                return std::pair(place.t, v);
             walker.random = Random(u.word());
             const glm::dvec3 p = ray.at(place.t);
-            glm::dvec3 v(0);
             if (orders_.first == 0)
                 v += place.weight * direct(p, -ray.direction, place.g, walker.random);
             const double cosine = sample_henyey_greenstein(place.g, u(0));
             v += walk(walker, u, {p, -1, glm::dvec3(0)},
                       directed(ray.direction, cosine, 2 * std::numbers::pi * u(1)),
                       phase_henyey_greenstein(cosine, place.g), place.weight);
-            return std::array{v.x, v.y, v.z};
+            return std::pair(place.t, v);
         },
-        seed, accuracy);
-    return {{mean.value[0], mean.value[1], mean.value[2]},
-            mean.error,
-            {mean.noise[0], mean.noise[1], mean.noise[2]}};
+        splits, seed, accuracy);
 }
 
 Integral ReferencePaths::irradiance(const SurfaceHit& hit, std::uint32_t seed,

@@ -40,9 +40,13 @@ public:
                    const std::vector<ReferenceLight>& lights, PathOrders orders,
                    const std::atomic<bool>* cancel);
 
-    /// Radiance that comes to the eye along a ray from media on it. @param places on the same ray
-    [[nodiscard]] Integral scattered(const Ray& ray, const ScatteringPlaces& places,
-                                     std::uint32_t seed, const SamplingAccuracy& accuracy) const;
+    /// Radiance that comes to the eye along a ray from media on it.
+    /// @param places on the same ray @param splits metres along it, ascending
+    /// @returns what comes from before, between and beyond the splits
+    [[nodiscard]] std::vector<Integral> scattered(const Ray& ray, const ScatteringPlaces& places,
+                                                  const std::vector<double>& splits,
+                                                  std::uint32_t seed,
+                                                  const SamplingAccuracy& accuracy) const;
 
     /// Irradiance of a place on a surface [W/m^2].
     [[nodiscard]] Integral irradiance(const SurfaceHit& hit, std::uint32_t seed,

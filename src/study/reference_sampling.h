@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 #include "study/reference_quadrature.h"
 
@@ -153,13 +155,13 @@ inline std::size_t choose(const double* first, std::size_t count, double& u)
     return i;
 }
 
-/// The mean of f(point) over the unit cube, each point being asked as point(dimension). Several
-/// scrambles are followed side by side, twice as far each time, until what they differ by says that
-/// their mean is good enough. The estimate is two standard errors, of the worst of the N numbers.
-template <std::size_t N> struct SampledMean {
-    std::array<double, N> value{};
+/// Means of numbers over the unit cube. Several scrambles are followed side by side, twice as far
+/// each time, until what they differ by says that their means are good enough. The estimate is two
+/// standard errors, of the worst of the numbers.
+struct SampledMeans {
+    std::vector<double> value;
     double error = 0;
-    std::array<double, N> noise{};  ///< as Integral's
+    std::vector<double> noise;  ///< as Integral's
 };
 
 struct SamplingAccuracy {
@@ -169,35 +171,35 @@ struct SamplingAccuracy {
     std::uint32_t most = 1u << 18u;  ///< samples; it ends there, and the estimate says so
 };
 
-template <std::size_t N, class F>
-SampledMean<N> sampled_mean(const F& f, std::uint32_t seed, const SamplingAccuracy& accuracy)
+/// @param add adds a point's numbers, as many as `count`, to those that it is given: add(point,
+/// double*)
+template <class Add>
+SampledMeans sampled_means(const Add& add, std::size_t count, std::uint32_t seed,
+                           const SamplingAccuracy& accuracy)
 {
     // Fewer scrambles would leave the estimate to chance, more would leave each its first points.
     constexpr std::uint32_t kScrambles = 8;
-    std::array<std::array<double, N>, kScrambles> sums{};
-    SampledMean<N> mean;
+    std::vector<double> sums(kScrambles * count);
+    SampledMeans mean{std::vector<double>(count), 0, std::vector<double>(count)};
     std::uint32_t done = 0;
     for (std::uint32_t upto = accuracy.first;; upto *= 2) {
-        for (std::uint32_t s = 0; s < kScrambles; ++s) {
-            for (std::uint32_t i = done; i < upto; ++i) {
-                const std::array<double, N> v = f(SobolPoint(hash(seed, s), i));
-                for (std::size_t c = 0; c < N; ++c)
-                    sums[s][c] += v[c];
-            }
-        }
+        for (std::uint32_t s = 0; s < kScrambles; ++s)
+            for (std::uint32_t i = done; i < upto; ++i)
+                add(SobolPoint(hash(seed, s), i), &sums[s * count]);
         done = upto;
         double size = 0;
         mean.error = 0;
-        for (std::size_t c = 0; c < N; ++c) {
+        for (std::size_t c = 0; c < count; ++c) {
             double sum = 0, squares = 0;
             mean.noise[c] = 0;
             for (std::uint32_t s = 0; s < kScrambles; ++s) {
-                sum += sums[s][c] / done;
-                mean.noise[c] += (s % 2 == 0 ? 1 : -1) * sums[s][c] / done / kScrambles;
+                const double one = sums[s * count + c] / done;
+                sum += one;
+                mean.noise[c] += (s % 2 == 0 ? 1 : -1) * one / kScrambles;
             }
             mean.value[c] = sum / kScrambles;
-            for (const auto& one : sums)
-                squares += std::pow(one[c] / done - mean.value[c], 2);
+            for (std::uint32_t s = 0; s < kScrambles; ++s)
+                squares += std::pow(sums[s * count + c] / done - mean.value[c], 2);
             size = std::max(size, std::abs(mean.value[c]));
             mean.error =
                 std::max(mean.error, 2 * std::sqrt(squares / (kScrambles * (kScrambles - 1.0))));
@@ -206,6 +208,55 @@ SampledMean<N> sampled_mean(const F& f, std::uint32_t seed, const SamplingAccura
             done * kScrambles >= accuracy.most)
             return mean;
     }
+}
+
+/// The mean of f(point), N numbers, each point being asked as point(dimension).
+template <std::size_t N> struct SampledMean {
+    std::array<double, N> value{};
+    double error = 0;
+    std::array<double, N> noise{};  ///< as Integral's
+};
+
+template <std::size_t N, class F>
+SampledMean<N> sampled_mean(const F& f, std::uint32_t seed, const SamplingAccuracy& accuracy)
+{
+    const auto add = [&](const SobolPoint& point, double* sums) {
+        const std::array<double, N> v = f(point);
+        for (std::size_t c = 0; c < N; ++c)
+            sums[c] += v[c];
+    };
+    const SampledMeans means = sampled_means(add, N, seed, accuracy);
+    SampledMean<N> mean;
+    mean.error = means.error;
+    std::copy_n(means.value.begin(), N, mean.value.begin());
+    std::copy_n(means.noise.begin(), N, mean.noise.begin());
+    return mean;
+}
+
+/// The mean of what is found at places on a line, for each part of it apart.
+/// @param splits ascending, where one part ends and the next begins
+/// @param f gives a point's place and what it finds there
+template <class F>
+std::vector<Integral> sampled_parts(const F& f, const std::vector<double>& splits,
+                                    std::uint32_t seed, const SamplingAccuracy& accuracy)
+{
+    const auto add = [&](const SobolPoint& point, double* sums) {
+        const std::pair<double, glm::dvec3> found = f(point);
+        const auto part = std::upper_bound(splits.begin(), splits.end(), found.first);
+        for (int c = 0; c < 3; ++c)
+            sums[3 * (part - splits.begin()) + c] += found.second[c];
+    };
+    const SampledMeans means = sampled_means(add, 3 * (splits.size() + 1), seed, accuracy);
+    std::vector<Integral> parts(splits.size() + 1);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        // Each may err by as much as the worst of them, and all together by no more.
+        parts[i].error = means.error / std::sqrt(static_cast<double>(parts.size()));
+        for (int c = 0; c < 3; ++c) {
+            parts[i].value[c] = means.value[3 * i + static_cast<std::size_t>(c)];
+            parts[i].noise[c] = means.noise[3 * i + static_cast<std::size_t>(c)];
+        }
+    }
+    return parts;
 }
 
 }  // namespace fumarole::study

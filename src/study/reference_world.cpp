@@ -165,25 +165,23 @@ Integral ReferenceWorld::in_scattering(glm::dvec3 p, glm::dvec3 wo, double g, st
             {mean.noise[0], mean.noise[1], mean.noise[2]}};
 }
 
-Integral ReferenceWorld::scattered(const Ray& ray, const ScatteringPlaces& places,
-                                   std::uint32_t seed, const SamplingAccuracy& accuracy) const
+std::vector<Integral> ReferenceWorld::scattered(const Ray& ray, const ScatteringPlaces& places,
+                                                const std::vector<double>& splits,
+                                                std::uint32_t seed,
+                                                const SamplingAccuracy& accuracy) const
 {
     check_cancel();
     if (places.empty())
-        return {};
-    const auto mean = sampled_mean<3>(
+        return std::vector<Integral>(splits.size() + 1);
+    return sampled_parts(
         [&](const auto& u) {
             const ScatteringPlaces::Place place = places.choose(u(3));
-            if (place.weight == glm::dvec3(0))
-                return std::array{0.0, 0.0, 0.0};
-            const glm::dvec3 v =
-                place.weight * one_direction(ray.at(place.t), -ray.direction, place.g, u);
-            return std::array{v.x, v.y, v.z};
+            glm::dvec3 found(0);
+            if (place.weight != glm::dvec3(0))
+                found = place.weight * one_direction(ray.at(place.t), -ray.direction, place.g, u);
+            return std::pair(place.t, found);
         },
-        seed, accuracy);
-    return {{mean.value[0], mean.value[1], mean.value[2]},
-            mean.error,
-            {mean.noise[0], mean.noise[1], mean.noise[2]}};
+        splits, seed, accuracy);
 }
 
 WorldIrradiance ReferenceWorld::irradiance(const SurfaceHit& hit, std::uint32_t seed,

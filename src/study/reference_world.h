@@ -69,9 +69,12 @@ public:
                                              const SamplingAccuracy& accuracy) const;
 
     /// What a ray brings to the eye of the world's light, scattered once on its way through media.
-    /// @param places on the same ray
-    [[nodiscard]] Integral scattered(const Ray& ray, const ScatteringPlaces& places,
-                                     std::uint32_t seed, const SamplingAccuracy& accuracy) const;
+    /// @param places on the same ray @param splits metres along it, ascending
+    /// @returns what comes from before, between and beyond the splits
+    [[nodiscard]] std::vector<Integral> scattered(const Ray& ray, const ScatteringPlaces& places,
+                                                  const std::vector<double>& splits,
+                                                  std::uint32_t seed,
+                                                  const SamplingAccuracy& accuracy) const;
 
     /// Integral over wi of phase(wi, wo, g) * radiance arriving at p from wi.
     [[nodiscard]] Integral in_scattering(glm::dvec3 p, glm::dvec3 wo, double g, std::uint32_t seed,

@@ -56,6 +56,25 @@ TEST(LiveScene, IdsOutliveWhatIsRemovedBeforeThem)
     EXPECT_NE(live.add(SunLight{}), sun) << "a number is given once";
 }
 
+TEST(LiveScene, TransparentsComeAndGoByIdsToo)
+{
+    Scene scene;
+    scene.transparents = {QuadTransparent{}};
+    LiveScene live(scene);
+    const TransparentId quad = live.transparents().front();
+    const TransparentId board = live.add(BillboardTransparent{});
+    live.remove(quad);
+    BillboardTransparent bright;
+    bright.look.radiance = glm::vec3(3);
+    live.update(board, bright);
+    EXPECT_EQ(live.at(board), Transparent(bright));
+    EXPECT_EQ(live.scene().transparents, std::vector<Transparent>{bright});
+    EXPECT_FALSE(same_content(live.scene(), scene));
+    EXPECT_EQ(message_of([&] { live.remove(quad); }),
+              "LiveScene::remove: transparent 1 is no part of this scene: it was removed, or is "
+              "another scene's; add() it anew");
+}
+
 TEST(LiveScene, AnIdThatIsNoneIsNamedAndChangesNothing)
 {
     LiveScene live;

@@ -175,7 +175,7 @@ TEST(Reference, ThinMediumInAConstantWorldIsAFurnace)
     BoxMedium box = fog({-2, 2, -2}, {2, 4, 2}, glm::vec3(1e-6f), glm::vec3(0));
     box.g = 0.6f;
     scene.media.emplace_back(box);
-    expect_near(centre(scene, 1e-3).composite(), glm::dvec3(1), 1e-9);
+    expect_near(centre(scene, 1e-3).composite, glm::dvec3(1), 1e-9);
 }
 
 // The world's light from a map, in place and by a plain sum over a fine grid of directions.
@@ -248,8 +248,8 @@ TEST(Reference, HalvingTheToleranceMovesThePictureLessThanItSays)
     for (int i = 0; i < 6; ++i) {
         const glm::dvec2 point(2.5 + 1.3 * i, 3.5 + 0.4 * i);
         const ReferenceSample a = coarse.sample(point, 0), b = fine.sample(point, 0);
-        EXPECT_LE(glm::length(a.composite() - b.composite()), a.error + b.error) << i;
-        EXPECT_LE(a.error, 0.15 * std::max(glm::length(a.composite()), 0.1)) << i;
+        EXPECT_LE(glm::length(a.composite - b.composite), a.error + b.error) << i;
+        EXPECT_LE(a.error, 0.15 * std::max(glm::length(a.composite), 0.1)) << i;
     }
 }
 
@@ -361,7 +361,7 @@ TEST(Reference, SceneFarFromTheOriginLooksTheSame)
         std::get<BoxSurface>(scene.surfaces[1]).min += shift;
         std::get<BoxSurface>(scene.surfaces[1]).max += shift;
         std::get<PointLight>(scene.lights[1]).position += shift;
-        return Reference(scene, 1e-6, 0).sample({6.3, 4.2}, 0).composite();
+        return Reference(scene, 1e-6, 0).sample({6.3, 4.2}, 0).composite;
     };
     expect_near(picture({1e6, -1e6, 1e6}), picture(glm::dvec3(0)), 1e-6);
 }

@@ -59,6 +59,16 @@ constexpr std::string_view kFullScene = R"({
     {"type": "sphere", "center": [0.25,0.1,2.4], "radius": 0.6, "albedo": [0.6,0.55,0.5], "note": {"a": [1]}},
     {"type": "box", "min": [-60,-60,-1], "max": [60,60,0], "albedo": [0.4,0.4,0.4]},
     {"type": "mesh", "file": "sub/column.gltf", "translate": [1,0,0], "scale": 2.5, "albedo": [0.1,0.2,0.3]}
+  ],
+  "transparents": [
+    {"type": "quad", "corner": [-2.2,-1,0.6], "edges": [[2.6,0.9,0],[0,0,3.6]], "blend": "alpha",
+     "radiance": [0.05,0.22,0.3], "alpha": 0.45, "depth_fade": 0.5},
+    {"type": "quad", "corner": [-1.6,0.9,1], "edges": [[3.2,-1.6,0],[0,0,3]], "blend": "multiply", "filter": [0.85,0.45,0.25]},
+    {"type": "quad", "corner": [-0.6,-0.3,1.6], "edges": [[2.4,0.2,0],[0,0.4,2.6]], "blend": "add", "radiance": [0.12,0.09,0.03]},
+    {"type": "billboard", "center": [0,0,2], "size": [1,0.5], "image": "sub/spark.png", "blend": "premultiplied",
+     "scale": 4.0, "alpha": 0.75},
+    {"type": "mesh", "file": "glass.gltf", "translate": [0,1,0], "scale": 2,
+     "blend": {"source": "dst_color", "destination": "one_minus_src_alpha"}, "radiance": [1,2,3], "alpha": 0.1}
   ]
 })";
 
@@ -190,6 +200,10 @@ void expect_equal(const Scene& a, const Scene& b)
             EXPECT_EQ(mesh.albedo, other.albedo);
         }
     }
+
+    ASSERT_EQ(a.transparents.size(), b.transparents.size());
+    for (std::size_t i = 0; i < a.transparents.size(); ++i)
+        EXPECT_TRUE(a.transparents[i] == b.transparents[i]) << "transparent " << i;
 }
 
 TEST(SceneFile, ReadsEveryKey)
@@ -390,6 +404,17 @@ std::string grid(const char* members)
             R"(, "media": [{"type": "vdb", "file": "a.vdb", "sigma_s_per_density": [1,1,1], )") +
         members + "}]");
 }
+std::string transparent(const std::string& members)
+{
+    return minimal(R"(, "transparents": [{)" + members + "}]");
+}
+
+std::string board(const char* members)
+{
+    return transparent(std::string(R"("type": "billboard", "center": [0,0,0], "size": [1,1], )") +
+                       members);
+}
+
 std::string surface(const char* members)
 {
     return minimal(std::string(R"(, "surfaces": [{)") + members + "}]");
@@ -714,6 +739,56 @@ std::vector<BadScene> bad_scenes()
         {"mesh_scale",
          surface(R"("type": "mesh", "file": "a.obj", "scale": -1)"),
          {"surfaces[0].scale", "got -1"}},
+
+        {"transparent_type",
+         transparent(R"("type": "sphere")"),
+         {"transparents[0].type", "'quad', 'billboard', 'mesh'", "'sphere'"}},
+        {"transparent_corner",
+         transparent(R"("type": "quad", "edges": [[1,0,0],[0,0,1]])"),
+         {"transparents[0]: missing key 'corner'"}},
+        {"transparent_flat",
+         transparent(R"("type": "quad", "corner": [0,0,0], "edges": [[1,0,0],[2,0,0]])"),
+         {"transparents[0].edges", "span an area"}},
+        {"transparent_size",
+         transparent(R"("type": "billboard", "center": [0,0,0], "size": [1,0])"),
+         {"transparents[0].size[1]", "got 0"}},
+        {"transparent_size_of_three",
+         transparent(R"("type": "billboard", "center": [0,0,0], "size": [1,1,1])"),
+         {"transparents[0].size", "two numbers"}},
+        {"transparent_blend",
+         board(R"("blend": "screen")"),
+         {"transparents[0].blend", "'alpha', 'premultiplied', 'add', 'multiply'", "'screen'"}},
+        {"transparent_factor",
+         board(R"("blend": {"source": "half", "destination": "one"})"),
+         {"transparents[0].blend.source", "'src_alpha_saturate'", "'half'"}},
+        {"transparent_half_a_pair",
+         board(R"("blend": {"source": "one"})"),
+         {"transparents[0].blend: missing key 'destination'"}},
+        {"transparent_alpha", board(R"("alpha": 1.5)"), {"transparents[0].alpha", "[0, 1]", "1.5"}},
+        {"transparent_alpha_of_add",
+         board(R"("blend": "add", "alpha": 0.5)"),
+         {"transparents[0]", "'alpha' is of no use", "add"}},
+        {"transparent_filter",
+         board(R"("filter": [1,1,1])"),
+         {"transparents[0]", "'filter' needs", "multiply"}},
+        {"transparent_radiance_of_a_filter",
+         board(R"("blend": "multiply", "radiance": [1,1,1])"),
+         {"transparents[0]", "'radiance' is of no use"}},
+        {"transparent_image_twice",
+         board(R"("image": "a.png", "radiance": [1,1,1])"),
+         {"transparents[0]", "'radiance' and 'image'"}},
+        {"transparent_scale_alone",
+         board(R"("scale": 2)"),
+         {"transparents[0]", "'scale' needs 'image'"}},
+        {"transparent_fade",
+         board(R"("depth_fade": -1)"),
+         {"transparents[0].depth_fade", "metres", "got -1"}},
+        {"transparent_that_casts",
+         board(R"("casts": true)"),
+         {"transparents[0]: unknown key 'casts'"}},
+        {"transparent_image_of_a_mesh",
+         transparent(R"("type": "mesh", "file": "a.obj", "image": "a.png")"),
+         {"transparents[0]: unknown key 'image'"}},
     };
 }
 
@@ -1006,6 +1081,32 @@ TEST(LoadScene, ReadsEachMeshOnce)
     ASSERT_NE(first.mesh, nullptr);
     EXPECT_EQ(first.mesh, second.mesh);
     EXPECT_EQ(first.mesh->triangles.size(), 3u);
+}
+
+TEST(LoadScene, ReadsTheMeshesOfTransparentsWithThoseOfSurfaces)
+{
+    const TempFolder folder;
+    folder.write("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    folder.write("two.json", minimal(R"(, "surfaces": [{"type": "mesh", "file": "t.obj"}],
+                                        "transparents": [{"type": "mesh", "file": "t.obj"}])"));
+    const asset::LoadedScene loaded = asset::load_scene(folder.path() / "two.json");
+    const auto& mesh = std::get<MeshTransparent>(loaded.scene.transparents.at(0)).mesh;
+    ASSERT_NE(mesh, nullptr);
+    EXPECT_EQ(mesh, std::get<MeshSurface>(loaded.scene.surfaces.at(0)).mesh);
+}
+
+TEST(LoadScene, NamesTheMissingPictureOfATransparent)
+{
+    const TempFolder folder;
+    folder.write("a.json", minimal(R"(, "transparents": [{"type": "billboard", "center": [0,0,0],
+                                        "size": [1,1], "image": "none.png"}])"));
+    try {
+        asset::load_scene(folder.path() / "a.json");
+        FAIL() << "was accepted";
+    } catch (const Error& error) {
+        EXPECT_EQ(std::string(error.what()),
+                  (folder.path() / "none.png").string() + ": no such picture");
+    }
 }
 
 TEST(LoadScene, ReadsEachGridOnceAndKeepsWhatIsThere)

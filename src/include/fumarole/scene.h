@@ -211,6 +211,95 @@ struct MeshSurface {
 /// All surfaces are Lambertian and opaque.
 using Surface = std::variant<SphereSurface, BoxSurface, MeshSurface>;
 
+/// A picture with an opacity, linear Rec. 709, whose colour is multiplied by it already (associated
+/// alpha): filtered as it is, what shines through at its edges is not darkened.
+struct TransparentImage {
+    int width = 0;
+    int height = 0;
+    std::vector<glm::vec4> texels;  ///< row by row from the top
+};
+
+/// What a source or what is behind it is multiplied with when it is blended: OpenGL's.
+enum class BlendFactor {
+    zero,
+    one,
+    src_color,
+    one_minus_src_color,
+    dst_color,
+    one_minus_dst_color,
+    src_alpha,
+    one_minus_src_alpha,
+    dst_alpha,
+    one_minus_dst_alpha,
+    src_alpha_saturate,  ///< min(source alpha, 1 - destination alpha); 1 for alpha itself
+};
+
+/// How a transparent is laid over what is behind it.
+struct Blend {
+    enum class Kind {
+        alpha,          ///< radiance * alpha + behind * (1 - alpha)
+        premultiplied,  ///< radiance + behind * (1 - alpha)
+        add,            ///< radiance + behind
+        multiply,       ///< behind * filter
+        factors,        ///< radiance * source + behind * destination
+    };
+    Kind kind = Kind::alpha;
+    BlendFactor source = BlendFactor::one;                       ///< Kind::factors
+    BlendFactor destination = BlendFactor::one_minus_src_alpha;  ///< Kind::factors
+
+    bool operator==(const Blend&) const = default;
+};
+
+/// What is seen of a transparent. It is unlit and seen by the eye alone: it throws no shadow and no
+/// light.
+struct TransparentLook {
+    Blend blend;
+    glm::vec3 radiance{0};   ///< W/m^2/sr; where there is an image, that says it
+    glm::vec3 filter{1};     ///< Kind::multiply: what it lets through, likewise
+    float alpha = 1;         ///< 0..1; with an image it multiplies that's own
+    std::string image_file;  ///< "" for none. #s stand for a frame's number (asset/animation.h)
+    std::shared_ptr<const TransparentImage> image;  ///< over the whole of a quad or a billboard
+    float scale = 1;                                ///< W/m^2/sr of the image's 1
+    /// Metres before a surface within which it fades to nothing, along the ray; 0: it does not.
+    float depth_fade = 0;
+
+    bool operator==(const TransparentLook&) const = default;
+};
+
+struct QuadTransparent {
+    glm::dvec3 corner{0};  ///< metres; of an image, the lower left one
+    /// Metres, along the whole of its edges; of an image, to the right and up.
+    std::array<glm::dvec3, 2> edges{glm::dvec3(1, 0, 0), glm::dvec3(0, 0, 1)};
+    TransparentLook look;
+
+    bool operator==(const QuadTransparent&) const = default;
+};
+
+/// A rectangle that stands upright in the picture whatever the camera.
+struct BillboardTransparent {
+    glm::dvec3 center{0};  ///< metres
+    glm::dvec2 size{1};    ///< metres, > 0, across and up the picture
+    TransparentLook look;
+
+    bool operator==(const BillboardTransparent&) const = default;
+};
+
+/// Each of its triangles that a ray meets is laid over those behind it, from either side.
+struct MeshTransparent {
+    std::string file;
+    std::shared_ptr<const Mesh> mesh;
+    glm::dvec3 translate{0};  ///< metres
+    double scale = 1;         ///< > 0
+    TransparentLook look;
+
+    bool operator==(const MeshTransparent&) const = default;
+};
+
+using Transparent = std::variant<QuadTransparent, BillboardTransparent, MeshTransparent>;
+
+FUMAROLE_API TransparentLook& look_of(Transparent& transparent);
+FUMAROLE_API const TransparentLook& look_of(const Transparent& transparent);
+
 /// A latitude-longitude picture of the world's radiance. Row 0 is the zenith (+z), its middle
 /// column is the direction +x, and columns run from +y on the left to -y on the right of it: u =
 /// 1/2 - atan2(y, x) / 2pi, v = acos(z) / pi. (Blender's convention.)
@@ -236,6 +325,7 @@ struct Scene {
     std::vector<Light> lights;
     std::vector<Medium> media;
     std::vector<Surface> surfaces;
+    std::vector<Transparent> transparents;  ///< of two at the same depth the later one is in front
     double time = 0;  ///< seconds; moves drifting noise; of frame 0 where frames are asked for
     std::vector<CameraKey> camera_path;  ///< ascending times; `camera` is the first one's
     double frames_per_second = 24;
@@ -248,7 +338,7 @@ struct Scene {
 FUMAROLE_API Camera camera_at(const std::vector<CameraKey>& path, double time);
 
 /// Whether a renderer that holds one scene may draw the other from another camera: the same media,
-/// lights, surfaces and world, those read from files being the very same.
+/// lights, surfaces, transparents and world, those read from files being the very same.
 FUMAROLE_API bool same_content(const Scene& a, const Scene& b);
 
 }  // namespace fumarole

@@ -1,0 +1,229 @@
+#include "study/reference_transparents.h"
+
+#include <cmath>
+#include <glm/glm.hpp>
+#include <gtest/gtest.h>
+#include <vector>
+
+#include "study/reference.h"
+#include "support/reference_scenes.h"
+
+// Transparents in the reference, against closed forms of a fog that glows.
+
+namespace fumarole::study {
+
+namespace {
+
+constexpr double kTight = 1e-8;
+constexpr double kBegin = 2, kEnd = 5;  ///< of the fog, along the ray [m]
+const glm::dvec3 kSigma(0.4, 2, 0.1);   ///< 1/m
+const glm::dvec3 kGlow(1, 3, 0.5);      ///< W/m^2/sr per metre
+const glm::dvec3 kSky(0.7, 0.2, 0.9);   ///< W/m^2/sr
+
+Scene foggy()
+{
+    Scene scene = looking();
+    BoxMedium slab = fog({-5, kBegin, -5}, {5, kEnd, 5}, glm::vec3(0), glm::vec3(kSigma));
+    slab.emission = glm::vec3(kGlow);
+    scene.media.emplace_back(slab);
+    scene.world.radiance = glm::vec3(kSky);
+    return scene;
+}
+
+/// From the eye to `far`.
+glm::dvec3 passed(double far)
+{
+    return glm::exp(-kSigma * (std::clamp(far, kBegin, kEnd) - kBegin));
+}
+glm::dvec3 glowed(double far)
+{
+    return kGlow / kSigma * (1.0 - passed(far));
+}
+
+QuadTransparent pane(double y, Blend::Kind kind)
+{
+    QuadTransparent quad;
+    quad.corner = {-1, y, -1};
+    quad.edges = {glm::dvec3(2, 0, 0), glm::dvec3(0, 0, 2)};
+    quad.look.blend.kind = kind;
+    return quad;
+}
+
+glm::dvec3 seen(const Scene& scene)
+{
+    return Reference(scene, kTight, 0).sample({0.5, 0.5}, 0).composite;
+}
+
+void expect_near(glm::dvec3 value, glm::dvec3 expected, double relative = 1e-6)
+{
+    for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(value[c], expected[c], relative * std::max(std::abs(expected[c]), 1e-9))
+            << "channel " << c;
+}
+
+}  // namespace
+
+TEST(ReferenceTransparents, APaneOfEachBlendHidesTheFogBehindItAlone)
+{
+    const double y = 3.25;
+    const glm::dvec3 behind =
+        kSky * passed(kEnd) / passed(y) + (glowed(kEnd) - glowed(y)) / passed(y);  // at the pane
+    const glm::vec3 radiance(0.3f, 0.2f, 0.6f), filter(0.5f, 1, 0.25f);
+    const float alpha = 0.25f;
+    using Kind = Blend::Kind;
+    const std::vector<std::pair<Kind, glm::dvec3>> expected{
+        {Kind::alpha, glm::dvec3(radiance) * 0.25 + behind * 0.75},
+        {Kind::premultiplied, glm::dvec3(radiance) + behind * 0.75},
+        {Kind::add, glm::dvec3(radiance) + behind},
+        {Kind::multiply, behind * glm::dvec3(filter)},
+    };
+    for (const auto& [kind, in_front] : expected) {
+        Scene scene = foggy();
+        QuadTransparent quad = pane(y, kind);
+        quad.look.radiance = radiance;
+        quad.look.filter = filter;
+        quad.look.alpha = alpha;
+        scene.transparents = {quad};
+        SCOPED_TRACE(static_cast<int>(kind));
+        expect_near(seen(scene), in_front * passed(y) + glowed(y));
+    }
+}
+
+TEST(ReferenceTransparents, EveryPairOfFactorsIsOpenGLs)
+{
+    const double y = 3.25;
+    const glm::dvec4 behind(
+        kSky * passed(kEnd) / passed(y) + (glowed(kEnd) - glowed(y)) / passed(y), 1);
+    const glm::dvec4 source(0.25, 0.5, 2, 0.75);
+    const std::vector<glm::dvec4> factors{
+        glm::dvec4(0),
+        glm::dvec4(1),
+        source,
+        1.0 - source,
+        behind,
+        1.0 - behind,
+        glm::dvec4(source.a),
+        glm::dvec4(1 - source.a),
+        glm::dvec4(1),
+        glm::dvec4(0),
+        {0, 0, 0, 1},  // min(0.75, 1 - 1)
+    };
+    for (std::size_t s = 0; s < factors.size(); ++s)
+        for (std::size_t d = 0; d < factors.size(); ++d) {
+            Scene scene = foggy();
+            QuadTransparent quad = pane(y, Blend::Kind::factors);
+            quad.look.blend.source = static_cast<BlendFactor>(s);
+            quad.look.blend.destination = static_cast<BlendFactor>(d);
+            quad.look.radiance = glm::vec3(source);
+            quad.look.alpha = 0.75f;
+            scene.transparents = {quad};
+            SCOPED_TRACE(testing::Message() << s << ", " << d);
+            const glm::dvec3 in_front(source * factors[s] + behind * factors[d]);
+            expect_near(seen(scene), in_front * passed(y) + glowed(y));
+        }
+}
+
+TEST(ReferenceTransparents, InvisibleOnesChangeNothingInAnyOrder)
+{
+    Scene scene = foggy();
+    const glm::dvec3 without = seen(scene);
+    for (const int i : {3, 0, 11, 7, 1, 9, 2, 10, 5, 8, 4, 6}) {
+        QuadTransparent quad = pane(0.5 + 0.5 * i, static_cast<Blend::Kind>(i % 4));
+        quad.look.alpha = 0;
+        scene.transparents.emplace_back(quad);
+    }
+    expect_near(seen(scene), without, 1e-12);
+}
+
+TEST(ReferenceTransparents, TheLaterOfTwoAtOneDepthIsInFront)
+{
+    Scene scene = looking();
+    QuadTransparent red = pane(3, Blend::Kind::alpha), blue = red;
+    red.look.radiance = {1, 0, 0};
+    blue.look.radiance = {0, 0, 1};
+    scene.transparents = {red, blue};
+    expect_near(seen(scene), {0, 0, 1});
+    scene.transparents = {blue, red};
+    expect_near(seen(scene), {1, 0, 0});
+}
+
+TEST(ReferenceTransparents, FadesBeforeASurface)
+{
+    Scene scene = looking();
+    scene.surfaces = {BoxSurface{{-9, 4, -9}, {9, 5, 9}, glm::vec3(0)}};
+    QuadTransparent quad = pane(3.75, Blend::Kind::add);
+    quad.look.radiance = {1, 2, 3};
+    quad.look.depth_fade = 0.5f;
+    scene.transparents = {quad};
+    expect_near(seen(scene), {0.5, 1, 1.5});
+    scene.transparents = {pane(4.5, Blend::Kind::add)};  // behind it
+    expect_near(seen(scene), glm::dvec3(0));
+}
+
+TEST(ReferenceTransparents, AMeshIsMetOnceATriangle)
+{
+    auto mesh = std::make_shared<Mesh>();  // two sheets, at y = 1 and 2
+    for (const float y : {1.0f, 2.0f}) {
+        const auto first = static_cast<std::uint32_t>(mesh->positions.size());
+        mesh->positions.insert(mesh->positions.end(), {{-1, y, -1}, {1, y, -1}, {0, y, 2}});
+        mesh->normals.resize(mesh->positions.size(), glm::vec3(0, -1, 0));
+        mesh->triangles.insert(mesh->triangles.end(), {first, first + 1, first + 2});
+    }
+    Scene scene = looking();
+    scene.world.radiance = glm::vec3(1);
+    MeshTransparent glass;
+    glass.mesh = mesh;
+    glass.look.blend.kind = Blend::Kind::multiply;
+    glass.look.filter = {0.5f, 0.9f, 1};
+    scene.transparents = {glass};
+    expect_near(seen(scene), {0.25, 0.81, 1}, 1e-6);
+}
+
+TEST(ReferenceTransparents, ABillboardFacesTheCameraAndHasItsPictureUpright)
+{
+    auto image = std::make_shared<TransparentImage>();
+    image->width = image->height = 2;
+    image->texels = {{1, 0, 0, 1}, {0, 1, 0, 1}, {0, 0, 1, 1}, {1, 1, 1, 1}};  // from the top
+    Scene scene = looking();
+    scene.resolution = {4, 4};
+    scene.camera.position = {3, 0, 0};  // looks along -x
+    scene.camera.look_at = {0, 0, 0};
+    scene.camera.vfov_deg = 53.13010235;  // 3 m across at 3 m
+    BillboardTransparent board;
+    board.size = {3, 3};
+    board.look.image = image;
+    board.look.scale = 2;
+    scene.transparents = {board};
+    const Reference reference(scene, kTight, 0);
+    expect_near(reference.sample({0.25, 0.25}, 0).composite, {2, 0, 0});
+    expect_near(reference.sample({3.75, 0.25}, 0).composite, {0, 2, 0});
+    expect_near(reference.sample({0.25, 3.75}, 0).composite, {0, 0, 2});
+}
+
+TEST(ReferenceTransparents, ScatteredLightIsSplitAsWell)
+{
+    // A pane that lets all through but for a factor f: what scatters before it, and f of the rest.
+    Scene scene = looking();
+    scene.media.emplace_back(fog({-5, 2, -5}, {5, 5, 5}, glm::vec3(0.5f), glm::vec3(0.1f)));
+    scene.lights = {PointLight{{1, 3, 2}, glm::vec3(20)}};
+    scene.world.radiance = glm::vec3(0.3f);
+    const auto with = [&](float filter) {
+        QuadTransparent quad = pane(3.25, Blend::Kind::multiply);
+        quad.look.filter = glm::vec3(filter);
+        Scene filtered = scene;
+        filtered.transparents = {quad};
+        return Reference(filtered, 1e-3, 3).sample({0.5, 0.5}, 0);
+    };
+    const ReferenceSample whole = Reference(scene, 1e-3, 3).sample({0.5, 0.5}, 0);
+    const ReferenceSample clear = with(1), half = with(0.5f), opaque = with(0);
+    for (int c = 0; c < 3; ++c) {
+        // Each is sampled by itself; an error is two of its standard errors.
+        EXPECT_NEAR(clear.composite[c], whole.composite[c], 1.5 * (clear.error + whole.error));
+        EXPECT_NEAR(half.composite[c], (clear.composite[c] + opaque.composite[c]) / 2,
+                    1.5 * (half.error + clear.error / 2 + opaque.error / 2));
+        EXPECT_LT(opaque.composite[c], 0.8 * whole.composite[c]);
+    }
+    EXPECT_LT(whole.error, 0.02 * whole.composite.x);
+}
+
+}  // namespace fumarole::study
