@@ -19,7 +19,8 @@ constexpr std::array kTable{
     InspectionInfo{Kind::samples, "samples", "evaluations of the media a pixel"},
     InspectionInfo{Kind::density_slice, "density-slice", "extinction on a plane"},
     InspectionInfo{Kind::froxel_slice, "froxel-slice", "light in one slice of the froxels"},
-    InspectionInfo{Kind::bricks, "bricks", "boxes of what is kept of the media"}};
+    InspectionInfo{Kind::bricks, "bricks", "boxes of what is kept of the media"},
+    InspectionInfo{Kind::layers, "layers", "transparent layers of a pixel"}};
 
 }  // namespace
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include <fumarole/bounds.h>
 #include <fumarole/frame.h>
@@ -42,6 +43,18 @@ struct FrameScene {
     std::uint64_t life_id = 0;
 };
 
+/// Where in a frame it is asked what the media do before other depths than the surfaces'.
+struct DepthsAsked {
+    /// view_z [m], ascending, at which a march keeps what it has met, between which it is
+    /// interpolated; empty: it is not asked.
+    std::vector<float> view_z;
+    /// A rectangle of the picture, pixels from the lower left.
+    struct Area {
+        glm::dvec2 low{0}, high{0};
+    };
+    std::vector<Area> areas;  ///< nowhere else
+};
+
 /// A frame with all that follows from it, its settings and its scene.
 struct PreparedFrame {
     Frame host;
@@ -63,6 +76,8 @@ struct PreparedFrame {
     /// Texels of it beyond the picture on each side, so that the upsample finds all its taps at the
     /// picture's edge; 2017 had none and repeated its last.
     int layer_guard = 0;
+
+    DepthsAsked depths_asked;
 
     /// Drawn so that each variant of the shaders has been drawn with.
     bool prepares = false;

@@ -5,8 +5,10 @@
 #include <fmt/format.h>
 #include <functional>
 #include <glm/gtc/matrix_transform.hpp>
+#include <limits>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "explain.h"
@@ -26,6 +28,9 @@
 #include "surface/surface_painter.h"
 #include "surface/surface_set.h"
 #include "toolbox.h"
+#include "transparent/split_depths.h"
+#include "transparent/transparent_painter.h"
+#include "transparent/transparent_set.h"
 #include "view_state.h"
 #include <fumarole/errors.h>
 
@@ -56,15 +61,30 @@ struct Renderer::Parts {
     Parts(gl::GetProc get_proc, Log log)
         : shared_device{std::make_shared<gl::Device>(get_proc, std::move(log))},
           device{*shared_device}, programs{device}, timers{device}, surfaces{device}, media{device},
-          lights{device, programs}, volumes{device, programs, timers},
-          fullscreen{device, "fullscreen"}, picture{device, "picture"}, color{device, "colour"},
-          frame_block{device, "frame"}, depth_sampler{device, "scene depth"},
-          blue_noise{pass::make_blue_noise(device)}, surface_painter{device}
+          lights{device, programs}, volumes{device, programs, timers}, fullscreen{device,
+                                                                                  "fullscreen"},
+          picture{device, "picture"}, color{device, "colour"}, frame_block{device, "frame"},
+          depth_sampler{device, "scene depth"}, blue_noise{pass::make_blue_noise(device)},
+          surface_painter{device}, transparents{device}, transparent_painter{device}
     {
     }
 
     [[nodiscard]] int texture_units() const { return GRID_UNIT + media.texture_units(); }
     [[nodiscard]] FrameScene frame_scene() const;
+    /// Storage buffers that a frame uses.
+    [[nodiscard]] int storages() const { return transparents.empty() ? 0 : STORAGE_COUNT; }
+    /// Has a march keep what it meets before the transparents of a frame.
+    void ask_depths(PreparedFrame& prepared,
+                    std::span<const transparent::SeenTransparent> seen) const;
+    [[nodiscard]] std::string explain_transparents(const FrameSettings& settings) const;
+    /// Draws them into the view's lists. @returns whether there are any
+    bool list_transparents(View::State& view, const PreparedFrame& prepared,
+                           std::span<const transparent::SeenTransparent> seen);
+    /// And lays them over a frame's picture. @param layers what media do in it; null: none is in
+    /// view
+    void draw_transparents(View::State& view, const PreparedFrame& prepared,
+                           std::span<const transparent::SeenTransparent> seen,
+                           resolve::Layers* layers);
     /// Settles a frame and binds what all passes read of it, the media and the lights too where it
     /// sees a medium.
     PreparedFrame begin(const View::State& view, const Frame& frame, const FrameSettings& s);
@@ -110,6 +130,10 @@ struct Renderer::Parts {
     SceneWork reported;                                     ///< as far as take_report() has told
     SceneSettings scene_settings;
     surface::SurfacePainter surface_painter;
+    transparent::TransparentSet transparents;
+    transparent::TransparentPainter transparent_painter;
+    std::weak_ptr<transparent::FragmentLists> last_lists;  ///< of the view that was drawn last
+    std::uint64_t last_volume_at_bytes = 0;                ///< likewise, Layers::volume_at_bytes()
     const Toolbox tools{device,      programs,      timers,         media,
                         lights,      volumes,       scene_settings, fullscreen,
                         frame_block, depth_sampler, blue_noise,     sun_shades};
@@ -137,6 +161,67 @@ PreparedFrame Renderer::Parts::begin(const View::State& view, const Frame& frame
     const auto time = timers.scope("light volumes");
     volumes.bind(eye.position, eye.forward, eye.perspective, media);
     return prepared;
+}
+
+void Renderer::Parts::ask_depths(PreparedFrame& prepared,
+                                 std::span<const transparent::SeenTransparent> seen) const
+{
+    if (seen.empty() || prepared.settings.mode != Settings::Mode::raymarch)
+        return;
+    glm::dvec2 range = seen.front().view_z;
+    for (const transparent::SeenTransparent& one : seen) {
+        range = {std::min(range.x, one.view_z.x), std::max(range.y, one.view_z.y)};
+        prepared.depths_asked.areas.push_back(one.area);
+    }
+    if (prepared.settings.transparency != Settings::Transparency::split)
+        range.y = std::numeric_limits<double>::infinity();  // they ask for the surface's depth too
+    prepared.depths_asked.view_z =
+        transparent::split_depths(media.occupied(), prepared, range, prepared.settings.splits);
+}
+
+bool Renderer::Parts::list_transparents(View::State& view, const PreparedFrame& prepared,
+                                        std::span<const transparent::SeenTransparent> seen)
+{
+    last_lists.reset();
+    if (seen.empty()) {
+        if (transparents.empty())
+            view.lists.reset();
+        return false;
+    }
+    if (view.lists == nullptr)
+        view.lists = std::make_shared<transparent::FragmentLists>(device);
+    last_lists = view.lists;
+    transparent_painter.fill(tools, transparents, seen, *view.lists, prepared);
+    return true;
+}
+
+void Renderer::Parts::draw_transparents(View::State& view, const PreparedFrame& prepared,
+                                        std::span<const transparent::SeenTransparent> seen,
+                                        resolve::Layers* layers)
+{
+    last_volume_at_bytes = layers != nullptr ? layers->volume_at_bytes() : 0;
+    if (!list_transparents(view, prepared, seen))
+        return;
+    const Frame& host = prepared.host;
+    const transparent::Resolved resolved{picture, host.target ? host.target : host.color, GL_ONE,
+                                         transparents.reads_picture()};
+    transparent_painter.resolve(tools, *view.lists, layers, resolved, prepared);
+}
+
+std::string Renderer::Parts::explain_transparents(const FrameSettings& settings) const
+{
+    constexpr double kMegabyte = 1e6;
+    std::string line =
+        fmt::format("transparents: {}, in a list of fragments a pixel", transparents.size());
+    if (const auto lists = last_lists.lock())
+        line += fmt::format(", {:.1f} MB in the last view",
+                            static_cast<double>(lists->bytes()) / kMegabyte);
+    if (settings.mode == Settings::Mode::froxel)
+        return line + "; what media do before each is looked up in the froxels";
+    line += fmt::format("; the march keeps what it has met at {} depths", settings.splits);
+    if (last_volume_at_bytes > 0)
+        line += fmt::format(", {:.1f} MB", static_cast<double>(last_volume_at_bytes) / kMegabyte);
+    return line;
 }
 
 View::State& Renderer::Parts::state_of(const View& view)
@@ -215,10 +300,17 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 void Renderer::set_scene(const Scene& scene, const SceneSettings& settings)
 {
     check(settings);
-    const auto& drawn = parts_->drawn;
+    auto& drawn = parts_->drawn;
     const bool anew = !drawn || drawn->settings != settings;
     if (!anew && same_content(drawn->scene, scene))
         return;
+    if (!anew && drawn->scene.transparents != scene.transparents) {
+        // Nothing else sees them.
+        parts_->transparents.set(scene.transparents);
+        drawn->scene.transparents = scene.transparents;
+        if (same_content(drawn->scene, scene))
+            return;
+    }
     const gl::StateGuard guard(parts_->device, GRID_UNIT, BLOCK_COUNT, 0);
     parts_->scene_settings = settings;
     try {
@@ -226,6 +318,8 @@ void Renderer::set_scene(const Scene& scene, const SceneSettings& settings)
             parts_->media.set(scene, settings);
         if (anew || drawn->scene.surfaces != scene.surfaces)
             parts_->surfaces.set(scene.surfaces);
+        if (anew)
+            parts_->transparents.set(scene.transparents);
         parts_->lights.set(scene, parts_->surfaces, parts_->media.bounds(), settings.shadow_map,
                            parts_->media.traits().marched > 0);
         const gl::StateGuard all_units(parts_->device, parts_->texture_units(), BLOCK_COUNT,
@@ -235,6 +329,7 @@ void Renderer::set_scene(const Scene& scene, const SceneSettings& settings)
     } catch (...) {  // half a scene is none
         parts_->media.clear();
         parts_->surfaces.set({});
+        parts_->transparents.set({});
         parts_->lights.clear();
         parts_->volumes.clear();
         parts_->drawn.reset();
@@ -264,17 +359,24 @@ void Renderer::composite(View& view, const Frame& frame, const FrameSettings& se
     Parts& parts = *parts_;
     const auto timed = parts.timers.frame(frame.index);
     View::State& state = parts.state_of(view);
-    if (parts.media.empty() && !frame.target)
+    const bool empty = parts.media.empty() && parts.transparents.empty();
+    if (empty && !frame.target)
         return;
-    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT,
+                               parts.storages());
     const Picture picture(parts, frame);
-    if (parts.media.empty())
+    if (empty)
         return;
-    const PreparedFrame prepared = parts.begin(state, frame, settings);
-    if (!prepared.sees_media)
+    PreparedFrame prepared = parts.begin(state, frame, settings);
+    const std::vector<transparent::SeenTransparent> seen = parts.transparents.look(prepared);
+    if (!prepared.sees_media) {
+        parts.draw_transparents(state, prepared, seen, nullptr);
         return;
+    }
+    parts.ask_depths(prepared, seen);
     state.draw(prepared, parts.tools);
     resolve::composite(parts.tools, *state.layers, parts.picture, prepared);
+    parts.draw_transparents(state, prepared, seen, state.layers.get());
     parts.last_history = view.history();
     if (parts.volumes.has_more()) {
         const auto time = parts.timers.scope("light volumes, anew");
@@ -289,14 +391,20 @@ InspectionLegend Renderer::inspect(View& view, const Frame& frame, const FrameSe
     Parts& parts = *parts_;
     const auto timed = parts.timers.frame(frame.index);
     View::State& state = parts.state_of(view);
-    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT,
+                               parts.storages());
     const Picture picture(parts, frame);
     const PreparedFrame prepared = parts.begin(state, frame, settings);
     if (!state.holds(prepared))
         state.drawn.reset();
+    const bool listed = inspection.kind == Inspection::Kind::layers &&
+                        parts.list_transparents(state, prepared, parts.transparents.look(prepared));
+    const auto draw_counts = [&] {
+        parts.transparent_painter.draw_counts(parts.tools, listed ? state.lists.get() : nullptr);
+    };
     InspectionLegend legend =
         resolve::inspect(parts.tools, state.layers_for(prepared.settings.mode, parts.tools),
-                         parts.picture, prepared, inspection);
+                         parts.picture, prepared, inspection, draw_counts);
     parts.last_history = view.history();
     return legend;
 }
@@ -333,6 +441,48 @@ LayerImages Renderer::read_layers(View& view, const Frame& frame, const FrameSet
                        gl::read_texture(gl, textures.transmittance, 3)};
     if (!held)
         state.drop_full_size();
+    return images;
+}
+
+TransparentImages Renderer::read_transparents(View& view, const Frame& frame,
+                                              const FrameSettings& settings)
+{
+    check(frame, settings);
+    Parts& parts = *parts_;
+    View::State& state = parts.state_of(view);
+    if (parts.transparents.empty())
+        return {};
+    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT,
+                               parts.storages());
+    PreparedFrame prepared = parts.begin(state, frame, settings);
+    const std::vector<transparent::SeenTransparent> seen = parts.transparents.look(prepared);
+    if (seen.empty()) {
+        const auto values = 3 * static_cast<std::size_t>(prepared.picture_size.x) *
+                            static_cast<std::size_t>(prepared.picture_size.y);
+        return {std::vector<float>(values, 0.0f), std::vector<float>(values, 1.0f)};
+    }
+    if (state.lists == nullptr || (prepared.sees_media && !state.holds(prepared)))
+        throw Error("the view holds no transparents of such a frame: its last one was of another "
+                    "size or had other settings; call composite() with this one first");
+    const gl::TextureView picture = frame.target ? frame.target : frame.color;
+    const gl::Texture texture =
+        gl::Texture::make_2d(parts.device, "what transparents did", prepared.picture_size,
+                             GL_RGBA32F, gl::Filter::nearest);
+    gl::Framebuffer framebuffer(parts.device, "what transparents did");
+    framebuffer.attach_color({texture.view()});
+    const auto read = [&](float nothing, GLenum of_added) {
+        const std::array<GLfloat, 4> value{nothing, nothing, nothing, 1};
+        parts.device->ClearNamedFramebufferfv(framebuffer.id(), GL_COLOR, 0, value.data());
+        const transparent::Resolved resolved{framebuffer, picture, of_added,
+                                             parts.transparents.reads_picture(), true};
+        parts.transparent_painter.resolve(parts.tools, *state.lists,
+                                          prepared.sees_media ? state.layers.get() : nullptr,
+                                          resolved, prepared);
+        return gl::read_texture(parts.device, texture.view(), 3);
+    };
+    TransparentImages images;
+    images.added = read(0, GL_ONE);
+    images.kept = read(1, GL_ZERO);
     return images;
 }
 
@@ -380,7 +530,10 @@ void Renderer::draw_surfaces(const Frame& frame, const FrameSettings& settings, 
 std::vector<std::string> Renderer::explain(const FrameSettings& settings) const
 {
     const auto surfaces = static_cast<int>(parts_->surfaces.instances().size());
-    return fumarole::explain(parts_->tools, surfaces, settings);
+    std::vector<std::string> lines = fumarole::explain(parts_->tools, surfaces, settings);
+    if (!parts_->transparents.empty())
+        lines.push_back(parts_->explain_transparents(settings));
+    return lines;
 }
 
 const medium::MediaTraits& Renderer::media_traits() const
@@ -473,6 +626,7 @@ FrameReport Renderer::take_report()
     report.gpu_bytes = parts_->device.bytes();
     report.allocations = parts_->device.allocations();
     report.history = parts_->last_history;
+    report.transparents = fragment_count();
     const SceneWork before = std::exchange(parts_->reported, parts_->work());
     const SceneWork& now = parts_->reported;
     report.work = {
@@ -480,6 +634,15 @@ FrameReport Renderer::take_report()
         now.shadow_views - before.shadow_views,     now.extinctions - before.extinctions,
         now.depth_layers - before.depth_layers,     now.world_volumes - before.world_volumes};
     return report;
+}
+
+FragmentCount Renderer::fragment_count() const
+{
+    const auto lists = parts_->last_lists.lock();
+    if (lists == nullptr)
+        return {};
+    const transparent::FragmentLists::Count count = lists->count();
+    return {count.fragments, count.lost};
 }
 
 const gl::Device& Renderer::device() const

@@ -100,7 +100,8 @@ std::vector<float> view_depth(const Frame& frame, const PicturePart& part,
 }
 
 /// RGBA of Still::foreground for one frame.
-std::vector<float> without_sky(const LayerImages& layers, const std::vector<float>& lit,
+std::vector<float> without_sky(const LayerImages& layers, const TransparentImages& transparents,
+                               const std::vector<float>& lit,
                                const std::vector<float>& window_depth)
 {
     std::vector<float> rgba;
@@ -109,8 +110,12 @@ std::vector<float> without_sky(const LayerImages& layers, const std::vector<floa
         float alpha = 0;
         for (std::size_t c = 0; c < 3; ++c) {
             const float through = layers.transmittance[i * 3 + c];
-            rgba.push_back(layers.scattering[i * 3 + c] + (sky ? 0.0f : through * lit[i * 4 + c]));
-            alpha += (sky ? 1.0f - through : 1.0f) / 3.0f;
+            const float behind =
+                layers.scattering[i * 3 + c] + (sky ? 0.0f : through * lit[i * 4 + c]);
+            const bool none = transparents.kept.empty();
+            const float kept = none ? 1.0f : transparents.kept[i * 3 + c];
+            rgba.push_back(none ? behind : kept * behind + transparents.added[i * 3 + c]);
+            alpha += (sky ? 1.0f - (none ? through : kept * through) : 1.0f) / 3.0f;
         }
         rgba.push_back(alpha);
     }
@@ -380,6 +385,12 @@ Settings SceneRenderer::settled(const Scene& scene, const Settings& settings)
     return settled;
 }
 
+bool SceneRenderer::has_lost_fragments()
+{
+    renderer_.wait_until_ready();
+    return renderer_.fragment_count().lost > 0;
+}
+
 /// A part of a picture that is to be drawn.
 struct SceneRenderer::Drawing {
     const Scene& scene;
@@ -428,8 +439,9 @@ Still SceneRenderer::render(const Scene& scene, const Settings& asked,
             add_cost(*report, cost);
         still.frames = part.frames;
         Pasting pasting(still, parts[i], size.y - region.y - region.height, region.x);
-        for (const auto picture : {&Still::composite, &Still::scattering, &Still::transmittance,
-                                   &Still::surface, &Still::surface_lit})
+        for (const auto picture :
+             {&Still::composite, &Still::scattering, &Still::transmittance, &Still::surface,
+              &Still::surface_lit, &Still::transparents, &Still::transparents_kept})
             pasting.paste(picture, part, 3);
         pasting.paste(&Still::depth, part, 1);
         pasting.paste(&Still::foreground, part, 4);
@@ -534,9 +546,11 @@ Still SceneRenderer::draw_part(const Drawing& drawing, const StillOptions& optio
     }
     still.width = part.keep_size.x;
     still.height = part.keep_size.y;
+    const bool transparent = options.layers && !scene.transparents.empty();
     const bool layered = options.layers, halved = static_cast<bool>(options.enough);
     Mean composite(part, 3), scattering(part, 3, layered), transmittance(part, 3, layered),
         surface(part, 3, layered), surface_lit(part, 3, layered),
+        transparents(part, 3, transparent), kept(part, 3, transparent),
         foreground(part, 4, options.foreground), first(part, 3, halved);
     constexpr int kFewest = 8;  // so that edges of surfaces are smooth, which no one measures
     for (int i = 0; i < options.aa; ++i) {
@@ -559,6 +573,11 @@ Still SceneRenderer::draw_part(const Drawing& drawing, const StillOptions& optio
         if (options.layers)
             surface_lit.add(lit);
         renderer_.composite(*view, frame, settings);
+        if (!scene.transparents.empty() && view == &stills_ && has_lost_fragments()) {
+            // There is room for them now; a still has no frame that comes after.
+            renderer_.draw_surfaces(frame, settings, true);
+            renderer_.composite(*view, frame, settings);
+        }
         if (timed) {
             const FrameReport one = timed_report();
             renderer_.set_timing(Timing::off);
@@ -573,15 +592,20 @@ Still SceneRenderer::draw_part(const Drawing& drawing, const StillOptions& optio
         still.frames = i + 1;
         if (options.layers || options.foreground) {
             const LayerImages layers = renderer_.read_layers(*view, frame, settings);
+            const TransparentImages added = renderer_.read_transparents(*view, frame, settings);
             if (options.layers) {
                 scattering.add(layers.scattering);
                 transmittance.add(layers.transmittance);
+                if (transparent) {
+                    transparents.add(added.added);
+                    kept.add(added.kept);
+                }
             }
             const std::vector<float> window_depth = gl::read_texture(gl, depth.view(), 1, true);
             if (options.layers && i == 0)
                 still.depth = view_depth(frame, part, window_depth);
             if (options.foreground)
-                foreground.add(without_sky(layers, lit, window_depth));
+                foreground.add(without_sky(layers, added, lit, window_depth));
         }
         if (options.enough && std::has_single_bit(static_cast<unsigned>(still.frames))) {
             if (still.frames >= kFewest && options.enough({still.frames, still.width, first.get(),
@@ -600,6 +624,10 @@ Still SceneRenderer::draw_part(const Drawing& drawing, const StillOptions& optio
         still.transmittance = transmittance.get();
         still.surface = surface.get();
         still.surface_lit = surface_lit.get();
+        if (transparent) {
+            still.transparents = transparents.get();
+            still.transparents_kept = kept.get();
+        }
     }
     if (options.foreground)
         still.foreground = foreground.get();

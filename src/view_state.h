@@ -10,6 +10,7 @@
 #include "gl/framebuffer.h"
 #include "gl/texture.h"
 #include "resolve/layers.h"
+#include "transparent/fragment_lists.h"
 
 namespace fumarole {
 
@@ -30,6 +31,9 @@ struct View::State {
     std::optional<Drawn> drawn;
     gl::Texture full_scattering, full_transmittance;
     gl::Framebuffer framebuffer;
+    /// Of transparents; none until a frame has some. Whoever asks for their number may outlive
+    /// them.
+    std::shared_ptr<transparent::FragmentLists> lists;
 
     /// The layers for frames in a mode: new ones if it was drawn in another before.
     resolve::Layers& layers_for(Settings::Mode wanted, const Toolbox& tools);

@@ -162,6 +162,12 @@ bool is_png(const std::string& output)
 Picture picture_of(const Still& still)
 {
     Picture picture = common_targets(still);
+    const auto add = [&](const std::string& name, const std::vector<float>& pixels) {
+        if (!pixels.empty())
+            picture.targets.push_back({name, {name + ".R", name + ".G", name + ".B"}, &pixels});
+    };
+    add("transparents", still.transparents);
+    add("transparents_kept", still.transparents_kept);
     if (!still.foreground.empty())
         picture.targets.front() = {kComposite, {"R", "G", "B", "A"}, &still.foreground};
     return picture;
@@ -234,7 +240,7 @@ float exposure_of(const std::string& target, const Image& image, std::optional<f
 {
     if (asked)
         return *asked;
-    if (target == "transmittance")
+    if (target == "transmittance" || target == "transparents_kept")
         return 0;
     return write::auto_exposure(target == "depth" ? without_sky(image) : image);
 }

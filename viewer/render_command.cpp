@@ -60,6 +60,11 @@ struct RenderOptions {
     [[nodiscard]] bool reference() const { return mode == "reference"; }
 };
 
+bool is_of_transparents(const std::string& target)
+{
+    return target == "transparents" || target == "transparents_kept";
+}
+
 /// A word that only the other mode understands is a mistake, not a wish to be passed over.
 void check_mode(const RenderOptions& options, const CLI::App& command)
 {
@@ -73,6 +78,11 @@ void check_mode(const RenderOptions& options, const CLI::App& command)
             throw UsageError("--target error: is for --mode reference, which estimates its error");
         return;
     }
+    if (is_of_transparents(options.target))
+        throw UsageError(
+            fmt::format("--target {}: is for OpenGL; the composite of --mode reference "
+                        "has the transparents",
+                        options.target));
     constexpr const char* kWhy = "is for OpenGL; --mode reference has no such thing, it "
                                  "takes --tolerance, --region, --bounces and --aa";
     for (const char* name :
@@ -798,6 +808,8 @@ std::optional<Inspection> inspection_of(const RenderOptions& options, const Sett
 asset::LoadedScene load(const RenderOptions& options)
 {
     asset::LoadedScene loaded = load_input({options.input, options.size, options.grid, options.up});
+    if (is_of_transparents(options.target) && loaded.scene.transparents.empty())
+        throw UsageError(fmt::format("--target {}: the scene has no transparents", options.target));
     if (!options.save_scene.empty())
         asset::save_scene(loaded.scene, options.save_scene);
     if (!options.json) {
@@ -896,7 +908,7 @@ void add_render(CLI::App& app, const std::string& line)
     command->add_option("--seed", o.seed, "another seed, other jitter [0]");
     command->add_option("--target", o.target, "write one target alone as RGB")
         ->check(CLI::IsMember({"composite", "scattering", "transmittance", "surface", "surface_lit",
-                               "depth", "error"}));
+                               "transparents", "transparents_kept", "depth", "error"}));
     std::string kinds;
     for (const InspectionInfo& info : inspection_table())
         kinds += fmt::format("{}{} ({})", kinds.empty() ? "" : ", ", info.name, info.help);

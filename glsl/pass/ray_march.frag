@@ -7,15 +7,18 @@
 //        media depth    kMediaDepth: where what the ray sees of the media lies, mean and standard deviation, as
 //                       fractions of their range of view depth; -1: there are none on its way. In the alphas,
 //                       or, kMonochrome, in the second target
+//        split layers   kSplits: the same two at the frame's depths (scene/split_depths.glsl), in tiles that ask for it
 #include "lib/step_lattice.glsl"
 #include "shared/step_tile.h"
 #include "scene/in_scattering.glsl"
+#include "scene/split_store.glsl"
 
 // Variant, besides kCountSamples: write the number of media evaluations instead
 const bool kBlueNoise = false;    // sample each step at an offset of its own per pixel, else at its middle
 const bool kCameraRange = false;  // march from near to far and past the scene's depth as 2017 did, sampling the end of
                                   // each step; else only where media are, each step cut exactly at both ends
 const bool kMonochrome = false;
+const bool kSplits = false;
 const bool kMediaDepth = false;   // work out a depth that stands for the ray's media, for march_history.frag
 
 layout(binding = LAYER_DEPTH_UNIT) uniform sampler2D u_layer_depth_tx;
@@ -60,7 +63,25 @@ struct Layer {
     vec3 scattering;
     extinction_t transmittance;
     MediaDepth seen;
+    int split;  // the next depth at which it is to be kept
 };
+
+// Keeps what a ray has met at the depths before step.y; the step, from step.x on, is uniform.
+void keep_splits(inout Layer layer, vec2 step, float length_per_z, vec3 source, extinction_t sigma_t)
+{
+    if (layer.split < u_splits.count && split_view_z(layer.split) < step.y) do {
+        float ds = max(split_view_z(layer.split) - step.x, 0.0) * length_per_z;
+        extinction_t tau = sigma_t * ds;
+        vec3 scattering = layer.scattering + layer.transmittance * source * (ds * slab_weight(tau));
+        extinction_t transmittance = layer.transmittance * exp(-tau);
+        ivec3 texel = ivec3(gl_FragCoord.xy, layer.split);
+        imageStore(u_split_scattering_img, texel,
+                   vec4(min(scattering, vec3(u_frame.radiance_limit)), mean(transmittance)));
+        if (!kMonochrome)
+            imageStore(u_split_transmittance_img, texel, vec4(vec3(transmittance), 1.0));
+        ++layer.split;
+    } while (layer.split < u_splits.count && split_view_z(layer.split) < step.y);
+}
 
 // From step.x to step.y, sampled at `share` of it, z.
 void march(inout Layer layer, MediaLine line, LightLine light, float length_per_z, vec2 step, float share, float z)
@@ -73,6 +94,8 @@ void march(inout Layer layer, MediaLine line, LightLine light, float length_per_
     if (medium.sigma_s != vec3(0.0))
         source += medium.sigma_s *
                   in_scattering_on(light, LightStep(z_lit, step, share, medium.g, medium.sigma_t));
+    if (kSplits)
+        keep_splits(layer, step, length_per_z, source, medium.sigma_t);
     vec3 added = layer.transmittance * source * (ds * slab_weight(tau));
     layer.scattering += added;
     if (kMediaDepth) {
@@ -158,11 +181,15 @@ void main()
     vec2 inside = vec2(u_frame.step_range.x, scene_z);
     if (!kCameraRange)
         inside = media_segment(ray.origin, ray.direction, u_frame.media_range.x, min(scene_z, u_frame.media_range.y));
-    Layer layer = Layer(vec3(0.0), extinction_t(1.0), MediaDepth(inside.x, vec3(0.0), vec3(0.0)));
+    int first_split = kSplits && tile_keeps_depths(tile.w) ? 0 : MAX_SPLITS;
+    Layer layer =
+        Layer(vec3(0.0), extinction_t(1.0), MediaDepth(inside.x, vec3(0.0), vec3(0.0)), first_split);
     if (kCameraRange)
         march_camera_range(layer, line, light, length_per_z, inside, offset);
     else
         march_tile(layer, line, light, length_per_z, inside, offset);
+    if (kSplits)
+        keep_splits(layer, vec2(u_frame.media_range.y, 1e38), 0.0, vec3(0.0), extinction_t(0.0));
 
     vec2 media_depth = kMediaDepth ? media_depth_of(layer.seen, inside.y) : vec2(1.0);
     vec3 scattering = min(layer.scattering, vec3(u_frame.radiance_limit));  // an infinity would spoil its neighbours

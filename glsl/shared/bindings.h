@@ -12,8 +12,10 @@
 #define MARCH_HISTORY_BLOCK FROXEL_BLOCK  // either froxels or a march
 #define LIGHT_VOLUMES_BLOCK 5
 #define FIELD_BLOCK 6
-#define BLOCK_COUNT 7
-#define INSPECT_BLOCK DRAW_BLOCK  // no surface is drawn while a frame is inspected
+#define SPLITS_BLOCK 7
+#define BLOCK_COUNT 8
+#define TRANSPARENT_BLOCK DRAW_BLOCK  // no surface is drawn meanwhile
+#define INSPECT_BLOCK DRAW_BLOCK      // no surface is drawn while a frame is inspected
 
 // Texture units.
 #define SCENE_DEPTH_UNIT 0
@@ -45,6 +47,13 @@
 #define FROXEL_EXTINCTION_UNIT 2
 #define INTEGRATED_SCATTERING_UNIT 1
 #define INTEGRATED_TRANSMITTANCE_UNIT 2
+
+// Transparents, once the march or the froxels are done. What is looked up at a depth has the
+// froxels' units or these.
+#define SPLIT_SCATTERING_UNIT SCATTERING_UNIT
+#define SPLIT_TRANSMITTANCE_UNIT TRANSMITTANCE_UNIT
+#define TRANSPARENT_IMAGE_UNIT 4
+#define PICTURE_UNIT 5
 
 // An inspection's steps read one texture that no other of theirs does.
 #define INSPECTED_UNIT 1
@@ -79,7 +88,15 @@
 #define FROXEL_COUNTS_IMAGE 2
 #define INTEGRATED_SCATTERING_IMAGE 0
 #define INTEGRATED_TRANSMITTANCE_IMAGE 1
+#define SPLIT_SCATTERING_IMAGE 0
+#define SPLIT_TRANSMITTANCE_IMAGE 1
+#define FRAGMENT_LISTS_IMAGE 0
 #define IMAGE_COUNT 4
+
+// Storage buffers.
+#define FRAGMENT_COUNT_BUFFER 0
+#define FRAGMENTS_BUFFER 1
+#define STORAGE_COUNT 2
 
 // Froxels, and columns of them along an edge, that a work group takes.
 #define FROXEL_GROUP_X 8

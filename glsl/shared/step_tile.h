@@ -2,8 +2,11 @@
 // long its steps are. Up to 31 slots of a power of two of splits each, a bit a slot:
 //   x     those to march
 //   y, z  those whose splits are taken four and two at a time
-//   w     the place: the split where slot 0 begins (16 bits), log2 of the splits of a slot (8), and
-//         in the highest bit whether no surface hides a light from any of them
+//   w     the place: the split where slot 0 begins (16 bits), log2 of the splits of a slot (8);
+//   then
+//         whether its rays keep what they have met at the frame's depths
+//         (glsl/shared/split_params.h), and in the highest bit whether no surface hides a light
+//         from any of them
 #pragma once
 #include "shared/types.h"
 FUM_SHARED_BEGIN
@@ -15,6 +18,12 @@ FUM_SHARED_FUNCTION uint tile_place(int first_split, int log2_width, bool lit)
     return uint(first_split) | uint(log2_width) << 16u | (lit ? 0x80000000u : 0u);
 }
 
+const uint kTileKeepsDepths = 0x40000000u;
+
+FUM_SHARED_FUNCTION bool tile_keeps_depths(uint place)
+{
+    return (place & kTileKeepsDepths) != 0u;
+}
 FUM_SHARED_FUNCTION int tile_first_split(uint place)
 {
     return int(place & 0xffffu);

@@ -29,6 +29,13 @@ public:
         handle_.device()->NamedBufferSubData(id(), 0, static_cast<GLsizeiptr>(bytes), data);
     }
 
+    /// Sets all to 0.
+    void clear() const
+    {
+        handle_.device()->ClearNamedBufferData(id(), GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT,
+                                               nullptr);
+    }
+
     void invalidate() const { handle_.device()->InvalidateBufferData(id()); }
 
     [[nodiscard]] GLuint id() const { return handle_.id(); }

@@ -45,11 +45,17 @@ Device::Device(GetProc get_proc, Log log) : log_{std::move(log)}
         gl_.GetIntegerv(name, &value);
         return value;
     };
+    const auto large = [&](GLenum name) {
+        GLint64 value = 0;
+        gl_.GetInteger64v(name, &value);
+        return value;
+    };
     capabilities_ = {.renderer = text(GL_RENDERER),
                      .version = text(GL_VERSION),
                      .software = is_software(text(GL_RENDERER)),
                      .max_texture_2d = limit(GL_MAX_TEXTURE_SIZE),
                      .max_texture_3d = limit(GL_MAX_3D_TEXTURE_SIZE),
+                     .max_storage_bytes = large(GL_MAX_SHADER_STORAGE_BLOCK_SIZE),
                      .max_texture_units = limit(GL_MAX_TEXTURE_IMAGE_UNITS)};
     if (capabilities_.renderer.find("llvmpipe") != std::string::npos)
         capabilities_.max_loop_turns = 65535;

@@ -22,15 +22,18 @@ constexpr std::array kSwitches{GL_DEPTH_TEST,          GL_STENCIL_TEST,
 
 }  // namespace
 
-StateGuard::StateGuard(const Device& device, int units, int blocks, int images)
+StateGuard::StateGuard(const Device& device, int units, int blocks, int images, int storages)
     : gl_{device}, units_(static_cast<std::size_t>(units)),
-      blocks_(static_cast<std::size_t>(blocks)), images_(static_cast<std::size_t>(images))
+      blocks_(static_cast<std::size_t>(blocks)), storages_(static_cast<std::size_t>(storages)),
+      images_(static_cast<std::size_t>(images))
 {
     gl_->GetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &draw_framebuffer_);
     gl_->GetIntegerv(GL_CURRENT_PROGRAM, &program_);
     gl_->GetIntegerv(GL_VERTEX_ARRAY_BINDING, &vertex_array_);
     gl_->GetIntegerv(GL_ACTIVE_TEXTURE, &active_texture_);
     gl_->GetIntegerv(GL_UNIFORM_BUFFER_BINDING, &uniform_buffer_);
+    if (storages > 0)
+        gl_->GetIntegerv(GL_SHADER_STORAGE_BUFFER_BINDING, &storage_buffer_);
     gl_->GetIntegerv(GL_CULL_FACE_MODE, &cull_mode_);
     gl_->GetIntegerv(GL_FRONT_FACE, &front_face_);
     gl_->GetIntegerv(GL_PROVOKING_VERTEX, &provoking_vertex_);
@@ -73,12 +76,17 @@ StateGuard::StateGuard(const Device& device, int units, int blocks, int images)
         gl_->GetIntegerv(GL_SAMPLER_BINDING, &unit.sampler);
         gl_->BindSampler(i, 0);
     }
-    for (GLuint i = 0; i < blocks_.size(); ++i) {
-        Block& block = blocks_[i];
-        gl_->GetIntegeri_v(GL_UNIFORM_BUFFER_BINDING, i, &block.buffer);
-        gl_->GetInteger64i_v(GL_UNIFORM_BUFFER_START, i, &block.offset);
-        gl_->GetInteger64i_v(GL_UNIFORM_BUFFER_SIZE, i, &block.size);
-    }
+    const auto note = [&](std::vector<Block>& of, GLenum binding, GLenum start, GLenum size) {
+        for (GLuint i = 0; i < of.size(); ++i) {
+            Block& block = of[i];
+            gl_->GetIntegeri_v(binding, i, &block.buffer);
+            gl_->GetInteger64i_v(start, i, &block.offset);
+            gl_->GetInteger64i_v(size, i, &block.size);
+        }
+    };
+    note(blocks_, GL_UNIFORM_BUFFER_BINDING, GL_UNIFORM_BUFFER_START, GL_UNIFORM_BUFFER_SIZE);
+    note(storages_, GL_SHADER_STORAGE_BUFFER_BINDING, GL_SHADER_STORAGE_BUFFER_START,
+         GL_SHADER_STORAGE_BUFFER_SIZE);
     for (GLuint i = 0; i < images_.size(); ++i) {
         Image& image = images_[i];
         gl_->GetIntegeri_v(GL_IMAGE_BINDING_NAME, i, &image.texture);
@@ -105,16 +113,21 @@ StateGuard::~StateGuard()
                               image.layer, static_cast<GLenum>(image.access),
                               static_cast<GLenum>(image.format));
     }
-    for (GLuint i = 0; i < blocks_.size(); ++i) {
-        const Block& block = blocks_[i];
-        const auto buffer = static_cast<GLuint>(block.buffer);
-        if (block.size > 0)
-            gl_->BindBufferRange(GL_UNIFORM_BUFFER, i, buffer, static_cast<GLintptr>(block.offset),
-                                 static_cast<GLsizeiptr>(block.size));
-        else
-            gl_->BindBufferBase(GL_UNIFORM_BUFFER, i, buffer);
-    }
-    gl_->BindBuffer(GL_UNIFORM_BUFFER, static_cast<GLuint>(uniform_buffer_));
+    const auto put_back = [&](GLenum target, const std::vector<Block>& blocks, GLint generic) {
+        for (GLuint i = 0; i < blocks.size(); ++i) {
+            const Block& block = blocks[i];
+            const auto buffer = static_cast<GLuint>(block.buffer);
+            if (block.size > 0)
+                gl_->BindBufferRange(target, i, buffer, static_cast<GLintptr>(block.offset),
+                                     static_cast<GLsizeiptr>(block.size));
+            else
+                gl_->BindBufferBase(target, i, buffer);
+        }
+        gl_->BindBuffer(target, static_cast<GLuint>(generic));
+    };
+    put_back(GL_UNIFORM_BUFFER, blocks_, uniform_buffer_);
+    if (!storages_.empty())
+        put_back(GL_SHADER_STORAGE_BUFFER, storages_, storage_buffer_);
     for (GLuint i = 0; i < units_.size(); ++i) {
         const Unit& unit = units_[i];
         gl_->ActiveTexture(GL_TEXTURE0 + i);

@@ -22,9 +22,9 @@ namespace fumarole::gl {
 /// that it deleted, or linked anew in vain, while it is in use: GL lets go of it when ours is used.
 class StateGuard {
 public:
-    /// Texture units 0..units-1, uniform blocks 0..blocks-1 and image units 0..images-1 are ours
-    /// while it lives.
-    StateGuard(const Device& device, int units, int blocks, int images);
+    /// Texture units 0..units-1, uniform blocks 0..blocks-1, image units 0..images-1 and storage
+    /// buffers 0..storages-1 are ours while it lives.
+    StateGuard(const Device& device, int units, int blocks, int images, int storages = 0);
     ~StateGuard();
     StateGuard(const StateGuard&) = delete;
     StateGuard& operator=(const StateGuard&) = delete;
@@ -53,11 +53,11 @@ private:
     const Device& gl_;
     std::vector<GLboolean> enabled_;
     std::vector<Unit> units_;
-    std::vector<Block> blocks_;
+    std::vector<Block> blocks_, storages_;
     std::vector<Image> images_;
     std::array<Blend, kDrawBuffers> blend_{};
     GLint draw_framebuffer_ = 0, program_ = 0, vertex_array_ = 0, active_texture_ = 0;
-    GLint uniform_buffer_ = 0, provoking_vertex_ = 0;
+    GLint uniform_buffer_ = 0, storage_buffer_ = 0, provoking_vertex_ = 0;
     GLint cull_mode_ = 0, front_face_ = 0, depth_func_ = 0, clip_origin_ = 0, clip_depth_ = 0;
     std::array<GLint, 2> polygon_mode_{};
     std::array<GLfloat, 4> viewport_{};

@@ -41,6 +41,12 @@ public:
     /// @param bytes of all texels
     void stage(GLenum format, GLenum type, const void* data, std::size_t bytes);
 
+    /// Sets all texels to one; `format` and `type` describe it.
+    void clear(GLenum format, GLenum type, const void* texel) const
+    {
+        handle_.device()->ClearTexImage(id(), 0, format, type, texel);
+    }
+
     /// All texels as floats, `channels` of each (1, 3 or 4), first row first.
     [[nodiscard]] std::vector<float> read(int channels) const;
 

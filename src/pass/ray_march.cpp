@@ -70,6 +70,69 @@ void RayMarch::resize(const PreparedFrame& frame)
         framebuffer_.attach_color({scattering_.view()});
 }
 
+void RayMarch::resize_splits(const PreparedFrame& frame)
+{
+    const std::vector<float>& depths = frame.depths_asked.view_z;
+    if (depths.empty()) {
+        split_scattering_ = {};
+        split_transmittance_ = {};
+        return;
+    }
+    const gl::Device& gl = tools_.device;
+    const glm::ivec3 size(size_, static_cast<int>(depths.size()));
+    const bool fine = format_ == Settings::Format::rgba32f;
+    const GLenum format = fine ? GL_RGBA32F : GL_RGBA16F;  // those with an alpha
+    const auto make = [&](gl::Texture& texture, const char* label, bool wanted) {
+        if (!wanted)
+            texture = {};
+        else if (texture.size() != size || fine != fine_splits_)
+            texture = gl::Texture::make_2d_array(gl, label, size, format, gl::Filter::linear);
+    };
+    make(split_scattering_, "split scattering", true);
+    make(split_transmittance_, "split transmittance", !monochrome_);
+    fine_splits_ = fine;
+    shared::SplitParams params{};
+    params.count = size.z;
+    for (int k = 0; k < size.z; ++k)
+        params.view_z[k / 4][k % 4] = depths[static_cast<std::size_t>(k)];
+    split_block_.write(params);
+    gl->BindBufferBase(GL_UNIFORM_BUFFER, SPLITS_BLOCK, split_block_.id());
+    // What no ray writes, as where there is no medium.
+    constexpr std::array<GLfloat, 4> kNothing{0, 0, 0, 1}, kAll{1, 1, 1, 1};
+    split_scattering_.clear(GL_RGBA, GL_FLOAT, kNothing.data());
+    if (split_transmittance_)
+        split_transmittance_.clear(GL_RGBA, GL_FLOAT, kAll.data());
+    const auto bind_image = [&](GLuint unit, const gl::Texture& texture) {
+        if (texture)
+            gl->BindImageTexture(unit, texture.id(), 0, GL_TRUE, 0, GL_WRITE_ONLY, format);
+    };
+    bind_image(SPLIT_SCATTERING_IMAGE, split_scattering_);
+    bind_image(SPLIT_TRANSMITTANCE_IMAGE, split_transmittance_);
+}
+
+std::uint64_t RayMarch::split_bytes() const
+{
+    std::uint64_t texels = 0;
+    for (const gl::Texture* texture : {&split_scattering_, &split_transmittance_})
+        texels += static_cast<std::uint64_t>(texture->size().x) *
+                  static_cast<std::uint64_t>(texture->size().y) *
+                  static_cast<std::uint64_t>(texture->size().z);
+    return texels * (fine_splits_ ? 16 : 8);
+}
+
+gl::Defines RayMarch::bind_split_layers() const
+{
+    depth_.bind(LAYER_DEPTH_UNIT);
+    split_scattering_.bind(SPLIT_SCATTERING_UNIT);
+    split_transmittance_.bind(SPLIT_TRANSMITTANCE_UNIT);
+    tools_.device->BindBufferBase(GL_UNIFORM_BUFFER, SPLITS_BLOCK, split_block_.id());
+    gl::Defines defines{{"kLayerScale", fmt::format("{}", scale_)}};
+    if (monochrome_)
+        defines.emplace_back("kMonochrome", "");
+    defines.add_file("written/volume_at.glsl", "#include \"scene/volume_at_splits.glsl\"\n");
+    return defines;
+}
+
 void RayMarch::draw_layer_depth(const PreparedFrame& frame)
 {
     resize(frame);
@@ -92,6 +155,7 @@ void RayMarch::draw(const PreparedFrame& frame)
     tools_.check_loops(frame.settings.steps, frame.settings.shadow_steps);
     draw_layer_depth(frame);
     const auto time = tools_.timers.scope("ray march");
+    resize_splits(frame);
     framebuffer_.bind(size_);
     const gl::Device& gl = tools_.device;
     constexpr std::array<GLfloat, 4> kNothing{0, 0, 0, 1}, kAll{1, 1, 1, 1};
@@ -101,7 +165,11 @@ void RayMarch::draw(const PreparedFrame& frame)
     gl::Defines defines = march_defines(frame.settings);
     if (has_media_depth_)
         defines.emplace_back("kMediaDepth", "");
+    if (split_scattering_)
+        defines.emplace_back("kSplits", "");
     tiles_.draw_march(kMarch, defines);
+    if (split_scattering_)  // for lookups
+        gl->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
 }
 
 MarchedLayer RayMarch::layer() const

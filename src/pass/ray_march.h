@@ -1,9 +1,11 @@
 #pragma once
 
+#include "gl/buffer.h"
 #include "gl/framebuffer.h"
 #include "gl/texture.h"
 #include "pass/step_tiles.h"
 #include "pass/volume_pass.h"
+#include "shared/split_params.h"
 
 namespace fumarole::pass {
 
@@ -27,7 +29,10 @@ struct MarchedLayer {
 /// Eevee's design of July 2017; glsl/pass/ray_march.frag.
 class RayMarch : public VolumePass {
 public:
-    explicit RayMarch(const Toolbox& tools) : VolumePass{tools}, tiles_{tools} {}
+    explicit RayMarch(const Toolbox& tools)
+        : VolumePass{tools}, tiles_{tools}, split_block_{tools.device, "split depths"}
+    {
+    }
     void draw(const PreparedFrame& frame) override;
     gl::Texture sample_counts(const PreparedFrame& frame) override;
     void show_samples(const PreparedFrame& frame, const gl::Texture& counts) override;
@@ -35,8 +40,14 @@ public:
     /// What the last draw() marched.
     [[nodiscard]] MarchedLayer layer() const;
 
+    /// Binds what it kept at the frame's depths (PreparedFrame::depths_asked), to be looked up:
+    /// glsl/scene/volume_at_splits.glsl, which written/volume_at.glsl of the variant names.
+    [[nodiscard]] gl::Defines bind_split_layers() const;
+    [[nodiscard]] std::uint64_t split_bytes() const;
+
 private:
     void resize(const PreparedFrame& frame);
+    void resize_splits(const PreparedFrame& frame);
     void draw_layer_depth(const PreparedFrame& frame);
     [[nodiscard]] gl::Defines march_defines(const FrameSettings& settings) const;
 
@@ -48,6 +59,9 @@ private:
     StepTiles tiles_;
     gl::Texture depth_, scattering_, transmittance_;  ///< as MarchedLayer has them
     gl::Framebuffer depth_framebuffer_, framebuffer_;
+    gl::Texture split_scattering_, split_transmittance_;  ///< a layer a depth; monochrome: one
+    bool fine_splits_ = false;                            ///< of 32 bits
+    gl::UniformBuffer<shared::SplitParams> split_block_;
 };
 
 }  // namespace fumarole::pass

@@ -149,6 +149,7 @@ void StepTiles::set(const PreparedFrame& frame)
                       view.slots.tile({.slots = view.slots.all()}));
         }
     }
+    mark_depths_asked(frame);
     const auto marching = [](const glm::uvec4& tile) { return tile.x != 0; };
     const auto lit = [](const glm::uvec4& tile) { return StepSlots::is_lit(tile); };
     const std::vector<glm::uvec4>& texels = march_.texels;
@@ -158,6 +159,19 @@ void StepTiles::set(const PreparedFrame& frame)
     upload("tiles that march", march_);
     upload("tiles with depth", depth_);
     upload("tiles of the picture", picture_);
+}
+
+void StepTiles::mark_depths_asked(const PreparedFrame& frame)
+{
+    constexpr double kTaps = 2;  // texels around a pixel that a lookup reads
+    const double scale = frame.settings.resolution;
+    const glm::dvec2 offset = frame.host.layer_offset - glm::dvec2(frame.layer_guard);
+    for (const DepthsAsked::Area& area : frame.depths_asked.areas)
+        for_tiles(area.low / scale - offset - kTaps, area.high / scale - offset + kTaps, kLayerTile,
+                  march_.count, [&](std::size_t i) {
+                      if (march_.texels[i].x != 0)
+                          march_.texels[i].w |= shared::kTileKeepsDepths;
+                  });
 }
 
 void StepTiles::see_media(const View& view)

@@ -56,6 +56,8 @@ private:
         double longest = std::numeric_limits<double>::infinity();  ///< step [m]
         double most = 0;                                           ///< extinction [1/m]
     };
+    /// Those whose rays keep what they have met at the frame's depths.
+    void mark_depths_asked(const PreparedFrame& frame);
     void see_media(const View& view);
     void choose_steps(const View& view);
     void want_depths(const View& view);

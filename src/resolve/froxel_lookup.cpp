@@ -4,18 +4,35 @@
 
 namespace fumarole::resolve {
 
-void look_up(const Toolbox& tools, const PreparedFrame& frame,
-             const pass::IntegratedFroxels& froxels, Layer layer)
+namespace {
+
+gl::Defines bind_integrated(const PreparedFrame& frame, const pass::IntegratedFroxels& froxels)
 {
     gl::Defines defines = froxels.storage;
     if (frame.settings.lookup == Settings::Lookup::tricubic)
         defines.emplace_back("kTricubic", "");
+    froxels.scattering->bind(INTEGRATED_SCATTERING_UNIT);
+    froxels.transmittance->bind(INTEGRATED_TRANSMITTANCE_UNIT);
+    return defines;
+}
+
+}  // namespace
+
+gl::Defines bind_lookup(const PreparedFrame& frame, const pass::IntegratedFroxels& froxels)
+{
+    gl::Defines defines = bind_integrated(frame, froxels);
+    defines.add_file("written/volume_at.glsl", "#include \"scene/volume_at_froxels.glsl\"\n");
+    return defines;
+}
+
+void look_up(const Toolbox& tools, const PreparedFrame& frame,
+             const pass::IntegratedFroxels& froxels, Layer layer)
+{
+    gl::Defines defines = bind_integrated(frame, froxels);
     if (layer == Layer::transmittance)
         defines.emplace_back("kTransmittance", "");
     if (layer == Layer::both)
         defines.emplace_back("BOTH", "");
-    froxels.scattering->bind(INTEGRATED_SCATTERING_UNIT);
-    froxels.transmittance->bind(INTEGRATED_TRANSMITTANCE_UNIT);
     tools.draw_fullscreen("resolve/froxels.frag", defines);
 }
 

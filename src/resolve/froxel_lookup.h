@@ -5,6 +5,10 @@
 
 namespace fumarole::resolve {
 
+/// Binds integrated froxels to be looked up at any depth: glsl/scene/volume_at_froxels.glsl, which
+/// written/volume_at.glsl of the variant names. The grid's block is bound.
+gl::Defines bind_lookup(const PreparedFrame& frame, const pass::IntegratedFroxels& froxels);
+
 /// Draws one layer of integrated froxels, looked up at the depth of every pixel of the bound
 /// framebuffer: glsl/resolve/froxels.frag.
 void look_up(const Toolbox& tools, const PreparedFrame& frame,

@@ -319,7 +319,8 @@ void show_bricks(const Toolbox& tools, Inspector& inspector, InspectionLegend& l
 }  // namespace
 
 InspectionLegend inspect(const Toolbox& tools, Layers& layers, gl::Framebuffer& host,
-                         const PreparedFrame& frame, const Inspection& wanted)
+                         const PreparedFrame& frame, const Inspection& wanted,
+                         const std::function<void()>& draw_counts)
 {
     check(wanted, frame.settings);
     Inspector inspector(tools, host, frame);
@@ -332,6 +333,11 @@ InspectionLegend inspect(const Toolbox& tools, Layers& layers, gl::Framebuffer& 
     InspectionLegend legend{.low = 0, .high = wanted.scale, .unit = "", .caption = ""};
     if (wanted.kind == Kind::depth) {
         show_depth(tools, inspector, legend);
+        return legend;
+    }
+    if (wanted.kind == Kind::layers) {
+        legend.caption = "transparent layers, one behind the other";
+        inspector.show_values(draw_counts, Ends::round, legend);
         return legend;
     }
     if (!frame.sees_media) {

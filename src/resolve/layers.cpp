@@ -37,6 +37,12 @@ public:
         upsample(frame, marched, layer);
     }
 
+    [[nodiscard]] gl::Defines bind_volume_at(const PreparedFrame& /*frame*/) override
+    {
+        return march_.bind_split_layers();
+    }
+    [[nodiscard]] std::uint64_t volume_at_bytes() const override { return march_.split_bytes(); }
+
     [[nodiscard]] const char* resolve_name() const override { return "upsample"; }
     [[nodiscard]] pass::VolumePass& pass() override { return march_; }
     [[nodiscard]] OwnLayers own() const override
@@ -80,6 +86,11 @@ public:
     {
         froxels_.write_block(frame);
         look_up(tools_, frame, froxels_.integrated(), layer);
+    }
+    [[nodiscard]] gl::Defines bind_volume_at(const PreparedFrame& frame) override
+    {
+        froxels_.write_block(frame);
+        return bind_lookup(frame, froxels_.integrated());
     }
     [[nodiscard]] const char* resolve_name() const override { return "froxel lookup of"; }
     [[nodiscard]] pass::VolumePass& pass() override { return froxels_; }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 
 #include <fumarole/view.h>
@@ -33,6 +34,14 @@ public:
     virtual void resolve(const PreparedFrame& frame, Layer layer) = 0;
     /// What resolve() is called in a table of times.
     [[nodiscard]] virtual const char* resolve_name() const = 0;
+
+    /// Binds what the last draw() knows of the media before any depth, where the frame asked for
+    /// it (PreparedFrame::depths_asked).
+    /// @returns the variant of a shader that includes written/volume_at.glsl
+    [[nodiscard]] virtual gl::Defines bind_volume_at(const PreparedFrame& frame) = 0;
+
+    /// What the last draw() kept for it alone.
+    [[nodiscard]] virtual std::uint64_t volume_at_bytes() const { return 0; }
 
     [[nodiscard]] virtual pass::VolumePass& pass() = 0;
 

@@ -57,6 +57,8 @@ std::vector<Sweep> make_sweeps()
         alone("temporal", {"off", "on"}, {"on"}),
         {"default", {{"steps", {"8", "16", "32"}, {}}}, {{"temporal", "on"}}},
         alone("resolve-passes", {"1", "2"}, {"2"}),
+        alone("splits", {"2", "4", "8", "16", "32", "64"}, {"4", "64"}),
+        alone("transparency", {"split", "single", "doubled"}, {}),
         marched("shadow-steps", {"2", "4", "8", "16", "32", "64"}, {"4", "64"}),
         alone("shadow-cache", {"0", "32", "64", "auto", "192"}, {"0", "32"}),
         alone("world-cache", {"0", "16", "auto", "64"}, {"0"}),
@@ -415,10 +417,15 @@ std::string ChartPoint::arguments(int frames) const
     return text + fmt::format(" --frames {}", gathers() ? kGathered : frames);
 }
 
-std::vector<ChartPoint> chart_points(bool quick, bool once)
+std::vector<ChartPoint> chart_points(bool quick, bool once, bool transparents)
 {
     std::vector<ChartPoint> points;
+    const auto is_of_transparents = [](const Axis& axis) {
+        return axis.setting == "splits" || axis.setting == "transparency";
+    };
     for (const Sweep& sweep : sweep_table()) {
+        if (!transparents && std::any_of(sweep.axes.begin(), sweep.axes.end(), is_of_transparents))
+            continue;
         std::vector<Settings> all{sweep.base()};
         for (const Axis& axis : sweep.axes)
             all = spread(all, axis, quick);
@@ -565,7 +572,8 @@ Chart measure_chart(const Scene& scene, const ReferenceStill& reference, SceneRe
     if (scene.media.empty())
         throw Error("the scene has no media; there is nothing to chart");
     const auto begin = std::chrono::steady_clock::now();
-    const std::vector<ChartPoint> points = chart_points(options.quick, options.once);
+    const std::vector<ChartPoint> points =
+        chart_points(options.quick, options.once, !scene.transparents.empty());
     Visits visits;
     for (const ChartVisit& visit : options.known)
         visits.add(visit);

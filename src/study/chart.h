@@ -62,7 +62,8 @@ struct ChartPoint {
 
 /// The points of all sweeps, each once, presets first.
 /// @param once light scatters once in all of them, as in the truth that they are measured against
-std::vector<ChartPoint> chart_points(bool quick, bool once = false);
+/// @param transparents whether the scene has some: nothing else changes with what is theirs alone
+std::vector<ChartPoint> chart_points(bool quick, bool once = false, bool transparents = true);
 
 /// The picture of a point, of one frame or of what it gathers.
 Still render_point(SceneRenderer& renderer, const Scene& scene, const ChartPoint& point,

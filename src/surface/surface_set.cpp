@@ -84,32 +84,10 @@ glm::dmat4 place(glm::dvec3 translate, glm::dvec3 scale)
 
 }  // namespace
 
-SurfaceSet::GpuMesh SurfaceSet::upload(const Mesh& mesh, std::string_view label)
+SurfaceSet::HeldMesh SurfaceSet::upload(const Mesh& mesh, std::string_view label)
 {
     ++uploads_;
-    std::vector<glm::vec3> vertices;
-    GpuMesh gpu;
-    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-        vertices.push_back(mesh.positions[i]);
-        vertices.push_back(mesh.normals[i]);
-        gpu.bounds.add(glm::dvec3(mesh.positions[i]));
-    }
-    gpu.vertices = {device_, label, vertices.size() * sizeof(glm::vec3), vertices.data()};
-    gpu.indices = {device_, label, mesh.triangles.size() * sizeof(std::uint32_t),
-                   mesh.triangles.data()};
-    gpu.vertex_array = {device_, label};
-    gpu.index_count = static_cast<GLsizei>(mesh.triangles.size());
-
-    const GLuint id = gpu.vertex_array.id();
-    device_->VertexArrayVertexBuffer(id, 0, gpu.vertices.id(), 0, 2 * sizeof(glm::vec3));
-    device_->VertexArrayElementBuffer(id, gpu.indices.id());
-    for (GLuint attribute = 0; attribute < 2; ++attribute) {
-        device_->EnableVertexArrayAttrib(id, attribute);
-        device_->VertexArrayAttribFormat(id, attribute, 3, GL_FLOAT, GL_FALSE,
-                                         attribute * static_cast<GLuint>(sizeof(glm::vec3)));
-        device_->VertexArrayAttribBinding(id, attribute, 0);
-    }
-    return gpu;
+    return {nullptr, GpuMesh(device_, mesh, label)};
 }
 
 int SurfaceSet::mesh_index(const std::shared_ptr<const Mesh>& mesh)
@@ -118,7 +96,7 @@ int SurfaceSet::mesh_index(const std::shared_ptr<const Mesh>& mesh)
         if (meshes_[i].source == mesh)
             return static_cast<int>(i);
     const auto old = std::find_if(old_meshes_.begin(), old_meshes_.end(),
-                                  [&](const GpuMesh& m) { return m.source == mesh; });
+                                  [&](const HeldMesh& m) { return m.source == mesh; });
     if (old != old_meshes_.end()) {
         meshes_.push_back(std::move(*old));
         old_meshes_.erase(old);
@@ -163,7 +141,7 @@ void SurfaceSet::set(const std::vector<Surface>& surfaces)
         } else {
             continue;
         }
-        instance.bounds = meshes_[static_cast<std::size_t>(instance.mesh)].bounds.transformed(
+        instance.bounds = meshes_[static_cast<std::size_t>(instance.mesh)].gpu.bounds().transformed(
             instance.world_from_object);
         instances_.push_back(instance);
     }
@@ -181,10 +159,7 @@ Bounds SurfaceSet::bounds() const
 void SurfaceSet::draw(const Instance& instance, Detail detail) const
 {
     const bool coarse = detail == Detail::coarse && instance.mesh == kSphereMesh;
-    const GpuMesh& mesh =
-        meshes_[static_cast<std::size_t>(coarse ? kCoarseSphereMesh : instance.mesh)];
-    device_->BindVertexArray(mesh.vertex_array.id());
-    device_->DrawElements(GL_TRIANGLES, mesh.index_count, GL_UNSIGNED_INT, nullptr);
+    meshes_[static_cast<std::size_t>(coarse ? kCoarseSphereMesh : instance.mesh)].gpu.draw(device_);
 }
 
 }  // namespace fumarole::surface

@@ -3,8 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "gl/buffer.h"
-#include "gl/framebuffer.h"
+#include "surface/gpu_mesh.h"
 #include <fumarole/bounds.h>
 #include <fumarole/scene.h>
 
@@ -38,19 +37,16 @@ public:
     void draw(const Instance& instance, Detail detail = Detail::full) const;
 
 private:
-    struct GpuMesh {
+    struct HeldMesh {
         std::shared_ptr<const Mesh> source;  ///< null for those that come from no file
-        gl::Buffer vertices, indices;
-        gl::VertexArray vertex_array;
-        GLsizei index_count = 0;
-        Bounds bounds;  ///< object space
+        GpuMesh gpu;
     };
-    GpuMesh upload(const Mesh& mesh, std::string_view label);
+    HeldMesh upload(const Mesh& mesh, std::string_view label);
     int mesh_index(const std::shared_ptr<const Mesh>& mesh);
 
     const gl::Device& device_;
-    std::vector<GpuMesh> meshes_;
-    std::vector<GpuMesh> old_meshes_;  ///< of the scene before, while set() runs
+    std::vector<HeldMesh> meshes_;
+    std::vector<HeldMesh> old_meshes_;  ///< of the scene before, while set() runs
     std::vector<Instance> instances_;
     int uploads_ = 0;
 };

@@ -524,6 +524,30 @@ Scene grey_fog()
     return scene;
 }
 
+/// All that is busy, seen through panes: a filter, a picture, and one that asks for what is behind.
+Scene glassy_scene()
+{
+    Scene scene = busy_scene();
+    QuadTransparent filter;
+    filter.corner = {-1, -5, -1};
+    filter.edges = {glm::dvec3(2, -1, 0), glm::dvec3(0, 0, 2)};
+    filter.look.blend.kind = Blend::Kind::multiply;
+    filter.look.filter = {0.5f, 0.9f, 0.7f};
+    QuadTransparent asks = filter;
+    asks.edges[0] = {2, 1, 0};
+    asks.look.blend = {Blend::Kind::factors, BlendFactor::one_minus_dst_color, BlendFactor::one};
+    asks.look.radiance = {0.1f, 0.2f, 0.3f};
+    BillboardTransparent board;
+    board.center = {0, -6, 0};
+    auto image = std::make_shared<TransparentImage>();
+    image->width = image->height = 2;
+    image->texels = {{1, 0, 0, 1}, {0, 0.5f, 0, 0.5f}, {0, 0, 0, 0}, {0.2f, 0.2f, 0.2f, 0.2f}};
+    board.look.image = image;
+    board.look.depth_fade = 0.5f;
+    scene.transparents = {filter, asks, board};
+    return scene;
+}
+
 Settings small_settings(Settings::Mode mode = Settings::Mode::raymarch)
 {
     Settings settings;
@@ -558,6 +582,7 @@ struct Picture {
 struct Results {
     std::vector<float> surfaces, composite, depth;
     LayerImages layers;
+    TransparentImages transparents;
     double samples = 0;
     std::vector<std::vector<float>> insides;  ///< RGBA of each inspection
     std::vector<std::string> explained;
@@ -640,6 +665,8 @@ void expect_good_manners(const gl::Device& gl, gl::GetProc get_proc, const Scene
         after("composite");
         results.layers = renderer.read_layers(view, picture.frame, settings);
         after("read_layers");
+        results.transparents = renderer.read_transparents(view, picture.frame, settings);
+        after("read_transparents");
         Settings mono = settings;
         mono.targets = Settings::Targets::mono;
         mono.resolution = 1;
@@ -716,6 +743,8 @@ void expect_good_manners(const gl::Device& gl, gl::GetProc get_proc, const Scene
     expect_bits(clean.depth, odd.depth, "depth");
     expect_bits(clean.layers.scattering, odd.layers.scattering, "scattering");
     expect_bits(clean.layers.transmittance, odd.layers.transmittance, "transmittance");
+    expect_bits(clean.transparents.added, odd.transparents.added, "added");
+    expect_bits(clean.transparents.kept, odd.transparents.kept, "kept");
     for (std::size_t i = 0; i < kinds.size(); ++i)
         expect_bits(clean.insides[i], odd.insides[i], inspection_name(kinds[i].kind).data());
     EXPECT_EQ(clean.samples, odd.samples);
@@ -745,9 +774,14 @@ TEST_P(Guest, LeavesTheStateOfUnitsThatGreyFogHasNothingFor)
     expect_good_manners(gl(), get_proc(), grey_fog(), GetParam());
 }
 
+TEST_P(Guest, LeavesTheStateOfTheListsOfTransparents)
+{
+    expect_good_manners(gl(), get_proc(), glassy_scene(), GetParam());
+}
+
 TEST_P(Guest, CompositeWritesColourAloneAndKeepsItsAlpha)
 {
-    const Scene scene = busy_scene();
+    const Scene scene = glassy_scene();
     const Settings settings = GetParam();
     Picture picture(gl(), scene);
     Renderer renderer(get_proc());

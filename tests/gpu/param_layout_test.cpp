@@ -19,7 +19,9 @@
 #include "shared/light_volume_params.h"
 #include "shared/march_history_params.h"
 #include "shared/medium_params.h"
+#include "shared/split_params.h"
 #include "shared/step_tile.h"
+#include "shared/transparent_params.h"
 #include "support/gl_test.h"
 #include "support/kernel.h"
 
@@ -205,7 +207,8 @@ private:
         {"MarchHistoryParams", "u_params.weight"},   {"LightsParams", "u_params.world_radiance"},
         {"SpotParams", "u_params.cos_half_cone"},    {"LightVolumesParams", "u_params.layer"},
         {"FieldParams", "u_params.order"},           {"MediaParams", "u_params.media[1].g"},
-        {"DisplayParams", "u_params.wipe"}};
+        {"DisplayParams", "u_params.wipe"},          {"TransparentParams", "u_params.unused"},
+        {"SplitParams", "float(u_params.count)"}};
 };
 
 TEST_F(ParamLayout, Frame)
@@ -325,6 +328,29 @@ TEST_F(ParamLayout, Media)
     expect_same(layout("medium_params.h", "MediaParams"), expected, sizeof(MediaParams));
 }
 
+TEST_F(ParamLayout, Transparent)
+{
+    const Offsets expected{MEMBER(TransparentParams, clip_from_object),
+                           MEMBER(TransparentParams, view_z_from_object),
+                           MEMBER(TransparentParams, source),
+                           MEMBER(TransparentParams, faded),
+                           MEMBER(TransparentParams, fades),
+                           MEMBER(TransparentParams, inverse_depth_fade),
+                           MEMBER(TransparentParams, key),
+                           MEMBER(TransparentParams, is_filter),
+                           MEMBER(TransparentParams, unused)};
+    expect_same(layout("transparent_params.h", "TransparentParams"), expected,
+                sizeof(TransparentParams));
+}
+
+TEST_F(ParamLayout, Splits)
+{
+    Offsets expected{MEMBER(SplitParams, count), MEMBER(SplitParams, unused_x),
+                     MEMBER(SplitParams, unused_y), MEMBER(SplitParams, unused_z)};
+    expected["view_z[0]"] = offsetof(SplitParams, view_z);
+    expect_same(layout("split_params.h", "SplitParams"), expected, sizeof(SplitParams));
+}
+
 TEST_F(ParamLayout, EveryBlockFitsTheSmallestLimit)
 {
     // GL 4.5 promises 16 KiB a block.
@@ -334,6 +360,8 @@ TEST_F(ParamLayout, EveryBlockFitsTheSmallestLimit)
     EXPECT_LE(sizeof(MediaParams), 16384u);
     EXPECT_LE(sizeof(LightVolumesParams), 16384u);
     EXPECT_LE(sizeof(FieldParams), 16384u);
+    EXPECT_LE(sizeof(TransparentParams), 16384u);
+    EXPECT_LE(sizeof(SplitParams), 16384u);
 }
 
 /// Numbers that a float holds, and whole 32 bits in two of them.
@@ -388,13 +416,17 @@ void kernel(int i)
 TEST_F(SharedBits, AStepTileIsTheSameOnBothSides)
 {
     const Kernel kernel(gl(), R"(
+#include "shared/split_params.h"
 #include "shared/step_tile.h"
+#include "shared/transparent_params.h"
 void kernel(int i)
 {
     ivec4 fields = ivec4(in_data[i]);
     uint place = tile_place(fields.x, fields.y, fields.z != 0);
     out_data[3 * i] = vec4(place >> 16u, place & 0xffffu, tile_first_split(place), tile_log2_width(place));
-    out_data[3 * i + 1] = vec4(tile_is_lit(place), tile_slot(place, fields.w), 0.0, 0.0);
+    uint keeps = place | kTileKeepsDepths;
+    out_data[3 * i + 1] = vec4(tile_is_lit(keeps), tile_slot(keeps, fields.w), tile_keeps_depths(place),
+                               tile_keeps_depths(keeps));
     out_data[3 * i + 2] = vec4(tile_stride(5u, 7u, place, fields.w), tile_stride(0x80000000u, 0u, place, fields.w),
                                tile_stride(0u, 8u, place, fields.w), 0.0);
 }
@@ -413,12 +445,40 @@ void kernel(int i)
         const auto [high, low] = halves(place);
         const int slot = std::clamp((f.w - f.x) >> f.y, 0, 31);
         EXPECT_EQ(out[3 * i], glm::vec4(high, low, f.x, f.y));
-        EXPECT_EQ(out[3 * i + 1], glm::vec4(f.z, slot, 0, 0));
+        EXPECT_EQ(out[3 * i + 1], glm::vec4(f.z, slot, 0, 1));
         EXPECT_EQ(tile_slot(place, f.w), slot);
         EXPECT_EQ(out[3 * i + 2],
                   glm::vec4(tile_stride(5, 7, place, f.w), tile_stride(0x80000000u, 0, place, f.w),
                             tile_stride(0, 8, place, f.w), 0));
         EXPECT_EQ(tile_stride(5, 7, place, f.w), slot == 0 || slot == 2 ? 4 : slot == 1 ? 2 : 1);
+    }
+}
+
+TEST_F(SharedBits, AFragmentsKeyIsTheSameOnBothSides)
+{
+    const Kernel kernel(gl(), R"(
+#include "shared/transparent_params.h"
+void kernel(int i)
+{
+    uvec4 fields = uvec4(in_data[i]);
+    uint key = fragment_key_of_triangle(fragment_key(fields.x, fields.y, fields.z), fields.w);
+    out_data[i] = vec4(key >> 16u, key & 0xffffu, fragment_source_factor(key), fragment_destination_factor(key));
+}
+)",
+                        1, 1);
+    std::vector<glm::vec4> in;
+    for (const int draw : {0, 1, kMostDraws - 1})
+        for (const int source : {0, 7, 10})
+            for (const int destination : {0, 3, 10})
+                for (const int triangle : {0, 5, 4095, 4096})
+                    in.emplace_back(draw, source, destination, triangle);
+    const std::vector<glm::vec4> out = kernel(in);
+    for (std::size_t i = 0; i < in.size(); ++i) {
+        const glm::uvec4 f(in[i]);
+        const std::uint32_t key = fragment_key_of_triangle(fragment_key(f.x, f.y, f.z), f.w);
+        const auto [high, low] = halves(key);
+        EXPECT_EQ(out[i], glm::vec4(high, low, f.y, f.z));
+        EXPECT_EQ(key >> 20, f.x);
     }
 }
 

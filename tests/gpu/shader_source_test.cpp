@@ -284,6 +284,26 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         variants.add("resolve/froxels.frag", flags(set, {"EXTINCTION_IN_ALPHA", "kTricubic",
                                                          set >= 4 ? "kTransmittance" : "BOTH"}));
 
+    variants.add("transparent/fragment.vert", {});
+    for (unsigned set = 0; set < 4; ++set)
+        variants.add("transparent/fragment.frag", flags(set, {"kImage", "kHalfColor"}));
+    for (const char* way : {"kReadsPicture", "kTakesPicture", "kSingle", "kDoubled"})
+        for (unsigned set = 0; set < 8; ++set)
+            for (const char* volume : {"none", "froxels", "splits"}) {
+                Defines defines =
+                    flags(set, {way, "kHalfColor", volume[0] == 'f' ? "kTricubic" : "kHalfColor"});
+                if (volume[0] == 'f')
+                    defines += flags(set >> 1, {"EXTINCTION_IN_ALPHA"});
+                if (volume[0] == 's')
+                    defines += flags(set >> 2, {"kMonochrome"}) +
+                               Defines{{"kLayerScale", set % 2 == 0 ? "1" : "2"}};
+                defines.add_file("written/volume_at.glsl",
+                                 fmt::format("#include \"scene/volume_at_{}.glsl\"\n", volume));
+                variants.add("transparent/resolve.frag", defines);
+            }
+    for (unsigned set = 0; set < 2; ++set)
+        variants.add("transparent/layers.frag", flags(set, {"kHalfColor"}));
+
     // The froxels that sample: as the march below, with what is theirs alone.
     const auto froxels = [&](const Defines& media, const Defines& lights, unsigned set) {
         const Defines sampling =
@@ -310,7 +330,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                                      "kShadowToLight", "kLeastExtinction", "kMonochrome",
                                      "kCountSamples", "kDepthVolume", "kWorldVolume"}) +
                          flags(set ^ set >> 3, {"kExactFalloff", "kMediaDepth", "kDepthAtPoint"}) +
-                         Defines{{"kLayerScale", "2"}});
+                         flags(set >> 2, {"kSplits"}) + Defines{{"kLayerScale", "2"}});
         variants.add("pass/march_history.frag",
                      media + lights + flags(set, {"kWorldLight", "MONOCHROME", "kVolumeShadows"}) +
                          Defines{{"kLayerScale", "2"}, {"kHistory", ""}, {"HISTORY_MOVED", ""}} +

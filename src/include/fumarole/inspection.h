@@ -22,6 +22,7 @@ struct Inspection {
                         ///< mean of its channels [W/m^2/sr/m]
         bricks,         ///< boxes of what is kept of the media, by the largest extinction in each
                         ///< [1/m]
+        layers,         ///< transparent fragments of a pixel, one behind the other
     };
     Kind kind = Kind::transmittance;
     int axis = 2;           ///< density_slice: of the world, 0 x, 1 y, 2 z

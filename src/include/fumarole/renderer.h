@@ -32,6 +32,13 @@ struct LayerImages {
     std::vector<float> transmittance;  ///< RGB, 0..1
 };
 
+/// What transparents made of a frame on the CPU: `kept` times the picture that media and surfaces
+/// make, plus `added`. RGB, rows from the bottom.
+struct TransparentImages {
+    std::vector<float> added;  ///< W/m^2/sr
+    std::vector<float> kept;   ///< of a factor of what is behind: 0, and all of it is in `added`
+};
+
 /// What was worked out anew because the scene changed: what still holds is kept.
 struct SceneWork {
     int grids_uploaded = 0;
@@ -44,6 +51,15 @@ struct SceneWork {
     bool operator==(const SceneWork&) const = default;
 };
 
+/// The fragments of transparents in one view: where a surface hides none, one for each transparent
+/// and pixel. They are counted on the GPU, and known frames later.
+struct FragmentCount {
+    std::uint64_t fragments = 0;  ///< of the last frame whose number is known
+    std::uint64_t lost = 0;  ///< of them, the farthest, that there was no room for: the next has it
+
+    bool operator==(const FragmentCount&) const = default;
+};
+
 /// What a frame cost and did.
 struct FrameReport {
     /// Milliseconds of each pass of one frame: the last whose times are known. Empty where no
@@ -54,6 +70,7 @@ struct FrameReport {
     std::uint64_t gpu_bytes = 0;    ///< textures and buffers of the renderer
     std::uint64_t allocations = 0;  ///< textures and buffers that it has made so far
     std::string history;            ///< View::history() of the view that was drawn last
+    FragmentCount transparents;     ///< Renderer::fragment_count()
     SceneWork work;                 ///< since the last report
 };
 
@@ -68,11 +85,11 @@ public:
     Renderer(Renderer&&) noexcept;
     Renderer& operator=(Renderer&&) noexcept;
 
-    /// Media, lights, world and surfaces; here surfaces only hide light from the media (and are
-    /// drawn by draw_surfaces). A grid or a mesh is uploaded once, known by its pointer, and what
-    /// does not depend on what changed is kept (FrameReport::work tells): call this when the scene
-    /// changes. LiveScene (live_scene.h) changes one part by part. The camera and the resolution of
-    /// the scene are not used.
+    /// Media, lights, world, surfaces and transparents; here surfaces only hide light from the
+    /// media (and are drawn by draw_surfaces). A grid or a mesh is uploaded once, known by its
+    /// pointer, and what does not depend on what changed is kept (FrameReport::work tells): call
+    /// this when the scene changes. LiveScene (live_scene.h) changes one part by part. The camera
+    /// and the resolution of the scene are not used.
     /// @throws Error if the scene needs more than this GL has (texture units, sizes, memory),
     /// naming both; the renderer then holds no scene.
     void set_scene(const Scene& scene, const SceneSettings& settings);
@@ -87,8 +104,9 @@ public:
     /// A view of any size and mode, empty until its first frame.
     [[nodiscard]] View make_view(View::History history = View::History::kept);
 
-    /// Composites the media over frame.color: color * transmittance + scattering.
-    /// Without media it draws nothing and the picture keeps its bits.
+    /// Composites the media over frame.color, color * transmittance + scattering, and the scene's
+    /// transparents, each behind the media in front of it and over those behind.
+    /// Without media and transparents it draws nothing and the picture keeps its bits.
     /// @throws Error if frame's sizes differ or its colour can't be drawn to.
     void composite(View& view, const Frame& frame, const FrameSettings& settings);
 
@@ -102,6 +120,11 @@ public:
 
     /// layers(), read back: it waits for the GPU.
     LayerImages read_layers(View& view, const Frame& frame, const FrameSettings& settings);
+
+    /// What the transparents of the last composite() of this frame did, read back: it waits for the
+    /// GPU. Empty if the scene has none.
+    TransparentImages read_transparents(View& view, const Frame& frame,
+                                        const FrameSettings& settings);
 
     /// Draws what `inspection` asks for into frame.color, whose alpha stays; where there is nothing
     /// to show, the picture that is there shines through darkly. Call it in place of composite().
@@ -142,6 +165,8 @@ public:
     [[nodiscard]] Timing measuring_timing() const;
     /// What is known of the last frames, and held now. Never waits.
     FrameReport take_report();
+    /// Of the view that was drawn last; zeros where nothing is transparent. Never waits.
+    [[nodiscard]] FragmentCount fragment_count() const;
     [[nodiscard]] const gl::Device& device() const;
 
 private:

@@ -15,13 +15,17 @@ namespace fumarole {
 /// A still of a scene and what it cost. RGB floats, rows from the top, linear.
 struct Still {
     int width = 0, height = 0;
-    int frames = 0;                    ///< that were averaged
-    std::vector<float> composite;      ///< surface_lit * transmittance + scattering, frame by frame
+    int frames = 0;  ///< that were averaged
+    /// surface_lit * transmittance + scattering, times what transparents keep, plus what they add,
+    /// frame by frame.
+    std::vector<float> composite;
     std::vector<float> scattering;     ///< W/m^2/sr
     std::vector<float> transmittance;  ///< 0..1
     std::vector<float> surface;        ///< the picture with no medium
     std::vector<float>
-        surface_lit;           ///< surfaces as lit through the media, before the media veil them
+        surface_lit;  ///< surfaces as lit through the media, before the media veil them
+    std::vector<float> transparents;       ///< what they add [W/m^2/sr]; empty if there are none
+    std::vector<float> transparents_kept;  ///< likewise, what they keep of what is behind them
     std::vector<float> depth;  ///< one channel: view_z [m] at pixel centres, kSkyDepth in the sky
     /// RGBA, if asked for: media and surfaces without the sky, premultiplied; alpha is what of the
     /// sky they hide (one number can't say a coloured transmittance: 1 - its mean).
@@ -145,6 +149,8 @@ private:
     Still draw_part(const Drawing& drawing, const StillOptions& options, StillReport* report);
     /// Of the frame just drawn: waits for it.
     FrameReport timed_report();
+    /// Likewise, whether there was no room for all that its transparents cover.
+    bool has_lost_fragments();
 
     Renderer renderer_;
     View stills_;  ///< frames that are each a picture on its own

@@ -84,6 +84,11 @@ struct FrameSettings {
         fixed,   ///< the same along every ray
         medium,  ///< longer where little of the medium can lie in a ray's way
     };
+    enum class Transparency {
+        split,    ///< light scattered in before a transparent is kept apart from its blend
+        single,   ///< one sum, whose scattered light is dimmed anew before each: dark edges
+        doubled,  ///< two, each of which is given what a transparent emits: too bright
+    };
     enum class Falloff {
         sampled,  ///< light is that at a step's sample, as in 2017
         exact,    ///< 1/d^2 is its mean over the step; other light is looked up where it counts
@@ -118,6 +123,10 @@ struct FrameSettings {
     int resolve_passes = 1;  ///< 2: one for transmittance, then one for scattering, as in 2017
     Targets targets = Targets::automatic;
     Format format = Format::rgba16f;
+    /// Depths, 2..64, at which a march keeps what it has met, where a scene has transparents.
+    int splits = 16;
+    /// How transparents are blended through the media; all but `split` are wrong, to be measured.
+    Transparency transparency = Transparency::split;
 
     // the froxels
     int tile = 8;     ///< pixels along an edge of a froxel, 1..64

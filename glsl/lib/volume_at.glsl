@@ -1,0 +1,15 @@
+// What the media do between the eye and a depth: the face of scene/volume_at_*.glsl.
+struct VolumeAt {
+    vec3 scattering;     // radiance scattered and emitted towards the eye before it, as seen from the eye [W/m^2/sr]
+    vec3 transmittance;  // from the eye to it, 0..1
+};
+
+// What lies between two depths: as the nearer one sees the light, which is scattered in behind it. Where it sees
+// nothing any more, at an optical depth of some 20, what is behind makes no difference to the eye and is left out.
+VolumeAt volume_between(VolumeAt near, VolumeAt far)
+{
+    const float kFaint = 1e-9;
+    vec3 passed = near.transmittance / (near.transmittance * near.transmittance + kFaint * kFaint);
+    return VolumeAt(max(far.scattering - near.scattering, 0.0) * passed,
+                    clamp(far.transmittance * passed, 0.0, 1.0));
+}

@@ -1,0 +1,52 @@
+// One transparent in one draw into the lists of fragments.
+#pragma once
+#include "shared/types.h"
+FUM_SHARED_BEGIN
+
+// OpenGL's factors of blending, in the order of BlendFactor of <fumarole/scene.h>.
+#define BLEND_ZERO 0u
+#define BLEND_ONE 1u
+#define BLEND_SRC_COLOR 2u
+#define BLEND_ONE_MINUS_SRC_COLOR 3u
+#define BLEND_DST_COLOR 4u
+#define BLEND_ONE_MINUS_DST_COLOR 5u
+#define BLEND_SRC_ALPHA 6u
+#define BLEND_ONE_MINUS_SRC_ALPHA 7u
+#define BLEND_DST_ALPHA 8u
+#define BLEND_ONE_MINUS_DST_ALPHA 9u
+#define BLEND_SRC_ALPHA_SATURATE 10u
+
+// A fragment's key: which draw it is of, the lowest bits of its triangle's number there, and its
+// two factors. Of two fragments at one depth the one with the larger key is in front.
+const int kMostDraws = 4096;
+
+FUM_SHARED_FUNCTION uint fragment_key(uint draw, uint source_factor, uint destination_factor)
+{
+    return draw << 20u | source_factor << 4u | destination_factor;
+}
+FUM_SHARED_FUNCTION uint fragment_key_of_triangle(uint key, uint triangle)
+{
+    return key | (triangle & 0xfffu) << 8u;
+}
+FUM_SHARED_FUNCTION uint fragment_source_factor(uint key)
+{
+    return key >> 4u & 15u;
+}
+FUM_SHARED_FUNCTION uint fragment_destination_factor(uint key)
+{
+    return key & 15u;
+}
+
+struct FUM_STD140 TransparentParams {
+    mat4 clip_from_object;
+    vec4 view_z_from_object;   // view_z [m] of p = dot(vec4(p, 1), this)
+    vec4 source;               // radiance or filter, and alpha; of an image, what multiplies it
+    vec4 faded;                // what that is once it has faded away
+    vec4 fades;                // 1 for each of its channels that fades, else 0
+    float inverse_depth_fade;  // 1/m; 0: it does not fade
+    uint key;                  // fragment_key()
+    uint is_filter;            // of an image: what it does not cover lets all through
+    float unused;
+};
+
+FUM_SHARED_END

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <span>
+
+#include "gl/buffer.h"
+#include "gl/framebuffer.h"
+#include "resolve/layers.h"
+#include "toolbox.h"
+#include "transparent/fragment_lists.h"
+#include "transparent/transparent_set.h"
+
+namespace fumarole::transparent {
+
+/// Where lists of fragments are laid over a picture.
+struct Resolved {
+    const gl::Framebuffer& framebuffer;  ///< its alpha stays
+    gl::TextureView picture;             ///< that has the media
+    GLenum of_added = GL_ONE;            ///< factor of what is added, when it is blended
+    bool reads_picture = false;          ///< a factor depends on what is behind
+    bool is_done = false;                ///< the picture has the transparents already
+};
+
+/// Draws a scene's transparents into lists, and lays what they hold over a picture that has the
+/// media already: glsl/transparent.
+class TransparentPainter {
+public:
+    explicit TransparentPainter(const gl::Device& device) : block_{device, "transparent draw"} {}
+
+    /// The frame's block is bound.
+    void fill(const Toolbox& tools, const TransparentSet& transparents,
+              std::span<const SeenTransparent> seen, FragmentLists& lists,
+              const PreparedFrame& frame) const;
+
+    /// Blends over the framebuffer's colour.
+    /// @param layers what the media do before any depth; null: no medium is in view
+    void resolve(const Toolbox& tools, const FragmentLists& lists, resolve::Layers* layers,
+                 const Resolved& resolved, const PreparedFrame& frame) const;
+
+    /// Draws how many fragments each pixel of the bound framebuffer has. @param lists null: 0
+    void draw_counts(const Toolbox& tools, const FragmentLists* lists) const;
+
+private:
+    gl::UniformBuffer<shared::TransparentParams> block_;
+};
+
+}  // namespace fumarole::transparent

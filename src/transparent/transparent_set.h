@@ -1,0 +1,68 @@
+#pragma once
+
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "gl/texture.h"
+#include "prepared_frame.h"
+#include "shared/transparent_params.h"
+#include "surface/gpu_mesh.h"
+#include <fumarole/scene.h>
+
+namespace fumarole::transparent {
+
+/// A transparent in a frame: where it stands, and what of the picture it may cover.
+struct SeenTransparent {
+    std::size_t index = 0;  ///< into the scene's
+    glm::dmat4 world_from_object{1.0};
+    glm::dvec2 view_z{0};  ///< nearest and farthest [m]
+    DepthsAsked::Area area;
+};
+
+/// The scene's transparents on the GPU: meshes and pictures, each once.
+class TransparentSet {
+public:
+    explicit TransparentSet(const gl::Device& device) : device_{device} {}
+
+    /// Uploads what is not there yet. @throws Error if there are too many
+    void set(const std::vector<Transparent>& transparents);
+
+    [[nodiscard]] bool empty() const { return items_.empty(); }
+    [[nodiscard]] std::size_t size() const { return items_.size(); }
+    /// Whether a factor of one of them depends on what is behind it.
+    [[nodiscard]] bool reads_picture() const { return reads_picture_; }
+
+    /// Those that may be in view, the nearest first.
+    [[nodiscard]] std::vector<SeenTransparent> look(const PreparedFrame& frame) const;
+
+    /// What its draw's block holds.
+    [[nodiscard]] shared::TransparentParams params(const SeenTransparent& seen,
+                                                   const PreparedFrame& frame) const;
+    /// Its picture; empty where it has none.
+    [[nodiscard]] gl::TextureView image(const SeenTransparent& seen) const;
+    /// Issues its draw; program and state are the caller's.
+    void draw(const SeenTransparent& seen) const;
+
+private:
+    template <class Source, class Made> struct Held {
+        std::shared_ptr<const Source> source;
+        std::shared_ptr<Made> made;
+    };
+    struct Item {
+        Transparent transparent;
+        std::shared_ptr<surface::GpuMesh> mesh;  ///< null for the square
+        std::shared_ptr<gl::Texture> image;      ///< null for none
+    };
+    [[nodiscard]] glm::dmat4 world_from_object(const Item& item, const Eye& eye) const;
+
+    const gl::Device& device_;
+    surface::GpuMesh square_;  ///< 0..1 along x and y
+    bool has_square_ = false;
+    std::vector<Item> items_;
+    std::vector<Held<Mesh, surface::GpuMesh>> meshes_;
+    std::vector<Held<TransparentImage, gl::Texture>> images_;
+    bool reads_picture_ = false;
+};
+
+}  // namespace fumarole::transparent

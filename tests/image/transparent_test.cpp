@@ -1,0 +1,543 @@
+// Transparents through the media: closed forms of a fog that glows, the reference, and what must
+// change nothing at all.
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fmt/format.h>
+#include <random>
+
+#include "host_picture.h"
+#include "image_test.h"
+#include "study/metrics.h"
+#include "study/reference.h"
+#include <fumarole/asset/scene_file.h>
+
+namespace fumarole::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Kind = Blend::Kind;
+
+constexpr double kNear = 4, kFar = 6;      ///< the slab's faces, metres before the eye
+const glm::vec3 kSigma(0.3f, 0.8f, 1.5f);  ///< 1/m
+const glm::vec3 kGlow(0.5f, 1.0f, 0.25f);  ///< W/m^2/sr per metre
+const glm::vec3 kSky(0.75f, 0.25f, 0.5f);  ///< W/m^2/sr
+
+/// Looks along -y through a fog that glows, before a sky of one colour.
+Scene fog_scene(int size = 32)
+{
+    Scene scene = empty_scene(size);
+    BoxMedium fog;
+    fog.min = {-9, -kFar, -9};
+    fog.max = {9, -kNear, 9};
+    fog.sigma_a = kSigma;
+    fog.emission = kGlow;
+    scene.media.emplace_back(fog);
+    scene.world.radiance = kSky;
+    return scene;
+}
+
+/// Wider than the picture, `distance` before the eye.
+QuadTransparent pane(double distance, Blend::Kind kind)
+{
+    QuadTransparent quad;
+    quad.corner = {9, -distance, -9};
+    quad.edges = {glm::dvec3(-18, 0, 0), glm::dvec3(0, 0, 18)};
+    quad.look.blend.kind = kind;
+    return quad;
+}
+
+/// The fog along a ray.
+struct FogRay {
+    double slant;  ///< metres of ray per metre of depth
+
+    [[nodiscard]] glm::dvec3 passed(double depth) const
+    {
+        const double metres = (std::clamp(depth, kNear, kFar) - kNear) * slant;
+        return glm::exp(-glm::dvec3(kSigma) * metres);
+    }
+    [[nodiscard]] glm::dvec3 glowed(double depth) const
+    {
+        return glm::dvec3(kGlow) / glm::dvec3(kSigma) * (1.0 - passed(depth));
+    }
+    [[nodiscard]] glm::dvec3 behind(double depth) const
+    {
+        return (glm::dvec3(kSky) * passed(kFar) + glowed(kFar) - glowed(depth)) / passed(depth);
+    }
+};
+
+class Transparents : public ImageTest {
+protected:
+    static Image composite(const Scene& scene, const Settings& settings)
+    {
+        const Still still = render(scene, settings);
+        return picture_of(still, still.composite);
+    }
+    /// Light that scatters once.
+    static study::ReferenceStill reference_of(const Scene& scene, double tolerance)
+    {
+        study::ReferenceOptions options;
+        options.tolerance = tolerance;
+        return study::render_reference(scene, options);
+    }
+    static std::vector<Settings> modes()
+    {
+        return {plain_settings(1), plain_settings(2), plain_settings(4), plain_froxels(1)};
+    }
+};
+
+TEST_F(Transparents, APaneOfEachBlendInUniformFogIsTheClosedForm)
+{
+    const glm::vec3 radiance(0.3f, 0.2f, 0.6f), filter(0.5f, 1, 0.25f);
+    const float alpha = 0.25f;
+    for (const Settings& settings : modes())
+        for (const double depth : {3.0, 4.5, 5.7, 8.0})
+            for (const Kind kind : {Kind::alpha, Kind::premultiplied, Kind::add, Kind::multiply}) {
+                SCOPED_TRACE(testing::Message()
+                             << depth << ", blend " << int(kind) << ", mode " << int(settings.mode)
+                             << ", 1/" << settings.resolution);
+                Scene scene = fog_scene();
+                QuadTransparent quad = pane(depth, kind);
+                quad.look.radiance = radiance;
+                quad.look.filter = filter;
+                quad.look.alpha = alpha;
+                scene.transparents = {quad};
+                const auto truth = [&](glm::dvec2 at) {
+                    const FogRay ray{ray_at(scene, at).length_per_z};
+                    const glm::dvec3 behind = ray.behind(depth), own(radiance);
+                    const glm::dvec3 in_front = kind == Kind::alpha ? own * 0.25 + behind * 0.75
+                                                : kind == Kind::premultiplied ? own + behind * 0.75
+                                                : kind == Kind::add           ? own + behind
+                                                                    : behind * glm::dvec3(filter);
+                    return in_front * ray.passed(depth) + ray.glowed(depth);
+                };
+                // Values of about 1 in 32 bits; smaller layers are interpolated, as extinction_test
+                // says.
+                const double exact = settings.resolution == 1 ? 3e-6 : 3e-4;
+                EXPECT_TRUE(images_near(composite(scene, settings), ideal(scene, truth), exact,
+                                        exact, "roundings, and the layer's interpolation"));
+            }
+}
+
+TEST_F(Transparents, EveryPairOfFactorsIsOpenGLs)
+{
+    const double depth = 5;
+    const glm::dvec4 source(0.25, 0.5, 1.5, 0.75);
+    const int size = 8;
+    for (const Settings& settings : {plain_settings(1), plain_froxels(1)})
+        for (int s = 0; s <= int(BlendFactor::src_alpha_saturate); ++s)
+            for (int d = 0; d <= int(BlendFactor::src_alpha_saturate); ++d) {
+                SCOPED_TRACE(testing::Message() << s << ", " << d);
+                Scene scene = fog_scene(size);
+                QuadTransparent quad = pane(depth, Kind::factors);
+                quad.look.blend.source = static_cast<BlendFactor>(s);
+                quad.look.blend.destination = static_cast<BlendFactor>(d);
+                quad.look.radiance = glm::vec3(source);
+                quad.look.alpha = 0.75f;
+                scene.transparents = {quad};
+                const auto truth = [&](glm::dvec2 at) {
+                    const FogRay ray{ray_at(scene, at).length_per_z};
+                    const glm::dvec4 behind(ray.behind(depth), 1);
+                    const auto factor = [&](int name) -> glm::dvec4 {
+                        const std::array<glm::dvec4, 11> all{glm::dvec4(0),
+                                                             glm::dvec4(1),
+                                                             source,
+                                                             1.0 - source,
+                                                             behind,
+                                                             1.0 - behind,
+                                                             glm::dvec4(source.a),
+                                                             glm::dvec4(1 - source.a),
+                                                             glm::dvec4(1),
+                                                             glm::dvec4(0),
+                                                             glm::dvec4(0, 0, 0, 1)};
+                        return all.at(static_cast<std::size_t>(name));
+                    };
+                    const glm::dvec3 in_front(source * factor(s) + behind * factor(d));
+                    return in_front * ray.passed(depth) + ray.glowed(depth);
+                };
+                EXPECT_TRUE(images_near(composite(scene, settings), ideal(scene, truth), 1e-5, 1e-5,
+                                        "roundings, squared where what is behind is a factor"));
+            }
+}
+
+/// Panes that no one sees, at any depths.
+std::vector<Transparent> invisible(int count, std::uint32_t seed)
+{
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> depth(0.5, 9), tilt(-1.5, 1.5);
+    std::vector<Transparent> all;
+    for (int i = 0; i < count; ++i) {
+        QuadTransparent quad = pane(depth(random), static_cast<Kind>(i % 4));
+        quad.edges[0].y = tilt(random);
+        quad.edges[1].y = tilt(random);
+        quad.look.alpha = 0;
+        quad.look.radiance = i % 4 == 0 ? glm::vec3(5) : glm::vec3(0);  // alpha hides it
+        all.emplace_back(quad);
+    }
+    return all;
+}
+
+TEST_F(Transparents, InvisibleOnesChangeNoBitAtAnyDepthInAnyOrder)
+{
+    Scene scene = fog_scene();
+    scene.surfaces = {SphereSurface{{0.3, -5, 0.2}, 0.5, glm::vec3(0.5f)}};
+    for (Settings settings : modes())
+        for (const Settings::Format format :
+             {Settings::Format::rgba32f, Settings::Format::rgba16f}) {
+            settings.format = format;
+            scene.transparents.clear();
+            const Image without = composite(scene, settings);
+            for (const int count : {1, 2, 7, 64}) {
+                SCOPED_TRACE(testing::Message() << count << " panes, mode " << int(settings.mode));
+                scene.transparents = invisible(count, static_cast<std::uint32_t>(count));
+                EXPECT_EQ(composite(scene, settings).pixels, without.pixels);
+            }
+        }
+}
+
+TEST_F(Transparents, TheWrongWaysShowTheirFaults)
+{
+    // One accumulator loses light that is scattered in behind a pane that no one sees; two add what
+    // a pane emits twice.
+    Scene scene = fog_scene();
+    for (const Settings& right : {plain_settings(1), plain_froxels(1)}) {
+        Settings single = right, doubled = right;
+        single.transparency = Settings::Transparency::single;
+        doubled.transparency = Settings::Transparency::doubled;
+        scene.transparents.clear();
+        const Image without = composite(scene, right);
+        scene.transparents = {pane(5, Kind::add)};
+        EXPECT_LT(composite(scene, single).at(16, 16, 1), without.at(16, 16, 1) - 0.05f);
+        EXPECT_LT(max_difference(composite(scene, doubled), without), 1e-5);
+        QuadTransparent bright = pane(5, Kind::add);
+        bright.look.radiance = glm::vec3(0.5f);
+        scene.transparents = {bright};
+        EXPECT_GT(composite(scene, doubled).at(16, 16, 1),
+                  composite(scene, right).at(16, 16, 1) + 0.1f);
+    }
+}
+
+/// Ten that cross each other, some of whose factors depend on what is behind.
+std::vector<Transparent> crossing(bool reads_picture)
+{
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> depth(3.5, 6.5), tilt(-2, 2);
+    std::uniform_real_distribution<float> color(0, 1);
+    std::vector<Transparent> all;
+    for (int i = 0; i < 10; ++i) {
+        QuadTransparent quad = pane(depth(random), static_cast<Kind>(i % 4));
+        quad.edges[0].y = tilt(random);
+        quad.edges[1].y = tilt(random);
+        quad.look.radiance = {color(random), color(random), color(random)};
+        quad.look.filter = {color(random), color(random), color(random)};
+        quad.look.alpha = color(random);
+        if (reads_picture && i % 3 == 0)
+            quad.look.blend = {Kind::factors, BlendFactor::dst_color,
+                               BlendFactor::one_minus_dst_color};
+        all.emplace_back(quad);
+    }
+    return all;
+}
+
+TEST_F(Transparents, ShuffledEqualSortedBitForBit)
+{
+    for (const bool reads_picture : {false, true})
+        for (const Settings& settings : modes()) {
+            Scene scene = fog_scene();
+            scene.transparents = crossing(reads_picture);
+            const Image sorted = composite(scene, settings);
+            std::mt19937 random(3);
+            for (int turn = 0; turn < 3; ++turn) {
+                std::shuffle(scene.transparents.begin(), scene.transparents.end(), random);
+                EXPECT_EQ(composite(scene, settings).pixels, sorted.pixels)
+                    << "mode " << int(settings.mode) << ", 1/" << settings.resolution;
+            }
+        }
+}
+
+TEST_F(Transparents, TheLaterOfTwoAtOneDepthIsInFront)
+{
+    Scene scene = empty_scene(8);
+    QuadTransparent red = pane(5, Kind::alpha), blue = red;
+    red.look.radiance = {1, 0, 0};
+    blue.look.radiance = {0, 0, 1};
+    scene.transparents = {red, blue};
+    EXPECT_EQ(pixel(render(scene, plain_settings()).composite, 8, 4, 4), glm::vec3(0, 0, 1));
+    scene.transparents = {blue, red};
+    EXPECT_EQ(pixel(render(scene, plain_settings()).composite, 8, 4, 4), glm::vec3(1, 0, 0));
+}
+
+TEST_F(Transparents, AnOpticalDepthOfTenThousandLeavesNoTraceOfAPaneBehindIt)
+{
+    for (const Settings& settings : modes()) {
+        Scene scene = fog_scene();
+        std::get<BoxMedium>(scene.media[0]).sigma_a = glm::vec3(5e3f);
+        std::get<BoxMedium>(scene.media[0]).emission = glm::vec3(5e3f);
+        const Image without = composite(scene, settings);
+        QuadTransparent deep = pane(5.5, Kind::factors);
+        deep.look.blend = {Kind::factors, BlendFactor::dst_color, BlendFactor::one_minus_dst_color};
+        deep.look.radiance = glm::vec3(100);
+        scene.transparents = {deep, pane(8, Kind::alpha), pane(5.9, Kind::multiply)};
+        const Image with = composite(scene, settings);
+        for (const float value : with.pixels)
+            ASSERT_TRUE(std::isfinite(value));
+        EXPECT_LT(max_difference(with, without), 1e-5)
+            << "mode " << int(settings.mode) << ", 1/" << settings.resolution;
+        QuadTransparent front = pane(3, Kind::alpha);
+        front.look.radiance = {0.25f, 0.5f, 0.75f};
+        scene.transparents = {front};
+        EXPECT_NEAR(composite(scene, settings).at(16, 16, 1), 0.5, 1e-6);
+    }
+}
+
+/// Crossing panes of every blend, a picture and a mesh, in light that is scattered.
+Scene smoky_scene()
+{
+    Scene scene = empty_scene(48);
+    GridMedium smoke;
+    glm::dmat4 place(0.12);
+    place[3] = {-1, -6, -1, 1};
+    smoke.density = lump(place);
+    smoke.sigma_s_per_density = {2.0f, 2.5f, 3.0f};
+    smoke.sigma_a_per_density = {0.2f, 0.3f, 0.4f};
+    smoke.g = 0.3f;
+    scene.media.emplace_back(smoke);
+    scene.world.radiance = {0.3f, 0.25f, 0.2f};
+    scene.lights = {SunLight{glm::normalize(glm::dvec3(1, 0.5, 1)), glm::vec3(4)}};
+    scene.surfaces = {BoxSurface{{-9, -9, -9}, {9, -7.2, 9}, glm::vec3(0.5f)},
+                      SphereSurface{{-0.4, -4.4, -0.4}, 0.25, glm::vec3(0.7f)}};
+    const auto quad = [&](glm::dvec3 corner, glm::dvec3 across, Kind kind) -> TransparentLook& {
+        QuadTransparent one;
+        one.corner = corner;
+        one.edges = {across, glm::dvec3(0, 0, 1.2)};
+        one.look.blend.kind = kind;
+        scene.transparents.emplace_back(one);
+        return look_of(scene.transparents.back());
+    };
+    TransparentLook& glass = quad({0.7, -4.4, -0.6}, {-1.2, -1.2, 0}, Kind::alpha);
+    glass.radiance = {0.05f, 0.22f, 0.3f};
+    glass.alpha = 0.45f;
+    quad({-0.7, -4.5, -0.7}, {1.3, -1.1, 0}, Kind::multiply).filter = {0.85f, 0.45f, 0.25f};
+    TransparentLook& light = quad({0.5, -5.2, -0.3}, {-0.9, -2.4, 0}, Kind::add);
+    light.radiance = {0.12f, 0.09f, 0.03f};
+    light.depth_fade = 0.4f;
+
+    auto image = std::make_shared<TransparentImage>();
+    image->width = image->height = 4;
+    for (int i = 0; i < 16; ++i) {
+        const float alpha = float(i % 4) / 4;
+        image->texels.emplace_back(glm::vec3(0.5f, 0.25f * float(i / 4), 0.5f) * alpha, alpha);
+    }
+    BillboardTransparent board;
+    board.center = {0.2, -5.1, 0.3};
+    board.size = {0.8, 0.6};
+    board.look.image = image;
+    scene.transparents.emplace_back(board);
+
+    auto mesh = std::make_shared<Mesh>();
+    mesh->positions = {
+        {-0.9f, -5, 0}, {0.1f, -4.6f, 0.1f}, {-0.3f, -5.4f, 0.8f}, {0.4f, -5.3f, 0.4f}};
+    mesh->normals.assign(4, glm::vec3(0, 0, 1));
+    mesh->triangles = {0, 1, 2, 1, 3, 2};
+    MeshTransparent sheet;
+    sheet.mesh = mesh;
+    sheet.look.blend.kind = Kind::premultiplied;
+    sheet.look.radiance = {0.1f, 0.1f, 0.02f};
+    sheet.look.alpha = 0.3f;
+    scene.transparents.emplace_back(sheet);
+    return scene;
+}
+
+TEST_F(Transparents, AllKindsInSmokeAreTheReference)
+{
+    const Scene scene = smoky_scene();
+    const study::ReferenceStill truth = reference_of(scene, 1e-3);
+    struct Case {
+        const char* name;
+        Settings settings;
+        double bound;
+    };
+    Settings froxel = find_preset("froxel"), half;
+    half.bounces = froxel.bounces = 0;
+    Settings full = half;
+    full.resolution = 1;
+    half.resolution = 2;
+    for (const Case& one :
+         {Case{"half", half, 5e-4}, Case{"full", full, 5e-4}, Case{"froxel", froxel, 3e-3}}) {
+        const Still still = render(scene, one.settings);
+        const double error = study::compare(still.composite, truth.composite).relmse;
+        figure(one.name, error);
+        EXPECT_LT(error, one.bound) << one.name;
+    }
+}
+
+TEST_F(Transparents, CrossingPanesInTheSmokeOfS2AreTheReference)
+{
+    const fs::path file = fs::path(FUM_TEST_SHARED) / "reference" / "S2.json";
+    if (!fs::exists(file))
+        GTEST_SKIP() << "no reference scenes: " << file << " is not there";
+    Scene scene = asset::load_scene(file).scene;
+    scene.resolution = {64, 36};
+    QuadTransparent glass, filter, glow, sheet;
+    glass.corner = {-2.2, -1, 0.6};
+    glass.edges = {glm::dvec3(2.6, 0.9, 0), glm::dvec3(0, 0, 3.6)};
+    glass.look.radiance = {0.05f, 0.22f, 0.3f};
+    glass.look.alpha = 0.45f;
+    filter.corner = {-1.6, 0.9, 1};
+    filter.edges = {glm::dvec3(3.2, -1.6, 0), glm::dvec3(0, 0, 3)};
+    filter.look.blend.kind = Kind::multiply;
+    filter.look.filter = {0.85f, 0.45f, 0.25f};
+    glow.corner = {-0.6, -0.3, 1.6};
+    glow.edges = {glm::dvec3(2.4, 0.2, 0), glm::dvec3(0, 0.4, 2.6)};
+    glow.look.blend.kind = Kind::add;
+    glow.look.radiance = {0.12f, 0.09f, 0.03f};
+    sheet.corner = {-2.6, 2, 2.4};
+    sheet.edges = {glm::dvec3(5, 0, 0), glm::dvec3(0, 0, 2.2)};
+    sheet.look.blend.kind = Kind::premultiplied;
+    sheet.look.radiance = {0.1f, 0.1f, 0.02f};
+    sheet.look.alpha = 0.3f;
+    scene.transparents = {glass, filter, glow, sheet};
+    // Of pixels' centres, in so small a picture, surfaces' edges alone make up 2e-3; they are all
+    // that there is to see, and the panes are to add nothing to it. (At 480x270 in 8 frames it is
+    // X.)
+    const auto error = [&](const Scene& seen, const Settings& settings) {
+        return study::compare(render(seen, settings).composite, reference_of(seen, 1e-2).composite)
+            .relmse;
+    };
+    Scene plain = scene;
+    plain.transparents.clear();
+    Settings settings;
+    settings.bounces = 0;
+    const double without = error(plain, settings), with = error(scene, settings);
+    figure("without", without);
+    figure("with", with);
+    EXPECT_LT(with, 1.1 * without);
+}
+
+TEST_F(Transparents, LayersMakeUpTheComposite)
+{
+    const Scene scene = smoky_scene();
+    Settings settings;
+    settings.format = Settings::Format::rgba32f;
+    settings.bounces = 0;
+    StillOptions options;
+    options.foreground = true;
+    const Still still = scene_renderer().render(scene, settings, options);
+    double worst = 0, cover = 0;
+    for (std::size_t i = 0; i < still.composite.size(); ++i) {
+        const float behind = still.surface_lit[i] * still.transmittance[i] + still.scattering[i];
+        worst = std::max(
+            worst, std::abs(double(still.composite[i]) -
+                            double(behind * still.transparents_kept[i] + still.transparents[i])));
+    }
+    // No sky is seen: the foreground is the composite, and hides all.
+    for (std::size_t i = 0; i < still.depth.size(); ++i)
+        for (std::size_t c = 0; c < 3; ++c)
+            cover = std::max(
+                {cover,
+                 std::abs(double(still.foreground[4 * i + c]) - double(still.composite[3 * i + c])),
+                 std::abs(double(still.foreground[4 * i + 3]) - 1)});
+    EXPECT_LT(worst, 1e-6);
+    EXPECT_LT(cover, 1e-6);
+}
+
+TEST_F(Transparents, APaneBeforeTheSkyIsPartOfTheForeground)
+{
+    Scene scene = empty_scene(8);
+    scene.world.radiance = kSky;
+    QuadTransparent quad = pane(5, Kind::alpha);
+    quad.look.radiance = {1, 0.5f, 0.25f};
+    quad.look.alpha = 0.5f;
+    scene.transparents = {quad};
+    StillOptions options;
+    options.foreground = true;
+    const Still still = scene_renderer().render(scene, plain_settings(), options);
+    const std::array<float, 4> expected{0.5f, 0.25f, 0.125f, 0.5f};
+    for (std::size_t c = 0; c < 4; ++c)
+        EXPECT_NEAR(still.foreground.at(c), expected.at(c), 1e-6f);
+}
+
+/// Sheets behind each other in one mesh, whose outline says nothing of how many they are.
+MeshTransparent sheets(int count)
+{
+    auto mesh = std::make_shared<Mesh>();
+    for (int i = 0; i < count; ++i) {
+        const float y = -4 - 0.01f * float(i);
+        const auto first = static_cast<std::uint32_t>(mesh->positions.size());
+        mesh->positions.insert(mesh->positions.end(),
+                               {{-9, y, -9}, {9, y, -9}, {9, y, 9}, {-9, y, 9}});
+        mesh->triangles.insert(mesh->triangles.end(),
+                               {first, first + 1, first + 2, first, first + 2, first + 3});
+    }
+    mesh->normals.assign(mesh->positions.size(), glm::vec3(0, 1, 0));
+    MeshTransparent all;
+    all.mesh = mesh;
+    all.look.blend.kind = Kind::add;
+    all.look.radiance = glm::vec3(0.25f);
+    return all;
+}
+
+TEST_F(Transparents, WhatDoesNotFitIsToldAndFitsTheNextFrame)
+{
+    constexpr int kSheets = 40, kSize = 16;
+    Scene scene = empty_scene(kSize);
+    scene.transparents = {sheets(kSheets)};
+    Renderer renderer(get_proc());
+    renderer.set_scene(scene, plain_settings());
+    View view = renderer.make_view();
+    HostPicture picture(gl(), glm::ivec2(kSize));
+    picture.look(scene.camera);
+    const auto draw = [&] {
+        picture.fill(glm::vec3(0), scene.camera.near, [](int, int) { return 0.0; });
+        renderer.composite(view, picture.frame, plain_settings());
+        renderer.wait_until_ready();
+        return picture.read();
+    };
+    constexpr std::uint64_t kAll = std::uint64_t{kSheets} * kSize * kSize;
+    const Image first = draw();
+    const FragmentCount lost = renderer.fragment_count();
+    EXPECT_EQ(lost.fragments, kAll);
+    EXPECT_GT(lost.lost, 0u);
+    EXPECT_LT(first.at(8, 8, 0), 0.25f * kSheets);
+    EXPECT_GT(first.at(8, 8, 0), 0.0f);
+    const Image second = draw();
+    EXPECT_EQ(renderer.fragment_count(), (FragmentCount{kAll, 0}));
+    EXPECT_EQ(second.at(8, 8, 0), 0.25f * kSheets);
+    // And a still has all of them at once.
+    EXPECT_EQ(pixel(render(scene, plain_settings()).composite, kSize, 3, 3).x, 0.25f * kSheets);
+}
+
+TEST_F(Transparents, ASceneWithoutThemHasNoPassAndNoMemory)
+{
+    Scene scene = fog_scene();
+    Renderer renderer(get_proc());
+    renderer.set_scene(scene, plain_settings());
+    View view = renderer.make_view();
+    HostPicture picture(gl(), glm::ivec2(32));
+    renderer.set_timing(renderer.measuring_timing());
+    const auto draw = [&] {
+        return draw_frames(renderer, view, picture, scene, plain_settings(), 2);
+    };
+    const auto passes = [](const FrameReport& report) {
+        return std::count_if(report.pass_ms.begin(), report.pass_ms.end(), [](const auto& pass) {
+            return pass.first.find("transparent") != std::string::npos;
+        });
+    };
+    const FrameReport without = draw();
+    EXPECT_EQ(passes(without), 0);
+    scene.transparents = {pane(5, Kind::add)};
+    renderer.set_scene(scene, plain_settings());
+    const FrameReport with = draw();
+    EXPECT_EQ(passes(with), 2);
+    EXPECT_GT(with.gpu_bytes, without.gpu_bytes);
+    EXPECT_EQ(with.work, SceneWork{}) << "nothing else sees a pane";
+    scene.transparents.clear();
+    renderer.set_scene(scene, plain_settings());
+    const FrameReport again = draw();
+    EXPECT_EQ(passes(again), 0);
+}
+
+}  // namespace
+}  // namespace fumarole::test
