@@ -683,6 +683,10 @@ InspectionStill SceneRenderer::inspect(const Scene& scene, const Settings& setti
     still.width = size.x;
     still.height = size.y;
     still.legend = renderer_.inspect(stills_, frame, settings, inspection);
+    if (inspection.kind == Inspection::Kind::layers && has_lost_fragments()) {
+        renderer_.draw_surfaces(frame, settings, true);
+        still.legend = renderer_.inspect(stills_, frame, settings, inspection);
+    }
     Mean pixels(whole_part(size), 3);
     pixels.add(canvas.color.read(4));
     still.pixels = pixels.get();

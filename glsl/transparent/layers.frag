@@ -1,5 +1,6 @@
-// How many transparent fragments a pixel has.
+// How many transparent fragments a pixel has; kNothing where it has none.
 #include "scene/fragment_lists.glsl"
+#include "lib/false_color.glsl"
 
 layout(location = 0) out float out_count;
 
@@ -11,5 +12,5 @@ void main()
         count += 1.0;
         number = next_fragment(number);
     } while (number != 0u);
-    out_count = count;
+    out_count = count > 0.0 ? count : kNothing;
 }

@@ -17,6 +17,7 @@
 
 #include "asset/json_reader.h"
 #include "asset/json_writer.h"
+#include "asset/scene_ranges.h"
 #include "asset/scene_transparents.h"
 #include "light_fields.h"
 #include <fumarole/asset/animation.h>
@@ -33,28 +34,6 @@ namespace {
 namespace fs = std::filesystem;
 
 // ------------------------------------------------------------------------------- what is allowed
-
-// No scene needs more, and squares and products of these stay finite in 32-bit floats too.
-constexpr double kMaxMetres = 1e12;
-constexpr double kMaxValue = 1e12;
-
-constexpr NumberRange kCoordinate{-kMaxMetres, kMaxMetres, false, false, "metres"};
-constexpr NumberRange kLength{0, kMaxMetres, true, false, "metres"};
-constexpr NumberRange kDirection{-kMaxValue, kMaxValue};
-constexpr NumberRange kScale{0, kMaxValue, true, false};
-constexpr NumberRange kCoefficient{0, kMaxValue, false, false, "1/m"};
-constexpr NumberRange kRadiance{0, kMaxValue, false, false, "W/m^2/sr"};
-constexpr NumberRange kEmission{0, kMaxValue, false, false, "W/m^2/sr per metre"};
-constexpr NumberRange kKelvin{0, kMaxValue, true, false, "kelvin per unit"};
-constexpr NumberRange kFactor{0, kMaxValue};
-constexpr NumberRange kAlbedo{0, 1};
-constexpr NumberRange kAnisotropy{-1, 1, true, true};
-constexpr NumberRange kAngle{0, 180, true, true, "degrees"};
-constexpr NumberRange kTime{-kMaxValue, kMaxValue, false, false, "seconds"};
-constexpr NumberRange kRate{0, 1e6, true, false, "1/s"};
-constexpr NumberRange kSpeed{-kMaxValue, kMaxValue, false, false, "m/s"};
-// Sixteen octaves of a larger one would leave the range in which doubles tell lattice cells apart.
-constexpr NumberRange kLacunarity{1, 16};
 
 // Sine of the angle below which `up` gives a camera no orientation.
 constexpr double kMinSine = 1e-6;
@@ -98,7 +77,7 @@ Camera read_camera(JsonObject& object, const Camera* before)
                                       static_cast<std::size_t>(camera.projection)) == 0
                             ? Camera::Projection::perspective
                             : Camera::Projection::orthographic;
-    object.read("ortho_height", {0, kMaxMetres, false, false, "metres"}, camera.ortho_height);
+    object.read("ortho_height", kLengthOrNone, camera.ortho_height);
     // One or the other says how much is seen.
     const bool by_height =
         camera.projection == Camera::Projection::orthographic && camera.ortho_height > 0;

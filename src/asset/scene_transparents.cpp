@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "asset/json_writer.h"
+#include "asset/scene_ranges.h"
 #include "overloaded.h"
 
 namespace fumarole::asset {
@@ -11,14 +12,6 @@ namespace fumarole::asset {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr NumberRange kCoordinate{-1e12, 1e12, false, false, "metres"};
-constexpr NumberRange kLength{0, 1e12, true, false, "metres"};
-constexpr NumberRange kRadiance{0, 1e12, false, false, "W/m^2/sr"};
-constexpr NumberRange kScale{0, 1e12, true, false};
-constexpr NumberRange kFactor{0, 1e12};
-constexpr NumberRange kAlpha{0, 1};
-constexpr NumberRange kFade{0, 1e12, false, false, "metres"};
 
 /// In the order of Blend::Kind, but for a pair of factors.
 const std::vector<std::string_view>& blend_names()
@@ -69,8 +62,8 @@ TransparentLook read_look(JsonObject& object, bool may_have_image, const fs::pat
     const bool adds = look.blend.kind == Blend::Kind::add;
     const bool has_radiance = object.read("radiance", kRadiance, look.radiance);
     const bool has_filter = object.read("filter", kFactor, look.filter);
-    const bool has_alpha = object.read("alpha", kAlpha, look.alpha);
-    object.read("depth_fade", kFade, look.depth_fade);
+    const bool has_alpha = object.read("alpha", kAlbedo, look.alpha);
+    object.read("depth_fade", kLengthOrNone, look.depth_fade);
     bool has_scale = false;
     if (may_have_image) {
         if (object.has("image")) {

@@ -167,15 +167,16 @@ private:
 };
 
 /// Each adds the cases of its groups.
-void add_extinction_cases(std::vector<StabilityCase>& table);  ///< 1
-void add_light_cases(std::vector<StabilityCase>& table);       ///< 2, 3
-void add_depth_cases(std::vector<StabilityCase>& table);       ///< 4, 5
-void add_march_cases(std::vector<StabilityCase>& table);       ///< 6
-void add_motion_cases(std::vector<StabilityCase>& table);      ///< 7
-void add_storage_cases(std::vector<StabilityCase>& table);     ///< 8
-void add_frame_cases(std::vector<StabilityCase>& table);       ///< 9
-void add_invariance_cases(std::vector<StabilityCase>& table);  ///< 10, 11
-void add_hostile_cases(std::vector<StabilityCase>& table);     ///< 12
-void add_field_cases(std::vector<StabilityCase>& table);       ///< 1, 3 and 7, all bounces
+void add_extinction_cases(std::vector<StabilityCase>& table);   ///< 1
+void add_light_cases(std::vector<StabilityCase>& table);        ///< 2, 3
+void add_depth_cases(std::vector<StabilityCase>& table);        ///< 4, 5
+void add_march_cases(std::vector<StabilityCase>& table);        ///< 6
+void add_motion_cases(std::vector<StabilityCase>& table);       ///< 7
+void add_storage_cases(std::vector<StabilityCase>& table);      ///< 8
+void add_frame_cases(std::vector<StabilityCase>& table);        ///< 9
+void add_invariance_cases(std::vector<StabilityCase>& table);   ///< 10, 11
+void add_hostile_cases(std::vector<StabilityCase>& table);      ///< 12
+void add_field_cases(std::vector<StabilityCase>& table);        ///< 1, 3 and 7, all bounces
+void add_transparent_cases(std::vector<StabilityCase>& table);  ///< 4, 7
 
 }  // namespace fumarole::study

@@ -71,8 +71,8 @@ void TransparentPainter::resolve(const Toolbox& tools, const FragmentLists& list
 void TransparentPainter::draw_counts(const Toolbox& tools, const FragmentLists* lists) const
 {
     if (lists == nullptr) {
-        constexpr std::array<GLfloat, 4> kNone{};
-        tools.device->ClearBufferfv(GL_COLOR, 0, kNone.data());
+        constexpr std::array<GLfloat, 4> kNothing{1e30f, 0, 0, 0};  // glsl/scene/inspect.glsl
+        tools.device->ClearBufferfv(GL_COLOR, 0, kNothing.data());
         return;
     }
     lists->bind();

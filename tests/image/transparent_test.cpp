@@ -459,6 +459,20 @@ TEST_F(Transparents, APaneBeforeTheSkyIsPartOfTheForeground)
         EXPECT_NEAR(still.foreground.at(c), expected.at(c), 1e-6f);
 }
 
+TEST_F(Transparents, ShowLayersCountsThem)
+{
+    Scene scene = fog_scene();
+    for (const double depth : {3.0, 4.0, 5.0, 5.5, 7.0})
+        scene.transparents.emplace_back(pane(depth, Kind::add));
+    for (const Settings& settings : plain_siblings()) {
+        const InspectionStill still =
+            scene_renderer().inspect(scene, settings, {.kind = Inspection::Kind::layers});
+        EXPECT_EQ(still.legend.low, 0);
+        EXPECT_EQ(still.legend.high, 10);  // the round number above 5
+        EXPECT_TRUE(still.legend.false_color);
+    }
+}
+
 /// Sheets behind each other in one mesh, whose outline says nothing of how many they are.
 MeshTransparent sheets(int count)
 {

@@ -1,0 +1,124 @@
+// Group 4 too: transparents in front of, in and behind media.
+
+#include <fmt/format.h>
+
+#include "study/stability_bench.h"
+
+namespace fumarole::study {
+
+namespace {
+
+/// Smoke in a sun and haze before a grey wall, which panes are to stand in.
+Scene pane_scene()
+{
+    Scene scene = bare_scene(48);
+    BoxMedium haze = slab(3, 9);
+    haze.sigma_s = glm::vec3(0.1f);
+    haze.sigma_a = glm::vec3(0.02f);
+    scene.media = {lump(3, 0.4), haze};
+    scene.lights = {SunLight{{0.5, 0.3, 0.8}, glm::vec3(4)}};
+    scene.world.radiance = glm::vec3(0.2f);
+    scene.surfaces = {BoxSurface{{-20, -10, -20}, {20, -9.5, 20}, glm::vec3(0.5f)}};
+    return scene;
+}
+
+/// Two crossing panes about the smoke, `x` metres to the side.
+std::vector<Transparent> crossing_panes(double x, const TransparentLook& look)
+{
+    QuadTransparent one, other;
+    one.corner = {x - 1.5, -6, -1.2};
+    one.edges = {glm::dvec3(3, 2, 0), glm::dvec3(0, 0, 2.4)};
+    other.corner = {x - 1.5, -4, -1.2};
+    other.edges = {glm::dvec3(3, -2, 0), glm::dvec3(0, 0, 2.4)};
+    one.look = other.look = look;
+    return {one, other};
+}
+
+TransparentLook blended(Blend::Kind kind, glm::vec3 radiance, float alpha)
+{
+    TransparentLook look;
+    look.blend.kind = kind;
+    look.radiance = radiance;
+    look.alpha = alpha;
+    return look;
+}
+
+/// What panes that nobody sees make of a picture.
+StabilityFigure unseen_panes(const StabilityBench& bench, std::string_view transparency)
+{
+    Scene scene = pane_scene();
+    const Settings settings = bench.with("transparency", transparency);
+    const Picture without = layer(bench.render(scene, settings, 0), &Still::composite);
+    scene.transparents = crossing_panes(0, blended(Blend::Kind::add, glm::vec3(0), 1));
+    return worst_difference(layer(bench.render(scene, settings, 0), &Still::composite), without);
+}
+
+/// What panes that glow make of one, against the right way.
+StabilityFigure glowing_panes(const StabilityBench& bench, std::string_view transparency)
+{
+    Scene scene = pane_scene();
+    scene.transparents = crossing_panes(0, blended(Blend::Kind::alpha, {0.1f, 0.3f, 0.5f}, 0.5f));
+    return rms_over_mean(
+        layer(bench.render(scene, bench.with("transparency", transparency), 0), &Still::composite),
+        layer(bench.render(scene, bench.with("transparency", "split"), 0), &Still::composite));
+}
+
+/// Panes that have moved across the picture leave it as it is without them: the frame after they
+/// are gone against one that never had any, in two views of as many frames.
+StabilityFigure trail(const StabilityBench& bench)
+{
+    constexpr int kFrames = 16;
+    Settings settings = bench.settings;
+    settings.temporal = true;
+    const auto last = [&](bool panes) {
+        Scene scene = pane_scene();
+        StabilityView view(bench, settings);
+        Picture picture;
+        for (int i = 0; i <= kFrames; ++i) {
+            scene.transparents.clear();
+            if (panes && i < kFrames)
+                scene.transparents = crossing_panes(
+                    0.2 * i - 1.6, blended(Blend::Kind::alpha, {0.1f, 0.3f, 0.5f}, 0.5f));
+            view.set_scene(scene);
+            picture = view.draw(scene);
+        }
+        return picture;
+    };
+    return worst_difference(last(true), last(false));
+}
+
+}  // namespace
+
+void add_transparent_cases(std::vector<StabilityCase>& table)
+{
+    for (const std::string_view way : {"split", "single"})
+        table.push_back(
+            {.group = 4,
+             .name = fmt::format("unseen-panes-{}", way),
+             .shows = way == "split" ? "largest change of the picture by panes that nobody sees"
+                                     : "the same where one sum has all light: dark edges",
+             .bound = 1e-6,
+             .unit = "W/m^2/sr",
+             .reason = "what adds nothing and hides nothing is not there",
+             .measure = [way](const StabilityBench& bench) { return unseen_panes(bench, way); }});
+    for (const std::string_view way : {"single", "doubled"})
+        table.push_back(
+            {.group = 4,
+             .name = fmt::format("glowing-panes-{}", way),
+             .shows = way == "single"
+                          ? "rms change by blending all light in one sum, of panes in smoke"
+                          : "the same by giving two sums what a pane sends: too bright",
+             .bound = 0.01,
+             .unit = "of the mean",
+             .reason = "a hundredth of the picture is not seen",
+             .measure = [way](const StabilityBench& bench) { return glowing_panes(bench, way); }});
+    table.push_back({.group = 7,
+                     .name = "trail-of-panes",
+                     .shows = "largest change of the picture by panes that have moved through it",
+                     .bound = 1e-6,
+                     .unit = "W/m^2/sr",
+                     .reason = "panes are no part of what is kept of the media",
+                     .measure = trail});
+}
+
+}  // namespace fumarole::study
