@@ -1,7 +1,6 @@
 // What a march kept before a depth, of the rays around a pixel.
 //   in   a layer a depth (scene/split_depths.glsl): scattering, and, kMonochrome, transmittance in its alpha
 //        the march's layer depth (view_z [m] where each of its rays ends)
-#include "lib/slab.glsl"
 #include "lib/volume_at.glsl"
 #include "scene/frame.glsl"
 #include "scene/split_depths.glsl"
@@ -58,16 +57,17 @@ VolumeAt split_bilinear(VolumeRay ray, int k)
     return VolumeAt(scattering.rgb, textureLod(u_split_transmittance_tx, uv, 0.0).rgb);
 }
 
-// Optical depth, and the sum of the sources as if nothing dimmed them, which both grow linearly in a uniform medium.
-struct Before {
-    vec3 source, tau;
-};
-
-Before before(VolumeAt at)
+// Between two depths, as in a uniform medium: optical depth grows evenly, and what is scattered in by as much as is
+// dimmed away.
+VolumeAt split_between(VolumeAt near, VolumeAt far, float share)
 {
     const float kLeast = 1e-30;  // what no format tells from 0
-    vec3 tau = -log(clamp(at.transmittance, kLeast, 1.0));
-    return Before(at.scattering / slab_weight(tau), tau);
+    const float kThin = 1e-3;    // difference of transmittances below which both grow evenly
+    vec3 dims = near.transmittance - far.transmittance;
+    vec3 transmittance = near.transmittance * pow(clamp(far.transmittance / max(near.transmittance, kLeast), kLeast, 1.0),
+                                                  vec3(share));
+    vec3 scattered = mix((near.transmittance - transmittance) / max(dims, kThin), vec3(share), lessThan(dims, vec3(kThin)));
+    return VolumeAt(mix(near.scattering, far.scattering, scattered), transmittance);
 }
 
 VolumeAt volume_at(VolumeRay ray, float view_z)
@@ -101,7 +101,5 @@ VolumeAt volume_at(VolumeRay ray, float view_z)
         near = split_weighted(ray, low, weights);
         far = split_weighted(ray, high, weights);
     }
-    Before a = before(near), b = before(far);
-    vec3 tau = mix(a.tau, b.tau, share);
-    return VolumeAt(mix(a.source, b.source, share) * slab_weight(tau), exp(-tau));
+    return split_between(near, far, share);
 }
