@@ -8,7 +8,7 @@ namespace fumarole::window {
 
 namespace {
 
-/// Puts a frame's grids into a scene whose coefficients and places stay.
+/// Puts a frame's grids and images into a scene whose coefficients and places stay.
 void take_grids(Scene& scene, const Scene& frame)
 {
     for (std::size_t i = 0; i < std::min(scene.media.size(), frame.media.size()); ++i) {
@@ -21,6 +21,12 @@ void take_grids(Scene& scene, const Scene& frame)
         grid->emission = next->emission;
         grid->color = next->color;
         grid->temperature = next->temperature;
+    }
+    for (std::size_t i = 0; i < std::min(scene.transparents.size(), frame.transparents.size());
+         ++i) {
+        TransparentLook& look = look_of(scene.transparents[i]);
+        look.image_file = look_of(frame.transparents[i]).image_file;
+        look.image = look_of(frame.transparents[i]).image;
     }
 }
 

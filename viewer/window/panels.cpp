@@ -216,6 +216,66 @@ bool light_controls(Light& light, const Light& was)
     return controls.changed;
 }
 
+const char* transparent_name(const Transparent& transparent)
+{
+    return std::visit(Overloaded{[](const QuadTransparent&) { return "quad"; },
+                                 [](const BillboardTransparent&) { return "billboard"; },
+                                 [](const MeshTransparent&) { return "mesh"; }},
+                      transparent);
+}
+
+/// Where it is moved by.
+glm::dvec3& place_of(Transparent& transparent)
+{
+    return std::visit(
+        Overloaded{[](QuadTransparent& quad) -> glm::dvec3& { return quad.corner; },
+                   [](BillboardTransparent& board) -> glm::dvec3& { return board.center; },
+                   [](MeshTransparent& mesh) -> glm::dvec3& { return mesh.translate; }},
+        transparent);
+}
+
+bool look_controls(TransparentLook& look, const TransparentLook& first)
+{
+    bool changed = false;
+    if (look.image != nullptr)
+        changed |= number_control({"scale", "W/m2/sr", "", "of the image's 1"}, look.scale, 0.001f,
+                                  1000, first.scale);
+    else if (look.blend.kind == Blend::Kind::multiply)
+        changed |= triple_control({"filter", "", "", "what it lets through"}, look.filter, 0,
+                                  first.filter);
+    else
+        changed |= triple_control({"radiance", "W/m2/sr", "", "that it sends"}, look.radiance, 0,
+                                  first.radiance);
+    changed |= number_control({"alpha", "", "", "opacity"}, look.alpha, 0, 1, first.alpha);
+    changed |= number_control({"depth fade", "m", "", "before a surface; 0: none"}, look.depth_fade,
+                              0, 10, first.depth_fade);
+    return changed;
+}
+
+bool draw_transparents(Scene& scene, const Scene& first)
+{
+    bool changed = false;
+    for (std::size_t i = 0; i < scene.transparents.size(); ++i) {
+        ImGui::PushID(static_cast<int>(i));
+        Transparent& transparent = scene.transparents[i];
+        say("{} {}", transparent_name(transparent), i + 1);
+        ImGui::SameLine();
+        const bool gone = ImGui::SmallButton("remove");
+        const bool same =
+            i < first.transparents.size() && first.transparents[i].index() == transparent.index();
+        Transparent was = same ? first.transparents[i] : transparent;
+        changed |= triple_control({"position", "m", "", "in the world"}, place_of(transparent),
+                                  -1e9, place_of(was));
+        changed |= look_controls(look_of(transparent), look_of(was));
+        ImGui::PopID();
+        if (gone) {
+            scene.transparents.erase(scene.transparents.begin() + static_cast<std::ptrdiff_t>(i));
+            return true;
+        }
+    }
+    return changed;
+}
+
 bool draw_lights(ViewState& state, Scene& scene, const Scene& first)
 {
     bool changed = false;
@@ -480,6 +540,8 @@ void draw_content(const PanelContext& context, PanelWishes& wishes)
         changed |= draw_lights(state, scene, first);
         changed |= setting_group("light", state);
     }
+    if (!scene.transparents.empty() && section("transparents", false))
+        changed |= draw_transparents(scene, first);
     if (changed)
         include(wishes.change, Change::content);
 }
