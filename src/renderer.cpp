@@ -74,17 +74,15 @@ struct Renderer::Parts {
     /// Storage buffers that a frame uses.
     [[nodiscard]] int storages() const { return transparents.empty() ? 0 : STORAGE_COUNT; }
     /// Has a march keep what it meets before the transparents of a frame.
-    void ask_depths(PreparedFrame& prepared,
-                    std::span<const transparent::SeenTransparent> seen) const;
+    void ask_depths(PreparedFrame& prepared, const transparent::SeenTransparents& seen) const;
     [[nodiscard]] std::string explain_transparents(const FrameSettings& settings) const;
     /// Draws them into the view's lists. @returns whether there are any
     bool list_transparents(View::State& view, const PreparedFrame& prepared,
-                           std::span<const transparent::SeenTransparent> seen);
+                           const transparent::SeenTransparents& seen);
     /// And lays them over a frame's picture. @param layers what media do in it; null: none is in
     /// view
     void draw_transparents(View::State& view, const PreparedFrame& prepared,
-                           std::span<const transparent::SeenTransparent> seen,
-                           resolve::Layers* layers);
+                           const transparent::SeenTransparents& seen, resolve::Layers* layers);
     /// Settles a frame and binds what all passes read of it, the media and the lights too where it
     /// sees a medium.
     PreparedFrame begin(const View::State& view, const Frame& frame, const FrameSettings& s);
@@ -164,15 +162,13 @@ PreparedFrame Renderer::Parts::begin(const View::State& view, const Frame& frame
 }
 
 void Renderer::Parts::ask_depths(PreparedFrame& prepared,
-                                 std::span<const transparent::SeenTransparent> seen) const
+                                 const transparent::SeenTransparents& seen) const
 {
-    if (seen.empty() || prepared.settings.mode != Settings::Mode::raymarch)
+    if (seen.list.empty() || prepared.settings.mode != Settings::Mode::raymarch)
         return;
-    glm::dvec2 range = seen.front().view_z;
-    for (const transparent::SeenTransparent& one : seen) {
-        range = {std::min(range.x, one.view_z.x), std::max(range.y, one.view_z.y)};
+    for (const transparent::SeenTransparent& one : seen.list)
         prepared.depths_asked.areas.push_back(one.area);
-    }
+    glm::dvec2 range = seen.view_z;
     if (prepared.settings.transparency != Settings::Transparency::split)
         range.y = std::numeric_limits<double>::infinity();  // they ask for the surface's depth too
     prepared.depths_asked.view_z =
@@ -180,10 +176,10 @@ void Renderer::Parts::ask_depths(PreparedFrame& prepared,
 }
 
 bool Renderer::Parts::list_transparents(View::State& view, const PreparedFrame& prepared,
-                                        std::span<const transparent::SeenTransparent> seen)
+                                        const transparent::SeenTransparents& seen)
 {
     last_lists.reset();
-    if (seen.empty()) {
+    if (seen.list.empty()) {
         if (transparents.empty())
             view.lists.reset();
         return false;
@@ -191,12 +187,12 @@ bool Renderer::Parts::list_transparents(View::State& view, const PreparedFrame& 
     if (view.lists == nullptr)
         view.lists = std::make_shared<transparent::FragmentLists>(device);
     last_lists = view.lists;
-    transparent_painter.fill(tools, transparents, seen, *view.lists, prepared);
+    transparent_painter.fill(tools, transparents, seen.list, *view.lists, prepared);
     return true;
 }
 
 void Renderer::Parts::draw_transparents(View::State& view, const PreparedFrame& prepared,
-                                        std::span<const transparent::SeenTransparent> seen,
+                                        const transparent::SeenTransparents& seen,
                                         resolve::Layers* layers)
 {
     last_volume_at_bytes = layers != nullptr ? layers->volume_at_bytes() : 0;
@@ -368,7 +364,7 @@ void Renderer::composite(View& view, const Frame& frame, const FrameSettings& se
     if (empty)
         return;
     PreparedFrame prepared = parts.begin(state, frame, settings);
-    const std::vector<transparent::SeenTransparent> seen = parts.transparents.look(prepared);
+    const transparent::SeenTransparents seen = parts.transparents.look(prepared);
     if (!prepared.sees_media) {
         parts.draw_transparents(state, prepared, seen, nullptr);
         return;
@@ -455,8 +451,8 @@ TransparentImages Renderer::read_transparents(View& view, const Frame& frame,
     const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT,
                                parts.storages());
     PreparedFrame prepared = parts.begin(state, frame, settings);
-    const std::vector<transparent::SeenTransparent> seen = parts.transparents.look(prepared);
-    if (seen.empty()) {
+    const transparent::SeenTransparents seen = parts.transparents.look(prepared);
+    if (seen.list.empty()) {
         const auto values = 3 * static_cast<std::size_t>(prepared.picture_size.x) *
                             static_cast<std::size_t>(prepared.picture_size.y);
         return {std::vector<float>(values, 0.0f), std::vector<float>(values, 1.0f)};

@@ -151,9 +151,11 @@ glm::dmat4 TransparentSet::world_from_object(const Item& item, const Eye& eye) c
         item.transparent);
 }
 
-std::vector<SeenTransparent> TransparentSet::look(const PreparedFrame& frame) const
+SeenTransparents TransparentSet::look(const PreparedFrame& frame) const
 {
-    std::vector<SeenTransparent> all;
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    SeenTransparents all;
+    all.view_z = {kFar, -kFar};
     const glm::dvec2 size(frame.picture_size);
     for (std::size_t i = 0; i < items_.size(); ++i) {
         const Item& item = items_[i];
@@ -164,7 +166,6 @@ std::vector<SeenTransparent> TransparentSet::look(const PreparedFrame& frame) co
         seen.index = i;
         seen.world_from_object = world_from_object(item, frame.eye);
         const Bounds& bounds = is_mesh ? item.mesh->bounds() : square_.bounds();
-        constexpr double kFar = std::numeric_limits<double>::infinity();
         seen.view_z = {kFar, -kFar};
         seen.area = {glm::dvec2(kFar), glm::dvec2(-kFar)};
         bool crosses = false;  // the near plane: it may be anywhere in the picture
@@ -183,14 +184,16 @@ std::vector<SeenTransparent> TransparentSet::look(const PreparedFrame& frame) co
         }
         if (crosses)
             seen.area = {glm::dvec2(0), size};
-        const bool in_view = seen.view_z.y > frame.eye.near && seen.view_z.x < frame.eye.far &&
-                             glm::all(glm::lessThan(seen.area.low, size)) &&
-                             glm::all(glm::greaterThan(seen.area.high, glm::dvec2(0)));
-        if (in_view || frame.prepares)
-            all.push_back(seen);
+        if (!(seen.view_z.y > frame.eye.near && seen.view_z.x < frame.eye.far) && !frame.prepares)
+            continue;
+        all.view_z = {std::min(all.view_z.x, seen.view_z.x), std::max(all.view_z.y, seen.view_z.y)};
+        const bool in_picture = glm::all(glm::lessThan(seen.area.low, size)) &&
+                                glm::all(glm::greaterThan(seen.area.high, glm::dvec2(0)));
+        if (in_picture || frame.prepares)
+            all.list.push_back(seen);
     }
     std::stable_sort(
-        all.begin(), all.end(),
+        all.list.begin(), all.list.end(),
         [](const SeenTransparent& a, const SeenTransparent& b) { return a.view_z.x < b.view_z.x; });
     return all;
 }

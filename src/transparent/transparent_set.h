@@ -20,6 +20,14 @@ struct SeenTransparent {
     DepthsAsked::Area area;
 };
 
+/// Those of a frame.
+struct SeenTransparents {
+    std::vector<SeenTransparent> list;  ///< that may be in the picture, the nearest first
+    /// Nearest and farthest [m] of all before the eye, in the picture or beside it: a part of a
+    /// picture has the same.
+    glm::dvec2 view_z{0};
+};
+
 /// The scene's transparents on the GPU: meshes and pictures, each once.
 class TransparentSet {
 public:
@@ -33,8 +41,7 @@ public:
     /// Whether a factor of one of them depends on what is behind it.
     [[nodiscard]] bool reads_picture() const { return reads_picture_; }
 
-    /// Those that may be in view, the nearest first.
-    [[nodiscard]] std::vector<SeenTransparent> look(const PreparedFrame& frame) const;
+    [[nodiscard]] SeenTransparents look(const PreparedFrame& frame) const;
 
     /// What its draw's block holds.
     [[nodiscard]] shared::TransparentParams params(const SeenTransparent& seen,

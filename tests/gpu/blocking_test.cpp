@@ -233,6 +233,12 @@ TEST_P(BlockingByPreset, NoFrameOfAPlayingSequenceUnderAMovingSunWaits)
         std::get<SunLight>(scene.lights.front()).direction_to_light = {std::cos(0.1 * i),
                                                                        std::sin(0.1 * i), 0.6};
         scene.camera.position.x += 0.02 * i;
+        QuadTransparent pane;  // that moves, and whose lists grow
+        pane.corner = {-1 - 0.05 * i, 0.2, 0.5};
+        pane.edges = {glm::dvec3(2 + 0.1 * i, 0.3, 0), glm::dvec3(0, 0, 3)};
+        pane.look.blend.kind = Blend::Kind::multiply;
+        pane.look.filter = glm::vec3(0.9f);
+        scene.transparents.assign(4, pane);
         const Frame now = frame(scene, static_cast<std::uint64_t>(i));
         renderer.set_scene(scene, settings);
         renderer.draw_surfaces(now, settings, false);
@@ -260,7 +266,7 @@ TEST_P(BlockingByPreset, TheFirstFrameAfterPrepareCompilesNothing)
         if (temporal && settings.mode == Settings::Mode::froxel)
             break;  // they have their history either way
         settings.temporal = temporal;
-        const Scene scene = sample("smoke_plume.json");
+        const Scene scene = sample("smoke_glass.json");
         Renderer renderer(watched_proc);
         View view = renderer.make_view();
         renderer.set_scene(scene, settings);
