@@ -25,6 +25,19 @@ void add_pair(int k, vec3 one, vec3 other)
         g_light[i] += (is_even(i) ? even : odd) * harmonic_of(k, i);
 }
 
+// Of light that has these coefficients, what goes along way k is the sum of both, and along k + 1 their difference.
+void sum_pair(int k, out vec3 even, out vec3 odd)
+{
+    even = vec3(0.0);
+    odd = vec3(0.0);
+    for (int i = 0; i < kCount; ++i) {
+        if (is_even(i))
+            even += g_light[i] * harmonic_of(k, i);
+        else
+            odd += g_light[i] * harmonic_of(k, i);
+    }
+}
+
 // llvmpipe gathers a uniform whose index is a loop's, for each lane and number; of a literal index it loads it once.
 #define FOR_PAIRS_OF_26(f, first) \
     f(first) f(first + 2) f(first + 4) f(first + 6) f(first + 8) f(first + 10) f(first + 12) f(first + 14) \

@@ -45,13 +45,8 @@ void store(ivec3 at, vec3 source, vec3 tail)
 
 void scatter_pair(ivec3 node, int k, vec3 tail)
 {
-    vec3 even = vec3(0.0), odd = vec3(0.0);
-    for (int i = 0; i < kCount; ++i) {
-        if (is_even(i))
-            even += g_light[i] * harmonic_of(k, i);
-        else
-            odd += g_light[i] * harmonic_of(k, i);
-    }
+    vec3 even, odd;
+    sum_pair(k, even, odd);
     store(node + way_of(k), even + odd, tail);
     store(node + way_of(k + 1), even - odd, tail);
 }

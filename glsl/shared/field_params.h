@@ -28,6 +28,7 @@ struct FUM_STD140 FieldWay {
 
 struct FUM_STD140 FieldParams {
     LatticeParams nodes;
+    LatticeParams other;  // whose light this one takes over
     FieldWay ways[FIELD_BATCH];
     vec3 albedo;    // of places that have no medium
     int count;      // of the ways

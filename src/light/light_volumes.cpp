@@ -316,10 +316,14 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
     const bool world = lights.world_radiance() != glm::vec3(0.0f);
     FieldKey field;
     orders_why_.clear();
-    if (traits.scatters && settings.world_cache != 0) {
-        field.orders = orders_for(settings, media, orders_why_);
+    if (settings.world_cache != 0 && (traits.scatters || traits.emission)) {
+        if (traits.scatters)
+            field.orders = orders_for(settings, media, orders_why_);
         field.glows = traits.emission;
-        field.filled = field.orders.count > 0 && (world || field.glows || lights.count() > 0);
+        field.filled = traits.scatters &&
+                       (field.glows || (field.orders.count > 0 && (world || lights.count() > 0)));
+        field.on_surfaces =
+            (field.filled || field.glows) && settings.volume_shadows && !surfaces.empty();
         field.media = scene.media;
         field.time = scene.time;
         field.lights = scene.lights;
@@ -327,7 +331,7 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
     const bool has_field = field.filled;
     const bool scatters = traits.scatters && (settings.world_light || has_field);
     if (settings.world_cache != 0 && traits.media > 0 &&
-        ((world && (scatters || !surfaces.empty())) || has_field)) {
+        ((world && (scatters || !surfaces.empty())) || has_field || field.on_surfaces)) {
         WorldKey key;
         key.dims = settings.volume_shadows;
         if (key.dims)
@@ -339,7 +343,8 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
         key.directions = settings.world_directions;
         if (scatters)
             key.bands = traits.isotropic ? 1 : 4;
-        set_world(std::move(key), has_field ? field : FieldKey(), media, surfaces, lights);
+        const bool is_used = has_field || field.on_surfaces;
+        set_world(std::move(key), is_used ? field : FieldKey(), media, surfaces, lights);
     } else {
         clear_world();
     }
@@ -555,8 +560,10 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
     const bool fills_field =
         key.bands > 0 && field.filled && (anew || !field_coefficients_ || !(field == field_key_));
     const Stopwatch watch(device_, timers_);
+    const bool fills_surfaces = field.on_surfaces && (anew || !(field == field_key_));
+    gl::Texture scattered;
     if (anew) {
-        make_world(key, !surfaces.empty() && shines);
+        make_world(key, !surfaces.empty() && (shines || field.on_surfaces));
         world_key_ = std::move(key);
         turned_ = false;
         ++fills_.world;
@@ -576,26 +583,34 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
         if (anew && shines)
             field_.fill_world(world_key_.directions, bands_, nullptr, &coefficients_);
         if (fills_field) {
-            field_.fill(bands_, field.orders, shines ? &coefficients_ : nullptr,
-                        field_coefficients_);
+            scattered = field_.fill(bands_, field.orders, shines ? &coefficients_ : nullptr,
+                                    field_coefficients_, field.on_surfaces);
             turned_ = false;
             ++fills_.field;
         }
         field_.end();
     }
-    if (anew && on_surfaces_) {
+    if ((anew || fills_surfaces) && on_surfaces_) {
         const glm::dvec3 eye = centre_of(surface_lattice_);
         begin_fill(eye, media, lights);
-        begin_field(surface_lattice_, false, media, surfaces, lights, shines);
+        begin_field(surface_lattice_, field.on_surfaces, media, surfaces, lights, shines);
+        FieldLight light;
+        light.glows = field.glows;
+        if (scattered) {
+            light.scattered = &scattered;
+            light.at = to_shared(world_lattice_, bands_ * bands_, eye);
+            light.bands = bands_;
+        }
         field_.fill_world(world_key_.directions, kSurfaceBands, &on_surfaces_,
-                          on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr);
+                          on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr,
+                          field.on_surfaces ? &light : nullptr);
         field_.end();
     }
-    if (anew || fills_field)
+    if (anew || fills_field || fills_surfaces)
         world_ms_ = watch.ms();
+    field_key_ = std::move(field);
     if (!coefficients_)
         return;
-    field_key_ = std::move(field);
     // Another g takes the same light another way.
     const int layers = traits.mixed_g ? bands_ : 1;
     if (!world_ || world_.size().z != layers * world_lattice_.count.z) {

@@ -114,7 +114,8 @@ private:
     };
     /// What the field of light was filled from besides the world's light.
     struct FieldKey {
-        bool filled = false;
+        bool filled = false;       ///< light in the media
+        bool on_surfaces = false;  ///< what they emit and scatter onto surfaces
         FieldOrders orders;
         bool glows = false;
         std::vector<Medium> media;

@@ -348,7 +348,8 @@ void RadianceField::set_batch(const Batch& batch)
     filling_->crossed.bind(FIELD_CROSSED_UNIT);
 }
 
-void RadianceField::gather(int bands, bool adds, bool clear, const gl::Texture& to)
+void RadianceField::gather(int bands, bool adds, bool clear, const gl::Texture& ways,
+                           const gl::Texture& to)
 {
     gl::Defines defines{{"kBands", fmt::format("{}", bands)}};
     if (adds)
@@ -357,7 +358,7 @@ void RadianceField::gather(int bands, bool adds, bool clear, const gl::Texture& 
         defines.emplace_back("kClear", "");
     if (params_.count == kNearWays || params_.count == kAllWays)
         defines.emplace_back("kWays", fmt::format("{}", params_.count));
-    filling_->ways.bind(FIELD_WAYS_UNIT);
+    ways.bind(FIELD_WAYS_UNIT);
     bind_image(0, to, GL_READ_WRITE);
     dispatch_nodes("light/field_gather.comp", defines);
 }
@@ -387,8 +388,24 @@ void RadianceField::carry_world(const Batch& batch, bool means)
     walk("light/world.comp", defines, batch.count);
 }
 
+void RadianceField::add(const FieldLight& light, int bands, const gl::Texture& to)
+{
+    set_batch({kNearWays, 0, kNearWays});
+    gl::Texture source;
+    if (light.scattered != nullptr) {
+        params_.other = light.at;
+        write_block();
+        source = make_ways("field: scattered", kNearWays);
+        light.scattered->bind(FIELD_LIGHT_UNIT);
+        bind_image(0, source, GL_WRITE_ONLY, GL_RG32UI);
+        dispatch_nodes("light/field_spread.comp", {{"kBands", fmt::format("{}", light.bands)}});
+    }
+    sweep(light.glows, source ? &source : nullptr, false);
+    gather(bands, true, false, filling_->ways, to);
+}
+
 void RadianceField::fill_world(int ways, int bands, const gl::Texture* clear,
-                               const gl::Texture* dimmed)
+                               const gl::Texture* dimmed, const FieldLight* light)
 {
     const auto made = [&](const gl::Texture* to, const char* label) {
         return to != nullptr ? make(label, bands * bands) : gl::Texture();
@@ -398,10 +415,12 @@ void RadianceField::fill_world(int ways, int bands, const gl::Texture* clear,
     for (const Batch& batch : batches(ways)) {
         carry_world(batch, false);
         if (of_clear)
-            gather(bands, batch.first > 0, true, of_clear);
+            gather(bands, batch.first > 0, true, filling_->ways, of_clear);
         if (of_dimmed)
-            gather(bands, batch.first > 0, false, of_dimmed);
+            gather(bands, batch.first > 0, false, filling_->ways, of_dimmed);
     }
+    if (of_dimmed && light != nullptr)
+        add(*light, bands, of_dimmed);
     if (of_clear)
         finish(bands, of_clear, nullptr, nullptr, *clear);
     if (of_dimmed)
@@ -444,9 +463,11 @@ void RadianceField::finish(int bands, const gl::Texture& light, const gl::Textur
     dispatch_nodes("light/field_finish.comp", defines);
 }
 
-void RadianceField::fill(int bands, FieldOrders orders, const gl::Texture* world,
-                         const gl::Texture& field)
+gl::Texture RadianceField::fill(int bands, FieldOrders orders, const gl::Texture* world,
+                                const gl::Texture& field, bool gives_scattered)
 {
+    sums_ = {};
+    orders_ = 0;
     const FieldMedium& medium = filling_->medium;
     const gl::Texture first = make("field: what comes first", bands * bands);
     write_block();
@@ -463,19 +484,24 @@ void RadianceField::fill(int bands, FieldOrders orders, const gl::Texture* world
     const Batch near{kNearWays, 0, kNearWays};
     if (medium.world != nullptr) {
         carry_world(near, true);
-        gather(bands, true, false, first);
+        gather(bands, true, false, filling_->ways, first);
     }
     set_batch(near);
     if (medium.glows) {
         sweep(true, nullptr, true);
-        gather(bands, true, false, first);
+        gather(bands, true, false, filling_->ways, first);
     }
     const gl::Texture source = orders.count > 0 ? scatter(bands, orders, first) : gl::Texture();
     // What is looked up is the light at the nodes, not the means that went from order to order.
     sweep(medium.glows, source ? &source : nullptr, false);
     const gl::Texture light = make("field: light", bands * bands);
-    gather(bands, false, false, light);
+    gather(bands, false, false, filling_->ways, light);
     finish(bands, light, world, &first, field);
+    if (!source || !gives_scattered)
+        return {};
+    gl::Texture scattered = make("field: what is scattered", bands * bands);
+    gather(bands, false, false, source, scattered);
+    return scattered;
 }
 
 gl::Texture RadianceField::scatter(int bands, FieldOrders orders, const gl::Texture& first)

@@ -41,6 +41,15 @@ struct FieldOrders {
     bool operator==(const FieldOrders&) const = default;
 };
 
+/// Light of the media's own that a lattice's nodes are to have besides the world's.
+struct FieldLight {
+    bool glows = false;  ///< what they emit
+    /// What they scatter, as RadianceField::fill() gave it for another lattice; empty: nothing.
+    const gl::Texture* scattered = nullptr;
+    shared::LatticeParams at{};  ///< that lattice, for an eye amid this one
+    int bands = 0;               ///< that it was filled for
+};
+
 /// Discrete ordinates (Chandrasekhar 1950): each order of scattering is carried along a few
 /// directions through the whole lattice at once, and gathered at the nodes as spherical harmonics,
 /// whose bands the phase function weighs for the next order. The lattice is of cubes, and the
@@ -62,12 +71,16 @@ public:
 
     /// Coefficients, bands^2 layers each, of the world's light, summed over kNearWays or
     /// kAllWays directions: `dimmed` by the media, and `clear`: hidden by surfaces alone. Either
-    /// may be null.
-    void fill_world(int ways, int bands, const gl::Texture* clear, const gl::Texture* dimmed);
+    /// may be null. `light`, if any, is added to what is dimmed.
+    void fill_world(int ways, int bands, const gl::Texture* clear, const gl::Texture* dimmed,
+                    const FieldLight* light = nullptr);
 
     /// Coefficients, bands^2 layers of `field`, of the world's light, whose own are `world` if
-    /// there is any, of what media emit, and of what they scatter again.
-    void fill(int bands, FieldOrders orders, const gl::Texture* world, const gl::Texture& field);
+    /// there is any, of what media emit, and of what they scatter again. Gives, if asked for, what
+    /// they scatter at the nodes, as coefficients of the radiance that a thick medium would have;
+    /// empty where no order is followed.
+    gl::Texture fill(int bands, FieldOrders orders, const gl::Texture* world,
+                     const gl::Texture& field, bool gives_scattered);
 
     /// Frees what was there for filling.
     void end();
@@ -85,7 +98,8 @@ private:
     void sample_medium();
     [[nodiscard]] std::vector<Batch> batches(int set) const;
     void set_batch(const Batch& batch);
-    void gather(int bands, bool adds, bool clear, const gl::Texture& to);
+    void gather(int bands, bool adds, bool clear, const gl::Texture& ways, const gl::Texture& to);
+    void add(const FieldLight& light, int bands, const gl::Texture& to);
     void walk(const char* file, const gl::Defines& defines, int ways);
     void carry_world(const Batch& batch, bool means);
     void sweep(bool emits, const gl::Texture* source, bool means);

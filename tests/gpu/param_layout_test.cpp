@@ -312,6 +312,7 @@ TEST_F(ParamLayout, Field)
                      MEMBER(FieldParams, columns), MEMBER(FieldParams, first),
                      MEMBER(FieldParams, order)};
     add_struct(expected, "nodes", offsetof(FieldParams, nodes), kLattice);
+    add_struct(expected, "other", offsetof(FieldParams, other), kLattice);
     add_array<FieldWay>(expected, "ways", offsetof(FieldParams, ways), FIELD_BATCH, way);
     expect_same(layout("field_params.h", "FieldParams"), expected, sizeof(FieldParams));
 }

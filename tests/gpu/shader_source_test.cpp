@@ -273,6 +273,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         }
         variants.add("light/field_finish.comp", of_bands);
         variants.add("light/field_scatter.comp", of_bands);
+        variants.add("light/field_spread.comp", of_bands);
     }
     for (unsigned set = 0; set < 16; ++set)
         variants.add("light/field_sweep.comp",
