@@ -7,7 +7,10 @@ layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = 
 layout(rg32ui, binding = 0) writeonly uniform uimage3D u_source_img;
 layout(binding = FIELD_LIGHT_UNIT) uniform sampler3D u_scattered_tx;
 
-#define SPREAD(k) spread_pair(node, k);
+// Variant
+const int kWays = 0;  // of the batch, where its size is one of the usual two
+
+#define SPREAD(k) if (k < (kWays > 0 ? kWays : u_field.count)) spread_pair(node, k);
 
 void spread_pair(ivec3 node, int k)
 {
@@ -26,4 +29,5 @@ void main()
     for (int i = 0; i < kCount; ++i)
         g_light[i] = textureLod(u_scattered_tx, in_layer(u_field.other, uvw, i), 0.0).rgb;
     FOR_PAIRS_OF_26(SPREAD, 0)
+    FOR_PAIRS_OF_48(SPREAD, 26)
 }

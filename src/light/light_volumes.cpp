@@ -29,6 +29,8 @@ constexpr int kMostSamples = 4;  ///< of the media along an edge of a cell that 
 /// Of the volume for surfaces: how far it goes beyond them and the media, in parts of their size.
 /// What smoke or a ball hides of the sky there is a few per cent.
 constexpr double kSurfaceMargin = 0.5;
+/// What flames throw on surfaces is all that is there at night.
+constexpr double kSurfaceMarginOfFire = 1;
 constexpr int kSurfaceBands = 3;
 
 int clamp_to(int nodes, int layers, const gl::Device& gl)
@@ -507,7 +509,7 @@ void LightVolumes::go_on(glm::dvec3 eye)
 }
 
 void LightVolumes::plan_world(WorldKey& key, const medium::MediaSet& media,
-                              const surface::SurfaceSet& surfaces)
+                              const surface::SurfaceSet& surfaces, bool fire)
 {
     const bool automatic = key.nodes == kAutomatic;
     const int nodes = automatic ? kAutoWorldNodes : key.nodes;
@@ -525,7 +527,8 @@ void LightVolumes::plan_world(WorldKey& key, const medium::MediaSet& media,
     for (const auto& instance : surfaces.instances())
         if (is_detail(instance, media.bounds()))
             around.add(instance.bounds);
-    const glm::dvec3 margin = kSurfaceMargin * (around.max - around.min);
+    const glm::dvec3 margin =
+        (fire ? kSurfaceMarginOfFire : kSurfaceMargin) * (around.max - around.min);
     around.min -= margin;
     around.max += margin;
     constexpr int kLayers = kSurfaceBands * kSurfaceBands;
@@ -552,7 +555,7 @@ void LightVolumes::make_world(const WorldKey& key, bool surfaces)
 void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& media,
                              const surface::SurfaceSet& surfaces, LightSet& lights)
 {
-    plan_world(key, media, surfaces);
+    plan_world(key, media, surfaces, field.on_surfaces && field.glows);
     const medium::MediaTraits& traits = media.traits();
     const glm::dvec3 origin = key.in_media.origin;
     const bool shines = lights.world_radiance() != glm::vec3(0.0f);

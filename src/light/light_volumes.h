@@ -154,7 +154,7 @@ private:
                     int first_slice, int slices, glm::dvec3 eye);
     void clear_world();
     void plan_world(WorldKey& key, const medium::MediaSet& media,
-                    const surface::SurfaceSet& surfaces);
+                    const surface::SurfaceSet& surfaces, bool fire);
     void make_world(const WorldKey& key, bool surfaces);
     void begin_field(const Lattice& lattice, bool scatters, const medium::MediaSet& media,
                      const surface::SurfaceSet& surfaces, const LightSet& lights, bool world);

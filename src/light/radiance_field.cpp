@@ -356,8 +356,7 @@ void RadianceField::gather(int bands, bool adds, bool clear, const gl::Texture& 
         defines.emplace_back("kAdds", "");
     if (clear)
         defines.emplace_back("kClear", "");
-    if (params_.count == kNearWays || params_.count == kAllWays)
-        defines.emplace_back("kWays", fmt::format("{}", params_.count));
+    add_ways(defines);
     ways.bind(FIELD_WAYS_UNIT);
     bind_image(0, to, GL_READ_WRITE);
     dispatch_nodes("light/field_gather.comp", defines);
@@ -390,18 +389,30 @@ void RadianceField::carry_world(const Batch& batch, bool means)
 
 void RadianceField::add(const FieldLight& light, int bands, const gl::Texture& to)
 {
-    set_batch({kNearWays, 0, kNearWays});
-    gl::Texture source;
-    if (light.scattered != nullptr) {
-        params_.other = light.at;
-        write_block();
-        source = make_ways("field: scattered", kNearWays);
-        light.scattered->bind(FIELD_LIGHT_UNIT);
-        bind_image(0, source, GL_WRITE_ONLY, GL_RG32UI);
-        dispatch_nodes("light/field_spread.comp", {{"kBands", fmt::format("{}", light.bands)}});
+    // A flame is small: along few ways it would throw a star.
+    const int set = light.glows ? kAllWays : kNearWays;
+    for (const Batch& batch : batches(set)) {
+        set_batch(batch);
+        gl::Texture source;
+        if (light.scattered != nullptr) {
+            params_.other = light.at;
+            write_block();
+            source = make_ways("field: scattered", batch.count);
+            light.scattered->bind(FIELD_LIGHT_UNIT);
+            bind_image(0, source, GL_WRITE_ONLY, GL_RG32UI);
+            gl::Defines defines{{"kBands", fmt::format("{}", light.bands)}};
+            add_ways(defines);
+            dispatch_nodes("light/field_spread.comp", defines);
+        }
+        sweep(light.glows, source ? &source : nullptr, false);
+        gather(bands, true, false, filling_->ways, to);
     }
-    sweep(light.glows, source ? &source : nullptr, false);
-    gather(bands, true, false, filling_->ways, to);
+}
+
+void RadianceField::add_ways(gl::Defines& defines) const
+{
+    if (params_.count == kNearWays || params_.count == kAllWays)
+        defines.emplace_back("kWays", fmt::format("{}", params_.count));
 }
 
 void RadianceField::fill_world(int ways, int bands, const gl::Texture* clear,
@@ -443,7 +454,7 @@ void RadianceField::sweep(bool emits, const gl::Texture* source, bool means)
     filling.sigma_t.bind(FIELD_SIGMA_T_UNIT);
     if (source != nullptr)
         source->bind(FIELD_SOURCE_UNIT);
-    walk("light/field_sweep.comp", defines, kNearWays);
+    walk("light/field_sweep.comp", defines, params_.count);
 }
 
 void RadianceField::finish(int bands, const gl::Texture& light, const gl::Texture* world,

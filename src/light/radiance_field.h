@@ -100,6 +100,8 @@ private:
     void set_batch(const Batch& batch);
     void gather(int bands, bool adds, bool clear, const gl::Texture& ways, const gl::Texture& to);
     void add(const FieldLight& light, int bands, const gl::Texture& to);
+    /// How many ways the batch has, where that is one of the usual two numbers.
+    void add_ways(gl::Defines& defines) const;
     void walk(const char* file, const gl::Defines& defines, int ways);
     void carry_world(const Batch& batch, bool means);
     void sweep(bool emits, const gl::Texture* source, bool means);

@@ -273,7 +273,8 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         }
         variants.add("light/field_finish.comp", of_bands);
         variants.add("light/field_scatter.comp", of_bands);
-        variants.add("light/field_spread.comp", of_bands);
+        for (const char* ways : {"0", "26", "74"})
+            variants.add("light/field_spread.comp", of_bands + Defines{{"kWays", ways}});
     }
     for (unsigned set = 0; set < 16; ++set)
         variants.add("light/field_sweep.comp",

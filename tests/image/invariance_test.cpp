@@ -347,9 +347,11 @@ TEST_F(Invariance, MillimetresAndAMillionMetresFromTheOrigin)
         compare(1, {1234567.89, -987654.321, 1e6 + 0.1}, "far from the origin");
         compare(1e3, glm::dvec3(0), "kilometres");
     };
-    expect_same(false, plain_settings(), 2e-5, 2e-6, "32-bit rounding at another scale");
+    // What glows lights the media by a field whose radiance has 13 bits, and rounds at other
+    // places.
+    expect_same(false, plain_settings(), 5e-5, 4e-6, "32-bit rounding at another scale");
     for (const Settings& settings : {plain_settings(), Settings{}})
-        expect_same(true, settings, 0.02, 5e-5,
+        expect_same(true, settings, 0.02, 7e-5,
                     "and a silhouette or a shadow's edge may cross the middle of a pixel, which a "
                     "maximum sees and the mean does not");
 }
