@@ -17,7 +17,8 @@ namespace {
 /// 3e-5 with 96, 2e-5 with 128; 16 steps marched at each sample err by 9e-5.
 constexpr int kAutoDepthNodes = 96;
 constexpr double kVoxelsPerDepthNode = 0.5;
-constexpr double kSamplesPerVoxel = 1;  ///< of the media, down a sun's columns
+constexpr double kSamplesPerVoxel = 1;     ///< of the media, down a sun's columns
+constexpr double kMostColumnSamples = 16;  ///< from node to node
 /// The world's light comes from all around and is smooth. On the same plume it is 0.5 % too bright
 /// with 32 nodes and 2.5 times as many cost 2 to 3 times the time.
 constexpr int kAutoWorldNodes = 32;
@@ -752,8 +753,8 @@ void LightVolumes::fill_depth(const gl::Texture& depth, int layer, const LightPo
     }
     params_.filled = columns_of(light);
     const glm::dvec3 way = params_.filled.shear + params_.filled.normal;
-    params_.samples = static_cast<int>(
-        std::ceil(kSamplesPerVoxel * glm::length(voxels_from_depth_ * way) - 1e-6));
+    params_.samples = static_cast<int>(std::ceil(std::clamp(
+        kSamplesPerVoxel * glm::length(voxels_from_depth_ * way) - 1e-6, 1.0, kMostColumnSamples)));
     write_block(eye);
     const int columns = depth_lattice_.count[(params_.filled.axis + 1) % 3] + kBeyondLattice - 1;
     dispatch("light/columns.comp", depth_defines_, depth, format, COLUMN_GROUP,
