@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -182,10 +183,21 @@ struct Mesh {
     std::vector<std::uint32_t> triangles;  ///< three indices a triangle
 };
 
+/// A surface that reflects as glTF 2.0's metallic-roughness model has it: GGX with alpha =
+/// roughness^2, F0 0.04 or, as metallic says, the albedo.
+struct Gloss {
+    float roughness = 1;  ///< 0..1
+    float metallic = 0;   ///< 0..1
+
+    bool operator==(const Gloss&) const = default;
+};
+
 struct SphereSurface {
     glm::dvec3 center{0};  ///< metres
     double radius = 1;     ///< metres, > 0
     glm::vec3 albedo{0.5f};
+    std::optional<Gloss> gloss = {};  ///< none: Lambertian
+    glm::vec3 emission{0};            ///< W/m^2/sr
 
     bool operator==(const SphereSurface&) const = default;
 };
@@ -194,6 +206,8 @@ struct BoxSurface {
     glm::dvec3 min{0};  ///< metres
     glm::dvec3 max{1};  ///< metres, > min
     glm::vec3 albedo{0.5f};
+    std::optional<Gloss> gloss = {};  ///< none: Lambertian
+    glm::vec3 emission{0};            ///< W/m^2/sr
 
     bool operator==(const BoxSurface&) const = default;
 };
@@ -204,11 +218,13 @@ struct MeshSurface {
     glm::dvec3 translate{0};  ///< metres
     double scale = 1;         ///< > 0
     glm::vec3 albedo{0.5f};
+    std::optional<Gloss> gloss = {};  ///< none: Lambertian
+    glm::vec3 emission{0};            ///< W/m^2/sr
 
     bool operator==(const MeshSurface&) const = default;
 };
 
-/// All surfaces are Lambertian and opaque.
+/// All surfaces are opaque.
 using Surface = std::variant<SphereSurface, BoxSurface, MeshSurface>;
 
 /// A picture with an opacity, linear Rec. 709, whose colour is multiplied by it already (associated
