@@ -286,6 +286,20 @@ Medium read_medium(JsonObject object, const fs::path& folder)
     return read_box_medium(object);
 }
 
+/// glTF 2.0's factors where a surface states one of the two and not the other.
+constexpr Gloss kGltfGloss{.roughness = 1, .metallic = 1};
+
+/// What every kind of surface has.
+template <typename SurfaceKind> void read_material(JsonObject& object, SurfaceKind& surface)
+{
+    object.read("albedo", kAlbedo, surface.albedo);
+    Gloss gloss = kGltfGloss;
+    const bool has_roughness = object.read("roughness", kShare, gloss.roughness);
+    if (object.read("metallic", kShare, gloss.metallic) || has_roughness)
+        surface.gloss = gloss;
+    object.read("emission", kRadiance, surface.emission);
+}
+
 Surface read_surface(JsonObject object, const fs::path& folder)
 {
     switch (object.need_choice("type", {"sphere", "box", "mesh"})) {
@@ -293,7 +307,7 @@ Surface read_surface(JsonObject object, const fs::path& folder)
         SphereSurface sphere;
         object.need("center", kCoordinate, sphere.center);
         object.need("radius", kLength, sphere.radius);
-        object.read("albedo", kAlbedo, sphere.albedo);
+        read_material(object, sphere);
         object.finish();
         return sphere;
     }
@@ -301,7 +315,7 @@ Surface read_surface(JsonObject object, const fs::path& folder)
         BoxSurface box;
         object.need("min", kCoordinate, box.min);
         object.need("max", kCoordinate, box.max);
-        object.read("albedo", kAlbedo, box.albedo);
+        read_material(object, box);
         object.finish();
         check_box(object, box.min, box.max);
         return box;
@@ -311,7 +325,7 @@ Surface read_surface(JsonObject object, const fs::path& folder)
         object.need_file("file", mesh.file);
         object.read("translate", kCoordinate, mesh.translate);
         object.read("scale", kScale, mesh.scale);
-        object.read("albedo", kAlbedo, mesh.albedo);
+        read_material(object, mesh);
         object.finish();
         mesh.file = resolved(folder, mesh.file).string();
         return mesh;
@@ -464,6 +478,17 @@ std::string box_medium_text(const BoxMedium& medium, const std::string& place)
     return out.in_lines(kItemIndent);
 }
 
+template <typename SurfaceKind> void add_material(Members& out, const SurfaceKind& surface)
+{
+    out.triple("albedo", surface.albedo);
+    if (surface.gloss) {
+        out.number("roughness", surface.gloss->roughness);
+        out.number("metallic", surface.gloss->metallic);
+    }
+    if (surface.emission != glm::vec3(0))
+        out.triple("emission", surface.emission);
+}
+
 std::string surface_text(const Surface& surface, const std::string& place, const fs::path& folder)
 {
     Members out(place);
@@ -471,19 +496,19 @@ std::string surface_text(const Surface& surface, const std::string& place, const
         out.text("type", "sphere");
         out.triple("center", sphere->center);
         out.number("radius", sphere->radius);
-        out.triple("albedo", sphere->albedo);
+        add_material(out, *sphere);
     } else if (const auto* box = std::get_if<BoxSurface>(&surface)) {
         out.text("type", "box");
         out.triple("min", box->min);
         out.triple("max", box->max);
-        out.triple("albedo", box->albedo);
+        add_material(out, *box);
     } else {
         const auto& mesh = std::get<MeshSurface>(surface);
         out.text("type", "mesh");
         out.text("file", relative_name(mesh.file, folder));
         out.triple("translate", mesh.translate);
         out.number("scale", mesh.scale);
-        out.triple("albedo", mesh.albedo);
+        add_material(out, mesh);
     }
     return out.in_lines(kItemIndent);
 }

@@ -21,6 +21,7 @@ inline constexpr NumberRange kEmission{0, kMaxValue, false, false, "W/m^2/sr per
 inline constexpr NumberRange kKelvin{0, kMaxValue, true, false, "kelvin per unit"};
 inline constexpr NumberRange kFactor{0, kMaxValue};
 inline constexpr NumberRange kAlbedo{0, 1};
+inline constexpr NumberRange kShare{0, 1};
 inline constexpr NumberRange kAnisotropy{-1, 1, true, true};
 inline constexpr NumberRange kAngle{0, 180, true, true, "degrees"};
 inline constexpr NumberRange kTime{-kMaxValue, kMaxValue, false, false, "seconds"};

@@ -123,8 +123,13 @@ void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, cons
         views_.insert(views_.end(), views.layers.begin(), views.layers.end());
     }
     std::vector<Surface> casters = scene.surfaces;
-    for (Surface& caster : casters)  // a colour throws no shadow
-        std::visit([](auto& surface) { surface.albedo = glm::vec3(0); }, caster);
+    for (Surface& caster : casters)  // what it looks like throws no shadow
+        std::visit(
+            [](auto& surface) {
+                surface.albedo = surface.emission = glm::vec3(0);
+                surface.gloss.reset();
+            },
+            caster);
     const bool same =
         old_map && old_map.size().x == map_size && views_ == old_views && casters == casters_;
     casters_ = std::move(casters);

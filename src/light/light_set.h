@@ -102,7 +102,7 @@ private:
     std::vector<Span> spans_;    ///< of each
     std::vector<LightPosition> points_;
     std::vector<View> views_;       ///< a layer of the shadow map each
-    std::vector<Surface> casters_;  ///< that it shows, their albedo left out
+    std::vector<Surface> casters_;  ///< that it shows, their materials left out
     int views_drawn_ = 0;
     bool shaded_media_ = false;
     mutable std::vector<SunReadback> sun_readbacks_;  ///< of suns, as they are asked for

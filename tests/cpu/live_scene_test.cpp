@@ -56,6 +56,22 @@ TEST(LiveScene, IdsOutliveWhatIsRemovedBeforeThem)
     EXPECT_NE(live.add(SunLight{}), sun) << "a number is given once";
 }
 
+TEST(LiveScene, ASurfacesGlossAndEmissionAreContent)
+{
+    Scene scene;
+    scene.surfaces = {SphereSurface{}};
+    LiveScene live(scene);
+    const SurfaceId ball = live.surfaces().front();
+    SphereSurface other;
+    other.gloss = Gloss{.roughness = 0.5f};
+    live.update(ball, other);
+    EXPECT_FALSE(same_content(live.scene(), scene));
+    live.update(ball, SphereSurface{.emission = {1, 0, 0}});
+    EXPECT_FALSE(same_content(live.scene(), scene));
+    live.update(ball, SphereSurface{});
+    EXPECT_TRUE(same_content(live.scene(), scene));
+}
+
 TEST(LiveScene, TransparentsComeAndGoByIdsToo)
 {
     Scene scene;

@@ -58,7 +58,8 @@ constexpr std::string_view kFullScene = R"({
   "surfaces": [
     {"type": "sphere", "center": [0.25,0.1,2.4], "radius": 0.6, "albedo": [0.6,0.55,0.5], "note": {"a": [1]}},
     {"type": "box", "min": [-60,-60,-1], "max": [60,60,0], "albedo": [0.4,0.4,0.4]},
-    {"type": "mesh", "file": "sub/column.gltf", "translate": [1,0,0], "scale": 2.5, "albedo": [0.1,0.2,0.3]}
+    {"type": "mesh", "file": "sub/column.gltf", "translate": [1,0,0], "scale": 2.5, "albedo": [0.1,0.2,0.3],
+     "roughness": 0.25, "metallic": 0.75, "emission": [1,2,3]}
   ],
   "transparents": [
     {"type": "quad", "corner": [-2.2,-1,0.6], "edges": [[2.6,0.9,0],[0,0,3.6]], "blend": "alpha",
@@ -199,6 +200,7 @@ void expect_equal(const Scene& a, const Scene& b)
             EXPECT_EQ(mesh.scale, other.scale);
             EXPECT_EQ(mesh.albedo, other.albedo);
         }
+        EXPECT_EQ(a.surfaces[i], b.surfaces[i]) << "surface " << i;
     }
 
     ASSERT_EQ(a.transparents.size(), b.transparents.size());
@@ -293,6 +295,28 @@ TEST(SceneFile, ReadsEveryKey)
     EXPECT_EQ(fs::path(mesh.file), folder.path() / "sub" / "column.gltf");
     EXPECT_EQ(mesh.scale, 2.5);
     EXPECT_EQ(mesh.albedo, glm::vec3(0.1f, 0.2f, 0.3f));
+    EXPECT_EQ(mesh.gloss, (Gloss{.roughness = 0.25f, .metallic = 0.75f}));
+    EXPECT_EQ(mesh.emission, glm::vec3(1, 2, 3));
+    EXPECT_EQ(std::get<SphereSurface>(scene.surfaces[0]).gloss, std::nullopt);
+    EXPECT_EQ(std::get<SphereSurface>(scene.surfaces[0]).emission, glm::vec3(0));
+}
+
+// glTF 2.0's defaults of both factors are 1.
+TEST(SceneFile, OneOfRoughnessAndMetallicMakesASurfaceGlossy)
+{
+    const TempFolder folder;
+    const auto gloss_of = [&](const std::string& keys) {
+        const Scene scene = parse(
+            folder, minimal(R"(, "surfaces": [{"type": "sphere", "center": [0,0,0], "radius": 1)" +
+                            keys + "}]"));
+        return std::get<SphereSurface>(scene.surfaces.at(0)).gloss;
+    };
+    EXPECT_EQ(gloss_of(""), std::nullopt);
+    EXPECT_EQ(gloss_of(R"(, "emission": [1,1,1])"), std::nullopt);
+    EXPECT_EQ(gloss_of(R"(, "roughness": 0.5)"), (Gloss{.roughness = 0.5f, .metallic = 1}));
+    EXPECT_EQ(gloss_of(R"(, "metallic": 0)"), (Gloss{.roughness = 1, .metallic = 0}));
+    EXPECT_EQ(gloss_of(R"(, "metallic": 1, "roughness": 0)"),
+              (Gloss{.roughness = 0, .metallic = 1}));
 }
 
 TEST(SceneFile, LeavesDefaultsWhereKeysAreMissing)
@@ -729,6 +753,15 @@ std::vector<BadScene> bad_scenes()
         {"albedo_dark",
          surface(R"("type": "sphere", "center": [0,0,0], "radius": 1, "albedo": [-0.1,0,0])"),
          {"surfaces[0].albedo[0]", "[0, 1]", "-0.1"}},
+        {"roughness_large",
+         surface(R"("type": "sphere", "center": [0,0,0], "radius": 1, "roughness": 1.5)"),
+         {"surfaces[0].roughness", "[0, 1]", "1.5"}},
+        {"metallic_negative",
+         surface(R"("type": "box", "min": [0,0,0], "max": [1,1,1], "metallic": -0.1)"),
+         {"surfaces[0].metallic", "[0, 1]", "-0.1"}},
+        {"surface_emission_negative",
+         surface(R"("type": "mesh", "file": "a.gltf", "emission": [0,-1,0])"),
+         {"surfaces[0].emission[1]", "W/m^2/sr", "-1"}},
         {"box_radius",
          surface(R"("type": "box", "min": [0,0,0], "max": [1,1,1], "radius": 1)"),
          {"surfaces[0]: unknown key 'radius'"}},
