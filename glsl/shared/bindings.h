@@ -13,9 +13,11 @@
 #define LIGHT_VOLUMES_BLOCK 5
 #define FIELD_BLOCK 6
 #define SPLITS_BLOCK 7
-#define BLOCK_COUNT 8
-#define TRANSPARENT_BLOCK DRAW_BLOCK  // no surface is drawn meanwhile
-#define INSPECT_BLOCK DRAW_BLOCK      // no surface is drawn while a frame is inspected
+#define PROBES_BLOCK 8
+#define BLOCK_COUNT 9
+#define PROBE_FILTER_BLOCK FROXEL_BLOCK  // no froxels are filled meanwhile
+#define TRANSPARENT_BLOCK DRAW_BLOCK     // no surface is drawn meanwhile
+#define INSPECT_BLOCK DRAW_BLOCK         // no surface is drawn while a frame is inspected
 
 // Texture units.
 #define SCENE_DEPTH_UNIT 0
@@ -74,6 +76,13 @@
 #define FIELD_ORDER_UNIT FIELD_SIGMA_T_UNIT
 #define FIELD_WORLD_UNIT FIELD_WAYS_UNIT
 
+// While a probe is filtered.
+#define PROBE_SOURCE_UNIT 1
+
+// When surfaces are drawn, which read no layer.
+#define WORLD_PROBE_UNIT 2
+#define PROBES_UNIT 3
+
 // A window shows pictures when no pass runs.
 #define DISPLAY_A_UNIT 0
 #define DISPLAY_B_UNIT 1
@@ -115,4 +124,5 @@
 #define MAX_SHADOW_VIEWS 96  // 16 points, 6 each
 #define MAX_OCTAVES 16
 #define MAX_ISLANDS 48  // of all media
+#define PROBE_MAPS 8    // of a probe at most, one a roughness
 #define BLUE_NOISE_SIZE 64

@@ -19,6 +19,7 @@
 #include "shared/light_volume_params.h"
 #include "shared/march_history_params.h"
 #include "shared/medium_params.h"
+#include "shared/probe_params.h"
 #include "shared/split_params.h"
 #include "shared/step_tile.h"
 #include "shared/transparent_params.h"
@@ -208,7 +209,8 @@ private:
         {"SpotParams", "u_params.cos_half_cone"},    {"LightVolumesParams", "u_params.layer"},
         {"FieldParams", "u_params.order"},           {"MediaParams", "u_params.media[1].g"},
         {"DisplayParams", "u_params.wipe"},          {"TransparentParams", "u_params.unused"},
-        {"SplitParams", "float(u_params.count)"}};
+        {"SplitParams", "float(u_params.count)"},    {"ProbesParams", "u_params.world.last"},
+        {"ProbeFilterParams", "u_params.alpha"}};
 };
 
 TEST_F(ParamLayout, Frame)
@@ -317,6 +319,22 @@ TEST_F(ParamLayout, Field)
     expect_same(layout("field_params.h", "FieldParams"), expected, sizeof(FieldParams));
 }
 
+TEST_F(ParamLayout, Probes)
+{
+    const Offsets map{MEMBER(ProbeMap, first), MEMBER(ProbeMap, size), MEMBER(ProbeMap, layer)};
+    Offsets filter{MEMBER(ProbeFilterParams, alpha)};
+    add_struct(filter, "from", offsetof(ProbeFilterParams, from), map);
+    add_struct(filter, "to", offsetof(ProbeFilterParams, to), map);
+    expect_same(layout("probe_params.h", "ProbeFilterParams"), filter, sizeof(ProbeFilterParams));
+
+    const Offsets place{{"maps[0]", offsetof(ProbeLayoutParams, maps)},
+                        MEMBER(ProbeLayoutParams, last),
+                        MEMBER(ProbeLayoutParams, harmonics)};
+    Offsets probes;
+    add_struct(probes, "world", offsetof(ProbesParams, world), place);
+    expect_same(layout("probe_params.h", "ProbesParams"), probes, sizeof(ProbesParams));
+}
+
 TEST_F(ParamLayout, Media)
 {
     Offsets expected;
@@ -417,6 +435,7 @@ void kernel(int i)
 TEST_F(SharedBits, AStepTileIsTheSameOnBothSides)
 {
     const Kernel kernel(gl(), R"(
+#include "shared/probe_params.h"
 #include "shared/split_params.h"
 #include "shared/step_tile.h"
 #include "shared/transparent_params.h"

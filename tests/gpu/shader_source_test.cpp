@@ -255,6 +255,10 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                      media + kLights[0] + stored +
                          flags(set >> 1, {"kMarched", "kSurfaces", "kMeans", "kClear"}));
     };
+    for (const Defines& source : {Defines{}, Defines{{"kSamples", "3"}}, Defines{{"FACES", ""}}})
+        variants.add("probe/resolve.comp", source);
+    for (const char* file : {"probe/shrink.comp", "probe/filter.comp", "probe/harmonics.comp"})
+        variants.add(file, {});
     variants.add("light/crossed.frag", {});
     variants.add("light/crossed.frag", {{"kBeyond", ""}});
     variants.add("light/field_sum.comp", {});
