@@ -1,75 +1,18 @@
-// Lambertian surfaces: radiance albedo / pi * (irradiance of all lights + the world's), light hidden by
-// surfaces and, THROUGH_MEDIA, dimmed by the media on its way.
-#include "lib/lat_long.glsl"
-#include "lib/lattice.glsl"
-#include "lib/phase.glsl"
-#include "scene/frame.glsl"
-#include "scene/light_volumes_block.glsl"
-#include "scene/lights.glsl"
-#include "scene/world_irradiance.glsl"
+// Lambertian surfaces: radiance albedo / pi * irradiance.
+#include "scene/irradiance.glsl"
 #include "shared/draw_params.h"
 
-// Variant. THROUGH_MEDIA: the scene's media are there.
-const bool kEnvironment = false;      // the world is a map: irradiance by normal from a table, else pi * its one colour
-const bool kWorldIrradiance = false;  // what of it is hidden and dimmed is in a volume
-const bool kTwoSided = false;
+const bool kTwoSided = false;  // variant
 
 layout(std140, binding = DRAW_BLOCK) uniform Draw { DrawParams u_draw; };
-layout(binding = IRRADIANCE_UNIT) uniform sampler2D u_irradiance_tx;
 in vec3 p_world;
 in vec3 normal;
 layout(location = 0) out vec4 out_color;
-
-// What the media let through of light i.
-#ifdef THROUGH_MEDIA
-#include "scene/light_volumes.glsl"
-vec3 through_media(int i, vec3 p, LightSample light) { return vec3(exp(-depth_to_light(i, p, light))); }
-#else
-vec3 through_media(int i, vec3 p, LightSample light) { return vec3(1.0); }
-#endif
-
-bool is_lit(LightSample light, vec3 n) { return dot(n, light.wi) > 0.0 && light.irradiance != vec3(0.0); }
-
-// visibility: of the light, from p
-void add_irradiance(inout vec3 sum, int i, LightSample light, vec3 p, vec3 n, float visibility)
-{
-    if (visibility > 0.0)
-        sum += light.irradiance * (visibility * dot(n, light.wi)) * through_media(i, p, light);
-}
-
-void add_sun_irradiance(inout vec3 sum, int i, vec3 p, vec3 n)
-{
-    LightSample light = sun_sample(i, p);
-    if (is_lit(light, n))
-        add_irradiance(sum, i, light, p, n, sun_on_surface(i, p, n));
-}
-
-void add_point_irradiance(inout vec3 sum, int i, vec3 p, vec3 n)
-{
-    LightSample light = point_sample(i, p);
-    if (is_lit(light, n))
-        add_irradiance(sum, i, light, p, n, point_on_surface(i, p, n));
-}
-
-void add_spot_irradiance(inout vec3 sum, int i, vec3 p, vec3 n)
-{
-    LightSample light = spot_sample(i, p);
-    if (is_lit(light, n))
-        add_irradiance(sum, i, light, p, n, spot_on_surface(i, p, n));
-}
-
-#include "written/irradiance.glsl"
 
 void main()
 {
     vec3 n = normalize(normal);
     if (kTwoSided && !gl_FrontFacing)
         n = -n;
-    vec3 irradiance = kPi * u_lights.world_radiance.rgb;
-    if (kEnvironment)
-        irradiance = textureLod(u_irradiance_tx, lat_long_uv(n), 0.0).rgb;
-    if (kWorldIrradiance)
-        irradiance = world_irradiance(p_world, n, irradiance);
-    add_lights(irradiance, p_world, n);
-    out_color = vec4(u_draw.albedo.rgb / kPi * irradiance, 1.0);
+    out_color = vec4(u_draw.albedo.rgb / kPi * irradiance_at(p_world, n), 1.0);
 }
