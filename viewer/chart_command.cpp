@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "bounce_count.h"
 #include "chart_log.h"
 #include "command.h"
 #include "context/headless_context.h"
@@ -40,7 +41,7 @@ constexpr const char* kLogName = "chart.partial.jsonl";
 
 struct ChartOptions {
     std::string input, output, size, grid, up = "auto", backend = "osmesa", target = "composite",
-                                           bounces = "all";
+                                           bounces = "all", surface_bounces = "0";
     std::optional<double> tolerance;
     std::optional<int> frames;
     std::optional<double> time_limit;  ///< seconds
@@ -48,6 +49,13 @@ struct ChartOptions {
 
     /// Light scatters once in the truth and in all that is measured against it.
     [[nodiscard]] bool once() const { return bounces == "0"; }
+    /// Of the truth.
+    [[nodiscard]] int reflections() const
+    {
+        return parse_bounces("--surface-bounces", surface_bounces);
+    }
+    /// Whether the truth is integrated, and no path of it is sampled.
+    [[nodiscard]] bool integrated() const { return once() && reflections() == 0; }
 };
 
 /// What a chart may take, and how closely it looks.
@@ -70,7 +78,7 @@ ChartEffort effort_of(const ChartOptions& options)
 {
     ChartEffort effort = options.quick ? kQuickChart : kWholeChart;
     effort.tolerance =
-        options.tolerance.value_or(options.once() ? effort.tolerance_once : effort.tolerance);
+        options.tolerance.value_or(options.integrated() ? effort.tolerance_once : effort.tolerance);
     effort.frames = options.frames.value_or(effort.frames);
     effort.seconds = options.time_limit.value_or(effort.seconds);
     return effort;
@@ -93,8 +101,10 @@ std::string continue_command(const ChartOptions& options)
     return fmt::format("fumarole chart {}", shell_word(options.input)) +
            (options.quick ? " --quick" : "") + option_text("-o", options.output) +
            option_text("--target", options.target, "composite") +
-           option_text("--bounces", options.bounces, "all") + option_text("--size", options.size) +
-           option_text("--grid", options.grid) + option_text("--up", options.up, "auto") +
+           option_text("--bounces", options.bounces, "all") +
+           option_text("--surface-bounces", options.surface_bounces, "0") +
+           option_text("--size", options.size) + option_text("--grid", options.grid) +
+           option_text("--up", options.up, "auto") +
            option_text("--backend", options.backend, "osmesa") +
            number("--tolerance", options.tolerance) + number("--frames", options.frames) +
            number("--time-limit", options.time_limit) + (options.json ? " --json" : "");
@@ -170,6 +180,7 @@ void print_json(const study::Chart& chart, const study::KeptReference& reference
                       {"reused", reference.reused},
                       {"seconds", reference.seconds},
                       {"bounces", options.once() ? Json(0) : Json("all")},
+                      {"surface_bounces", bounces_json(options.reflections())},
                       {"tolerance", tolerance}}},
                     {"timing", chart.timing_method},
                     {"rounds", chart.rounds},
@@ -224,9 +235,9 @@ study::Target parse_target(const std::string& name)
 
 /// By its own estimate: relMSE of a composite that is off by the estimated error everywhere, or
 /// where noise is most of that, what it is unsure by once the noise is taken off.
-double own_relmse(const study::ReferenceStill& still, bool once)
+double own_relmse(const study::ReferenceStill& still, bool integrated)
 {
-    if (!once)
+    if (!integrated)
         return study::noise_relmse(still.noise, still.composite).deviation;
     std::vector<float> off = still.composite;
     for (std::size_t i = 0; i < off.size(); ++i)
@@ -235,8 +246,9 @@ double own_relmse(const study::ReferenceStill& still, bool once)
 }
 
 std::vector<std::pair<std::string, std::string>>
-machine_of(const Renderer& renderer, const study::Chart& chart, const ChartEffort& effort,
-           const study::KeptReference& reference, double reference_relmse)
+machine_of(const Renderer& renderer, const study::Chart& chart, const ChartOptions& options,
+           const ChartEffort& effort, const study::KeptReference& reference,
+           double reference_relmse)
 {
     const gl::Capabilities& gl = renderer.device().capabilities();
     return {{"renderer", gl.renderer},
@@ -250,12 +262,17 @@ machine_of(const Renderer& renderer, const study::Chart& chart, const ChartEffor
                                    "seed's composite through the filmic transform",
                                    effort.seeds)},
             {"reference",
-             fmt::format("{}, tolerance {:g} of each pixel, pixel centres; by its own estimate "
+             fmt::format("{}{}, tolerance {:g} of each pixel, pixel centres; by its own estimate "
                          "{} {:.1e}; {}",
-                         chart.once ? "light scatters once" : "all bounces", effort.tolerance,
-                         chart.once ? "its relMSE is"
-                                    : "the relMSE of its noise, which is taken off each error, is "
-                                      "known to",
+                         chart.once ? "light scatters once" : "all bounces",
+                         options.reflections() == 0
+                             ? ""
+                             : fmt::format(", {} of surfaces", bounces_text(options.reflections())),
+                         effort.tolerance,
+                         options.integrated()
+                             ? "its relMSE is"
+                             : "the relMSE of its noise, which is taken off each error, is "
+                               "known to",
                          reference_relmse, reference.file.filename().string())},
             {"fumarole", fmt::format("{}, compiled by {}", FUMAROLE_VERSION, __VERSION__)}};
 }
@@ -297,6 +314,7 @@ private:
     {
         study::ReferenceOptions wanted;
         wanted.bounces = options_.once() ? 0 : study::kMeasuredBounces;
+        wanted.surface_bounces = options_.reflections();
         wanted.tolerance = effort_.tolerance;
         wanted.cancel = Interruption::flag();
         progress_.show("reference: preparing");
@@ -311,20 +329,20 @@ private:
         effort_.tolerance = wanted.tolerance;
         wanted.progress = [&](double share) { progress_.show("reference", share); };
         reference_ = study::keep_reference(scene_, wanted, folder_, FUMAROLE_VERSION);
-        reference_relmse_ = own_relmse(reference_.still, options_.once());
+        reference_relmse_ = own_relmse(reference_.still, options_.integrated());
     }
 
     /// Is there a reference of an earlier run? The closest one's tolerance goes to `wanted`.
     bool kept(study::ReferenceOptions& wanted) const
     {
         study::ReferenceOptions looser = wanted;
-        for (;; looser.tolerance = study::looser(looser.tolerance, looser.bounces)) {
+        for (;; looser.tolerance = study::looser(looser.tolerance, looser.most_bounces())) {
             const std::string key = study::reference_key(scene_, looser, FUMAROLE_VERSION);
             if (fs::exists(folder_ / fmt::format("reference_{}.exr", key))) {
                 wanted.tolerance = looser.tolerance;
                 return true;
             }
-            if (looser.tolerance >= study::loosest_tolerance(looser.bounces))
+            if (looser.tolerance >= study::loosest_tolerance(looser.most_bounces()))
                 return false;
         }
     }
@@ -364,8 +382,8 @@ private:
         study::ReportFacts facts;
         facts.title = fs::path(options_.input).filename().string();
         facts.command = render_command(options_, scene_);
-        facts.machine =
-            machine_of(renderer_.renderer(), chart_, effort_, reference_, reference_relmse_);
+        facts.machine = machine_of(renderer_.renderer(), chart_, options_, effort_, reference_,
+                                   reference_relmse_);
         facts.reference_file = reference_.file;
         try {
             study::plot_chart(chart_,
@@ -403,6 +421,7 @@ private:
 
 void run(const ChartOptions& options)
 {
+    (void)options.reflections();  // a mistake is said before anything is loaded
     const asset::LoadedScene loaded =
         load_input({options.input, options.size, options.grid, options.up});
     if (loaded.scene.media.empty())
@@ -445,6 +464,7 @@ void add_chart(CLI::App& app)
             "of the truth: all, or 0, with which light scatters once in it and in all that "
             "is measured [all]")
         ->check(CLI::IsMember({"0", "all"}));
+    command->add_option("--surface-bounces", o.surface_bounces, kSurfaceBouncesHelp);
     command->add_option("--size", o.size, "WIDTHxHEIGHT in pixels [480x270, or the scene's]");
     command->add_option("--grid", o.grid, "of a .vdb: name or name[n] [the first fog volume]");
     command->add_option("--up", o.up, "of a .vdb [auto]")->check(CLI::IsMember({"auto", "y", "z"}));

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "bounce_count.h"
 #include "command.h"
 #include "compare_modes.h"
 #include "picture_distance.h"
@@ -34,8 +35,9 @@ struct CompareOptions {
 
 /// Words of the one use of the command are mistakes in the other.
 constexpr std::array kOfPictures{"B.exr", "--target", "--max-relmse", "--difference", "--scale"};
-constexpr std::array kOfScenes{"--modes",        "--size",   "--grid",      "--up",
-                               "--aa",           "--frames", "--tolerance", "--bounces",
+constexpr std::array kOfScenes{"--modes",        "--size",    "--grid",
+                               "--up",           "--aa",      "--frames",
+                               "--tolerance",    "--bounces", "--surface-bounces",
                                "--no-reference", "--backend"};
 
 template <class Names> void refuse(const CLI::App& command, const Names& names, const char* why)
@@ -399,7 +401,7 @@ void add_compare(CLI::App& app)
         ->group(scenes);
     command
         ->add_option("--tolerance", m.tolerance,
-                     "of the reference: relative error of each pixel [0.2, with --bounces 0 0.01]")
+                     "of the reference: relative error of each pixel [0.2, with no bounces 0.01]")
         ->check(CLI::Range(1e-6, 0.5))
         ->group(scenes);
     command
@@ -408,6 +410,7 @@ void add_compare(CLI::App& app)
                      "[all]")
         ->check(CLI::IsMember({"0", "all"}))
         ->group(scenes);
+    command->add_option("--surface-bounces", m.surface_bounces, kSurfaceBouncesHelp)->group(scenes);
     command
         ->add_flag("--no-reference", m.no_reference,
                    "compare the modes with each other alone; the reference may take minutes")

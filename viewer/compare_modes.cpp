@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "bounce_count.h"
 #include "command.h"
 #include "context/headless_context.h"
 #include "interruption.h"
@@ -226,6 +227,7 @@ private:
         study::ReferenceOptions wanted;
         wanted.tolerance = tolerance_;
         wanted.bounces = bounces_;
+        wanted.surface_bounces = surface_bounces_;
         wanted.aa = options_.aa;
         wanted.cancel = Interruption::flag();
         wanted.progress = [&](double share) { progress_.show(kReference, share); };
@@ -353,6 +355,7 @@ private:
                   {"frames", options_.frames},
                   {"modes", modes},
                   {"distances", distances}};
+        json["surface_bounces"] = reference_ ? bounces_json(surface_bounces_) : Json();
         json["tolerance"] = reference_ ? Json(tolerance_) : Json();
         json["output"] = options_.output.empty() ? Json() : Json(options_.output);
         fmt::print("{}\n", json.dump(1, ' ', false, Json::error_handler_t::replace));
@@ -368,7 +371,9 @@ private:
     std::optional<Rendered> reference_;
     std::array<study::NoiseShare, kTargets.size()> noise_;  ///< the reference's
     const int bounces_ = options_.bounces == "0" ? 0 : study::kMeasuredBounces;
-    const double tolerance_ = options_.tolerance.value_or(study::usual_tolerance(bounces_));
+    const int surface_bounces_ = parse_bounces("--surface-bounces", options_.surface_bounces);
+    const double tolerance_ =
+        options_.tolerance.value_or(study::usual_tolerance(std::max(bounces_, surface_bounces_)));
     std::vector<Distance> distances_;
 };
 

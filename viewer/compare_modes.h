@@ -17,6 +17,7 @@ struct ModesOptions {
     int frames = 16;                  ///< timed; froxels gather over them
     std::optional<double> tolerance;  ///< of the reference; else study::usual_tolerance()
     std::string bounces = "all";  ///< of the reference, or 0: light scatters once in the modes too
+    std::string surface_bounces = "0";  ///< of the reference
     bool no_reference = false, json = false;
 };
 

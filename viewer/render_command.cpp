@@ -9,6 +9,7 @@
 #include <numeric>
 #include <optional>
 
+#include "bounce_count.h"
 #include "command.h"
 #include "context/headless_context.h"
 #include "gl/device.h"
@@ -40,7 +41,7 @@ struct RenderOptions {
     std::string input;
     std::vector<std::string> outputs;
     std::string size, grid, up = "auto", backend = "osmesa", exposure = "auto", display = "filmic",
-                            target, save_scene, mode, region, bounces;
+                            target, save_scene, mode, region, bounces, surface_bounces = "0";
     std::string frames = "1", missing_frames = "fail";
     std::string aa_text = "auto";
     int aa = 1;                ///< frames averaged, or the most of them:
@@ -74,6 +75,7 @@ void check_mode(const RenderOptions& options, const CLI::App& command)
     };
     if (!options.reference()) {
         refuse("--tolerance", "is for --mode reference");
+        refuse("--surface-bounces", "is for --mode reference");
         if (options.target == "error")
             throw UsageError("--target error: is for --mode reference, which estimates its error");
         return;
@@ -83,8 +85,9 @@ void check_mode(const RenderOptions& options, const CLI::App& command)
             fmt::format("--target {}: is for OpenGL; the composite of --mode reference "
                         "has the transparents",
                         options.target));
-    constexpr const char* kWhy = "is for OpenGL; --mode reference has no such thing, it "
-                                 "takes --tolerance, --region, --bounces and --aa";
+    constexpr const char* kWhy =
+        "is for OpenGL; --mode reference has no such thing, it "
+        "takes --tolerance, --region, --bounces, --surface-bounces and --aa";
     for (const char* name :
          {"--preset", "--seed", "--backend", "--alpha", "--explain", "--max-error", "--budget"})
         refuse(name, kWhy);
@@ -114,31 +117,24 @@ std::optional<PictureRegion> parse_region(const std::string& text)
     return PictureRegion{numbers[0], numbers[1], numbers[2], numbers[3]};
 }
 
-/// N, or `all`, which is also what is meant where nothing is said.
-int parse_bounces(const std::string& text)
+/// All of them where nothing is said.
+int bounces_of(const RenderOptions& options)
 {
-    if (text.empty() || text == "all")
-        return study::kAllBounces;
-    int bounces = 0;
-    const char* end = text.data() + text.size();
-    const auto parsed = std::from_chars(text.data(), end, bounces);
-    if (parsed.ec != std::errc{} || parsed.ptr != end || bounces < 0)
-        throw UsageError(fmt::format("--bounces: '{}' is no number of scatterings; give 0, 1, 2, "
-                                     "... or all",
-                                     text));
-    return bounces;
+    return options.bounces.empty() ? study::kAllBounces
+                                   : parse_bounces("--bounces", options.bounces);
 }
 
-std::string bounces_text(int bounces)
+int surface_bounces_of(const RenderOptions& options)
 {
-    return bounces == study::kAllBounces ? "all" : std::to_string(bounces);
+    return parse_bounces("--surface-bounces", options.surface_bounces);
 }
 
 /// Single scattering is integrated; what bounces is sampled, and a tenth of the error costs a
 /// hundred times the samples.
 double tolerance_of(const RenderOptions& options)
 {
-    return options.tolerance.value_or(parse_bounces(options.bounces) == 0 ? 1e-3 : 2e-2);
+    return options.tolerance.value_or(
+        bounces_of(options) == 0 && surface_bounces_of(options) == 0 ? 1e-3 : 2e-2);
 }
 
 constexpr int kMostAutomatic = 64;  ///< frames
@@ -606,7 +602,8 @@ study::ReferenceStill render_reference(const RenderOptions& options,
 {
     study::ReferenceOptions wanted;
     wanted.tolerance = tolerance_of(options);
-    wanted.bounces = parse_bounces(options.bounces);
+    wanted.bounces = bounces_of(options);
+    wanted.surface_bounces = surface_bounces_of(options);
     wanted.aa = options.aa;
     wanted.region = region;
     wanted.progress = [&](double share) { progress.show("reference", share); };
@@ -629,7 +626,7 @@ void run_reference(const RenderOptions& options, const PictureFiles& files,
     const float exposure_ev = write_picture(picture, files);
 
     const double tolerance = tolerance_of(options);
-    const int bounces = parse_bounces(options.bounces);
+    const int bounces = bounces_of(options), surface_bounces = surface_bounces_of(options);
     const ErrorSummary error = summarize(still, tolerance);
     if (options.json) {
         Json json = picture_json(options, picture, options.aa, exposure_ev, loaded.notes);
@@ -637,15 +634,20 @@ void run_reference(const RenderOptions& options, const PictureFiles& files,
             region ? Json{region->x, region->y, region->width, region->height} : Json();
         json.update(
             {{"tolerance", tolerance},
-             {"bounces", bounces == study::kAllBounces ? Json("all") : Json(bounces)},
+             {"bounces", bounces_json(bounces)},
+             {"surface_bounces", bounces_json(surface_bounces)},
              {"seconds", seconds},
              {"error",
               {{"worst", error.worst}, {"mean", error.mean}, {"above_tolerance", error.above}}}});
         print_json(json);
         return;
     }
-    fmt::print("{} x {}, reference with {} bounces to {:g} of a pixel, {:.2f} s\n", still.width,
-               still.height, bounces_text(bounces), tolerance, seconds);
+    fmt::print("{} x {}, reference with {} bounces{} to {:g} of a pixel, {:.2f} s\n", still.width,
+               still.height, bounces_text(bounces),
+               surface_bounces == 0
+                   ? ""
+                   : fmt::format(" and {} of surfaces", bounces_text(surface_bounces)),
+               tolerance, seconds);
     fmt::print("estimated error   mean {:.2e}, worst {:.2e} W/m^2/sr; above the tolerance in "
                "{:.2f} % of the pixels\n",
                error.mean, error.worst, 100 * error.above);
@@ -850,7 +852,8 @@ void run(RenderOptions options, const CLI::App& command)
         options.mode = mode_name(settings.mode);
     const std::optional<Inspection> inspection = inspection_of(options, settings, command);
     const std::optional<PictureRegion> region = parse_region(options.region);
-    parse_bounces(options.bounces);  // a mistake is said before anything is loaded
+    bounces_of(options);  // a mistake is said before anything is loaded
+    surface_bounces_of(options);
     check_outputs(options.outputs);
     if (options.range)
         check_moving_outputs(options);
@@ -935,10 +938,10 @@ void add_render(CLI::App& app, const std::string& line)
                      "processor [the preset's]")
         ->check(CLI::IsMember({"raymarch", "froxel", "reference"}));
     command
-        ->add_option(
-            "--tolerance", o.tolerance,
-            "of the reference: relative error of each pixel [0.02, with --bounces 0 0.001]")
+        ->add_option("--tolerance", o.tolerance,
+                     "of the reference: relative error of each pixel [0.02, with no bounces 0.001]")
         ->check(CLI::Range(1e-6, 0.5));
+    command->add_option("--surface-bounces", o.surface_bounces, kSurfaceBouncesHelp);
     command->add_option("--region", o.region,
                         "this part alone: X,Y,WIDTH,HEIGHT in pixels from the top left; an .exr "
                         "keeps the whole picture's display window");

@@ -78,9 +78,9 @@ double guess_reference_seconds(const Scene& scene, const ReferenceOptions& optio
 double fit_tolerance(const Scene& scene, const ReferenceOptions& options, double seconds)
 {
     ReferenceOptions tried = options;
-    while (tried.tolerance < loosest_tolerance(tried.bounces) &&
+    while (tried.tolerance < loosest_tolerance(tried.most_bounces()) &&
            guess_reference_seconds(scene, tried, seconds / 8) > seconds)
-        tried.tolerance = looser(tried.tolerance, tried.bounces);
+        tried.tolerance = looser(tried.tolerance, tried.most_bounces());
     return tried.tolerance;
 }
 

@@ -8,6 +8,7 @@ namespace fumarole::study {
 
 /// Tolerance beyond which a reference is none. Where light scatters on its pixels are noisy, and
 /// their noise is known.
+/// @param bounces of the media or of surfaces, whichever are more
 constexpr double loosest_tolerance(int bounces)
 {
     return bounces > 0 ? 0.3 : 0.1;

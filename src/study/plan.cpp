@@ -141,7 +141,7 @@ private:
         glance_s_ = kFrameSeconds + 3e-3 * glance_ms_;  // the first one compiled its shaders too
         plan_.timing_method = timing_name(renderer_.renderer().measuring_timing());
         reference_ = std::make_unique<SparseReference>(scene_, guide(), coarsest(), bounces(),
-                                                       options_.cancel);
+                                                       kMeasuredSurfaceBounces, options_.cancel);
     }
 
     void draw(std::size_t batch_size)

@@ -111,9 +111,10 @@ Estimate controlled_mean(std::span<const double> known, std::span<const double> 
 }
 
 SparseReference::SparseReference(const Scene& scene, std::vector<float> guide, double tolerance,
-                                 int bounces, const std::atomic<bool>* cancel)
+                                 int bounces, int surface_bounces, const std::atomic<bool>* cancel)
     : scene_{scene}, cancel_{cancel}, guide_{std::move(guide)}, tolerance_{tolerance},
-      reference_{std::make_unique<Reference>(scene, tolerance, bounces, cancel)}, bounces_{bounces}
+      reference_{std::make_unique<Reference>(scene, tolerance, bounces, surface_bounces, cancel)},
+      bounces_{bounces}, surface_bounces_{surface_bounces}
 {
     double squares = 0;
     for (const float v : guide_)
@@ -125,7 +126,8 @@ void SparseReference::set_tolerance(double tolerance)
 {
     tolerance_ = tolerance;
     known_.clear();
-    reference_ = std::make_unique<Reference>(scene_, tolerance, bounces_, cancel_);
+    reference_ =
+        std::make_unique<Reference>(scene_, tolerance, bounces_, surface_bounces_, cancel_);
 }
 
 void SparseReference::refer(std::span<const std::size_t> draws)

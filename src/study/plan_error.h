@@ -57,9 +57,9 @@ struct RootError {
 class SparseReference {
 public:
     /// @param guide RGB, rows from the top
-    /// @param bounces of the references, as in ReferenceOptions
+    /// @param bounces, surface_bounces of the references, as in ReferenceOptions
     SparseReference(const Scene& scene, std::vector<float> guide, double tolerance, int bounces,
-                    const std::atomic<bool>* cancel);
+                    int surface_bounces, const std::atomic<bool>* cancel);
 
     /// 0.1 mean(r^2), by the guide.
     [[nodiscard]] double floor() const { return guide_floor_; }
@@ -96,7 +96,7 @@ private:
         glm::vec3 rgb, with_noise;  ///< the same with a noise that it may have
     };
     std::unordered_map<std::size_t, Known> known_;
-    int bounces_;
+    int bounces_, surface_bounces_;
 };
 
 }  // namespace fumarole::study

@@ -9,6 +9,7 @@
 #include <oneapi/tbb/blocked_range2d.h>
 #include <oneapi/tbb/parallel_for.h>
 
+#include "study/reference_emitters.h"
 #include "study/reference_geometry.h"
 #include "study/reference_lights.h"
 #include "study/reference_media.h"
@@ -68,7 +69,8 @@ private:
 
 class Reference::Impl {
 public:
-    Impl(const Scene& scene, double tolerance, int bounces, const std::atomic<bool>* cancel)
+    Impl(const Scene& scene, double tolerance, int bounces, int surface_bounces,
+         const std::atomic<bool>* cancel)
         : eye_{scene}, surfaces_{scene.surfaces}, transparents_{scene}, media_{scene, tolerance},
           tracking_{media_}, world_{scene,
                                     surfaces_,
@@ -77,20 +79,39 @@ public:
                                     -std::log(0.1 * tolerance),
                                     media_.emits() && bounces != kLampsAndWorldOnce,
                                     cancel},
+          emitters_{bounces == kLampsAndWorldOnce ? SurfaceEmitters()
+                                                  : SurfaceEmitters(scene.surfaces)},
           // What is integrated errs alike in neighbouring pixels, so it is not as lax as what is
           // sampled.
-          tolerance_{tolerance}, quadrature_{bounces > 0 ? std::min(tolerance, 0.02) : tolerance},
-          bounces_{media_.scatters() ? bounces : 0}, paths_{surfaces_, media_,
-                                                            tracking_, world_.radiance(),
-                                                            lights_,   {1, std::max(bounces, 0)},
-                                                            cancel}
+          tolerance_{tolerance}, quadrature_{bounces > 0 || surface_bounces > 0
+                                                 ? std::min(tolerance, 0.02)
+                                                 : tolerance},
+          traced_{(media_.scatters() && bounces > 0) || surface_bounces > 0 || !emitters_.empty()},
+          paths_{surfaces_,
+                 media_,
+                 tracking_,
+                 world_.radiance(),
+                 lights_,
+                 emitters_,
+                 orders(bounces, surface_bounces),
+                 cancel},
+          clear_media_{Scene(), tolerance}, clear_tracking_{clear_media_},
+          clear_paths_{surfaces_,
+                       clear_media_,
+                       clear_tracking_,
+                       world_.radiance(),
+                       lights_,
+                       emitters_,
+                       orders(bounces, surface_bounces),
+                       cancel}
     {
         for (const Light& light : scene.lights)
             if (const ReferenceLight made(light); !made.black())
                 lights_.push_back(made);
     }
 
-    [[nodiscard]] ReferenceSample sample(glm::dvec2 point, double floor, double relax) const
+    [[nodiscard]] ReferenceSample sample(glm::dvec2 point, double floor, double surface_floor,
+                                         double relax) const
     {
         ReferenceSample out;
         double per_z = 1;
@@ -102,7 +123,7 @@ public:
         double surface_error = 0;
         if (hit) {
             out.view_z = hit->t / per_z;
-            surface_error = shade(*hit, seed, floor, relax, out);
+            surface_error = shade(*hit, -ray.direction, seed, surface_floor, relax, out);
         } else {
             out.surface = out.surface_lit = world_.radiance()(ray.direction);
         }
@@ -205,7 +226,7 @@ private:
         if (!world_.black())
             add(world_.scattered(ray, places, splits, hash(sent.seed, 1),
                                  sampling(known, sent.floor, sent.relax)));
-        if (bounces_ > 0)
+        if (traced_)
             add(paths_.scattered(ray, places, splits, hash(sent.seed, 2),
                                  sampling(known, sent.floor, sent.relax)));
         return parts;
@@ -228,8 +249,42 @@ private:
     }
 
     /// Fills in the surfaces' radiance; answers with its estimated error.
-    double shade(const SurfaceHit& hit, std::uint32_t seed, double floor, double relax,
-                 ReferenceSample& out) const
+    double shade(const SurfaceHit& hit, glm::dvec3 wo, std::uint32_t seed, double floor,
+                 double relax, ReferenceSample& out) const
+    {
+        const double error = hit.gloss ? shade_glossy(hit, wo, seed, floor, relax, out)
+                                       : shade_lambertian(hit, seed, floor, relax, out);
+        out.surface += glm::dvec3(hit.emission);
+        out.surface_lit += glm::dvec3(hit.emission);
+        return error;
+    }
+
+    double shade_glossy(const SurfaceHit& hit, glm::dvec3 wo, std::uint32_t seed, double floor,
+                        double relax, ReferenceSample& out) const
+    {
+        const SurfaceReflection reflection(hit, wo);
+        const Origin from = surfaces_.leave(hit);
+        for (const ReferenceLight& light : lights_) {
+            if (light.has_area())
+                continue;
+            const glm::dvec3 sent = reflection(light.place().wi(hit.p));
+            if (sent == glm::dvec3(0))
+                continue;
+            glm::dvec3 clear;
+            out.surface_lit += sent * arriving(light, from, clear);
+            out.surface += sent * clear;
+        }
+        const SamplingAccuracy asked = sampling(out.surface_lit, floor, relax);
+        const Integral found = paths_.reflected(hit, wo, hash(seed, 3), asked);
+        out.surface += media_.empty() ? found.value
+                                      : clear_paths_.reflected(hit, wo, hash(seed, 3), asked).value;
+        out.surface_lit += found.value;
+        out.surface_noise = found.noise;
+        return found.error;
+    }
+
+    double shade_lambertian(const SurfaceHit& hit, std::uint32_t seed, double floor, double relax,
+                            ReferenceSample& out) const
     {
         glm::dvec3 clear(0), lit(0);
         const Origin from = surfaces_.leave(hit);
@@ -251,17 +306,20 @@ private:
         }
         const WorldIrradiance world =
             world_.irradiance(hit, seed, sampling(lit, floor / largest(reflected), relax));
-        out.surface = reflected * (clear + world.clear);
+        clear += world.clear;
         lit += world.lit;
         glm::dvec3 noise = world.noise;
         double error = std::hypot(light_error, world.error);
-        if (bounces_ > 0) {
-            const Integral bounced = paths_.irradiance(
-                hit, hash(seed, 3), sampling(lit, floor / largest(reflected), relax));
+        if (traced_) {
+            const SamplingAccuracy asked = sampling(lit, floor / largest(reflected), relax);
+            const Integral bounced = paths_.irradiance(hit, hash(seed, 3), asked);
+            clear += media_.empty() ? bounced.value
+                                    : clear_paths_.irradiance(hit, hash(seed, 3), asked).value;
             lit += bounced.value;
             noise += bounced.noise;
             error = std::hypot(error, bounced.error);
         }
+        out.surface = reflected * clear;
         out.surface_lit = reflected * lit;
         out.surface_noise = reflected * noise;
         return largest(reflected) * error;
@@ -278,13 +336,21 @@ private:
     /// @param known what is there already, which the tolerance is relative to as well
     [[nodiscard]] SamplingAccuracy sampling(glm::dvec3 known, double floor, double relax) const
     {
-        const double share = bounces_ > 0 ? 0.9 / std::numbers::sqrt2 : 0.9;
+        const double share = traced_ ? 0.9 / std::numbers::sqrt2 : 0.9;
         // A lax picture is done before so many points as an exact one begins with.
         const double wanted = relax * tolerance_;
         const std::uint32_t first = wanted <= 0.01 ? 16 : wanted < 0.03 ? 8 : 4;
         return {.relative = share * wanted,
                 .absolute = share * relax * std::max(floor, tolerance_ * largest(known)),
                 .first = first};
+    }
+
+    static PathOrders orders(int bounces, int surface_bounces)
+    {
+        return {.first = 1,
+                .last = std::max(bounces, 0),
+                .surfaces = surface_bounces,
+                .media_light = bounces != kLampsAndWorldOnce};
     }
 
     /// The same point is asked the same way, whoever asks.
@@ -368,23 +434,29 @@ private:
     ReferenceMedia media_;
     MediaTracking tracking_;
     ReferenceWorld world_;
+    SurfaceEmitters emitters_;
     double tolerance_, quadrature_;
-    int bounces_;
+    bool traced_;  ///< whether there are paths with more vertices than vertex 0
     std::vector<ReferenceLight> lights_;
     ReferencePaths paths_;
+    // As if there were no media.
+    ReferenceMedia clear_media_;
+    MediaTracking clear_tracking_;
+    ReferencePaths clear_paths_;
 };
 
-Reference::Reference(const Scene& scene, double tolerance, int bounces,
+Reference::Reference(const Scene& scene, double tolerance, int bounces, int surface_bounces,
                      const std::atomic<bool>* cancel)
-    : impl_{std::make_unique<Impl>(scene, tolerance, bounces, cancel)}
+    : impl_{std::make_unique<Impl>(scene, tolerance, bounces, surface_bounces, cancel)}
 {
 }
 
 Reference::~Reference() = default;
 
-ReferenceSample Reference::sample(glm::dvec2 point, double floor, double relax) const
+ReferenceSample Reference::sample(glm::dvec2 point, double floor, double surface_floor,
+                                  double relax) const
 {
-    return impl_->sample(point, floor, relax);
+    return impl_->sample(point, floor, surface_floor, relax);
 }
 
 glm::dvec3 Reference::transmittance(glm::dvec3 p, glm::dvec3 wi, double range) const
@@ -401,29 +473,59 @@ glm::dvec3 Reference::world_in_scattering(glm::dvec3 p, glm::dvec3 wo, double g)
 
 namespace {
 
-/// Absolute error that is good enough where the picture is dark: what the relative MSE (metrics.h)
-/// counts as the tolerance there, sqrt(0.1 mean(s^2)) of it. From few pixels spread over the
-/// whole picture, whatever the region.
-double dark_floor(const Scene& scene, double tolerance, const std::atomic<bool>* cancel)
+/// What relative MSE (metrics.h) adds where a picture is dark, sqrt(0.1 mean(s^2)).
+struct Darkness {
+    double media = 0;      ///< of what media scatter
+    double composite = 0;  ///< of the picture
+};
+
+/// From few pixels spread over the whole picture, whatever the region.
+template <class OfMedia>
+Darkness darkness(const Reference& reference, const Scene& scene, double floor,
+                  const OfMedia& of_media)
 {
     constexpr int kColumns = 16, kRows = 9;
-    std::vector<double> found(kColumns * kRows);
-    // The world's light is dear: a guess at it is enough here.
-    Scene unlit = scene;
-    unlit.world = {};
-    const Reference relaxed(unlit, 0.05, 0, cancel);
-    const double world = 0.5 * largest(WorldRadiance(scene.world).mean());
+    std::vector<Darkness> found(kColumns * kRows);
     oneapi::tbb::parallel_for(0, kColumns * kRows, [&](int i) {
         const glm::dvec2 share((i % kColumns + 0.5) / kColumns, (i / kColumns + 0.5) / kRows);
         const ReferenceSample s =
-            relaxed.sample(glm::floor(share * glm::dvec2(scene.resolution)) + 0.5, 0);
-        found[static_cast<std::size_t>(i)] =
-            largest(s.scattering) + world * largest(1.0 - s.transmittance);
+            reference.sample(glm::floor(share * glm::dvec2(scene.resolution)) + 0.5, floor);
+        found[static_cast<std::size_t>(i)] = {of_media(s), largest(s.composite)};
     });
-    double mean_square = 0;
-    for (const double value : found)
-        mean_square += value * value / (kColumns * kRows);
-    return tolerance * std::sqrt(0.1 * mean_square);
+    Darkness mean_square;
+    for (const Darkness& one : found) {
+        mean_square.media += one.media * one.media / (kColumns * kRows);
+        mean_square.composite += one.composite * one.composite / (kColumns * kRows);
+    }
+    return {std::sqrt(0.1 * mean_square.media), std::sqrt(0.1 * mean_square.composite)};
+}
+
+/// Absolute errors that are good enough where the picture is dark: what the relative MSE counts as
+/// the tolerance there.
+struct Floors {
+    double media = 0;    ///< of what media scatter
+    double surface = 0;  ///< of what surfaces send
+};
+
+Floors dark_floors(const Scene& scene, const ReferenceOptions& options)
+{
+    // The world's light is dear: a guess at it is enough here.
+    Scene unlit = scene;
+    unlit.world = {};
+    const Reference relaxed(unlit, 0.05, 0, 0, options.cancel);
+    const double world = 0.5 * largest(WorldRadiance(scene.world).mean());
+    const Darkness straight = darkness(relaxed, unlit, 0, [&](const ReferenceSample& s) {
+        return largest(s.scattering) + world * largest(1.0 - s.transmittance);
+    });
+    if (options.surface_bounces == 0)
+        return {options.tolerance * straight.media, options.tolerance * straight.media};
+    // Indoors most of the light may come from the walls.
+    constexpr double kLax = 0.3;
+    const Reference bounced(scene, kLax, options.bounces, options.surface_bounces, options.cancel);
+    const Darkness lit =
+        darkness(bounced, scene, kLax * std::max(straight.composite, 1e-6 + 0.1 * world),
+                 [](const ReferenceSample& s) { return largest(s.scattering); });
+    return {options.tolerance * lit.media, options.tolerance * lit.composite};
 }
 
 void store(std::vector<float>& to, std::size_t pixel, glm::dvec3 color)
@@ -458,8 +560,9 @@ ReferenceStill render_reference(const Scene& scene, const ReferenceOptions& opti
     still.depth.resize(pixels);
     still.error.resize(pixels);
 
-    const Reference reference(scene, options.tolerance, options.bounces, options.cancel);
-    const double floor = dark_floor(scene, options.tolerance, options.cancel);
+    const Reference reference(scene, options.tolerance, options.bounces, options.surface_bounces,
+                              options.cancel);
+    const Floors floors = dark_floors(scene, options);
     std::mutex progress;
     std::size_t done = 0;
     const auto render_pixel = [&](int x, int y) {
@@ -474,8 +577,9 @@ ReferenceStill render_reference(const Scene& scene, const ReferenceOptions& opti
         for (int i = 0; i < aa; ++i) {
             // subpixel_offset counts its y upwards, as OpenGL does.
             const glm::dvec2 offset = subpixel_offset(i) * glm::dvec2(1, -1);
-            const ReferenceSample s = reference.sample(
-                glm::dvec2(region.x + x, region.y + y) + 0.5 + offset, floor, std::sqrt(aa));
+            const ReferenceSample s =
+                reference.sample(glm::dvec2(region.x + x, region.y + y) + 0.5 + offset,
+                                 floors.media, floors.surface, std::sqrt(aa));
             composite += s.composite;
             scattering += s.scattering;
             transmittance += s.transmittance;

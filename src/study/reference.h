@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <functional>
 #include <glm/glm.hpp>
@@ -15,15 +16,21 @@
 // The reference: what a scene looks like, as exactly as asked. Direct light of every light, of the
 // world and of what media emit, dimmed by the media and hidden by surfaces on its way, scattered
 // once by the media or by the surface that is seen; emission; transmittance; and, with bounces,
-// light that the media scatter further. On the CPU, in double precision, sharing nothing with the
-// passes on the GPU but the scene.
+// light that the media scatter and the surfaces reflect further. On the CPU, in double precision,
+// sharing nothing with the passes on the GPU but the scene.
 //
 // A path goes from the eye to vertex 0, a point of the media on the eye's ray or the first surface
-// seen, and from there through up to N further scatterings in the media to a light, the world or a
-// medium that emits. With 0 bounces vertex 0 is the last: lights by adaptive quadrature along the
-// ray, the world and emission by quasi-Monte Carlo over directions. Paths with 1 to N scatterings
-// more come from a path tracer (reference_paths.h). Surfaces block paths; what they reflect back
-// into the media is not part.
+// seen, and from there through further vertices to a light, to the world, or to a medium or a
+// surface that emits. Each further vertex is a scattering in the media, of which there may be up to
+// `bounces`, or a reflection by a surface, of which there may be up to `surface_bounces`, in any
+// order: a path counts if neither number is exceeded, and where both are kAllBounces, all do. So
+// with no surface bounces a surface blocks paths, and a mirror shows the world, and dimmed by the
+// media what lights it; other surfaces are seen in it from 1 surface bounce on, smoke from 1 bounce
+// on. Lights and emission that come straight to vertex 0 are there whatever the numbers.
+//
+// With vertex 0 alone: lights by adaptive quadrature along the ray, the world and what media emit
+// by quasi-Monte Carlo over directions. All other paths, and all but lights without an area from a
+// glossy vertex 0, come from a path tracer (reference_paths.h).
 
 namespace fumarole::study {
 
@@ -40,10 +47,13 @@ constexpr int kLampsAndWorldOnce = -1;
 /// The bounces of the truth that the chart, the plan, `compare` and the bench measure against, and
 /// that the window shows, where a user does not ask for light that scatters once: 0.
 constexpr int kMeasuredBounces = kAllBounces;
+/// Likewise of surfaces.
+constexpr int kMeasuredSurfaceBounces = 0;
 
 /// A truth that pictures are measured against for as long as a person waits: light that scatters
 /// once is integrated, light that scatters on is sampled, and what noise is left is known and taken
 /// off (noise_relmse in metrics.h).
+/// @param bounces of either kind, whichever are more
 constexpr double usual_tolerance(int bounces)
 {
     return bounces > 0 ? 0.2 : 0.01;
@@ -52,6 +62,8 @@ constexpr double usual_tolerance(int bounces)
 struct ReferenceOptions {
     int bounces = 0;          ///< scatterings in the media after the first one, 0 to kAllBounces,
                               ///< or kLampsAndWorldOnce
+    int surface_bounces = 0;  ///< reflections by surfaces after vertex 0, 0 to kAllBounces
+    [[nodiscard]] int most_bounces() const { return std::max(bounces, surface_bounces); }
     double tolerance = 1e-3;  ///< of each pixel, relative; as relMSE counts it where dark
     int aa = 1;               ///< samples of a pixel's square, at subpixel_offset(i)
     std::optional<ReferenceRegion> region;
@@ -72,7 +84,7 @@ struct ReferenceStill {
     std::vector<float> composite;
     std::vector<float> scattering;     ///< scattered and emitted towards the eye [W/m^2/sr]
     std::vector<float> transmittance;  ///< 0..1
-    std::vector<float> surface;        ///< the picture with no medium
+    std::vector<float> surface;        ///< the picture with no medium, to the same bounces
     std::vector<float> surface_lit;    ///< surfaces lit through the media, not seen through them
     std::vector<float> depth;          ///< one channel: view_z [m] at pixel centres
     std::vector<float>
@@ -97,18 +109,24 @@ struct ReferenceSample {
 /// was asked before.
 class Reference {
 public:
-    /// Keeps a reference to `scene`. @param bounces as in ReferenceOptions
-    Reference(const Scene& scene, double tolerance, int bounces,
+    /// Keeps a reference to `scene`. @param bounces, surface_bounces as in ReferenceOptions
+    Reference(const Scene& scene, double tolerance, int bounces, int surface_bounces = 0,
               const std::atomic<bool>* cancel = nullptr);
     ~Reference();
     Reference(const Reference&) = delete;
     Reference& operator=(const Reference&) = delete;
 
     /// The sample at a point of the picture, pixels from the top left; pixel centres are at .5.
-    /// @param floor absolute error that is good enough, whatever the value
+    /// @param floor absolute error that is good enough of what media scatter, whatever the value
+    /// @param surface_floor likewise of what surfaces send
     /// @param relax how many times the tolerance the world's light may be off, for samples that are
     /// averaged: their errors are independent
-    [[nodiscard]] ReferenceSample sample(glm::dvec2 point, double floor, double relax = 1) const;
+    [[nodiscard]] ReferenceSample sample(glm::dvec2 point, double floor, double surface_floor,
+                                         double relax = 1) const;
+    [[nodiscard]] ReferenceSample sample(glm::dvec2 point, double floor) const
+    {
+        return sample(point, floor, floor);
+    }
 
     /// exp(-optical depth) from p along the unit vector wi.
     [[nodiscard]] glm::dvec3 transmittance(glm::dvec3 p, glm::dvec3 wi, double range) const;

@@ -141,9 +141,13 @@ std::string reference_key(const Scene& scene, const ReferenceOptions& options,
         if (auto* mesh = std::get_if<MeshSurface>(&surface))
             name_by_content(mesh->file);
     name_by_content(named.world.environment_file);
-    return text_hash(fmt::format("{}\n{} {} {} {} {}", asset::scene_to_json(named, "/"),
-                                 options.tolerance, options.aa, options.bounces, version,
-                                 kReferenceRevision));
+    std::string text =
+        fmt::format("{}\n{} {} {} {} {}", asset::scene_to_json(named, "/"), options.tolerance,
+                    options.aa, options.bounces, version, kReferenceRevision);
+    // Said where there are any: what was kept before they were known stays what it is.
+    if (options.surface_bounces != 0)
+        text += fmt::format(" surfaces {}", options.surface_bounces);
+    return text_hash(text);
 }
 
 KeptReference keep_reference(const Scene& scene, const ReferenceOptions& options,

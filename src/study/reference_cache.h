@@ -20,8 +20,8 @@ std::string text_hash(std::string_view text);
 std::string file_hash(const std::filesystem::path& file);
 
 /// Of all that a reference depends on: the scene, the content of the files that it names (not their
-/// names), size, tolerance, samples of a pixel, bounces, version. Every grid of the scene comes
-/// from a file.
+/// names), size, tolerance, samples of a pixel, bounces of both kinds, version. Every grid of the
+/// scene comes from a file.
 /// @throws Error if a file can't be read.
 std::string reference_key(const Scene& scene, const ReferenceOptions& options,
                           std::string_view version);

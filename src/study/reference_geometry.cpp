@@ -252,11 +252,48 @@ ReferenceSurfaces::ReferenceSurfaces(const std::vector<Surface>& surfaces) : sur
     }
 }
 
+void ReferenceSurfaces::describe(const Shape& shape, const Ray& ray, glm::dvec2 uv,
+                                 SurfaceHit& hit) const
+{
+    const Surface& surface = (*surfaces_)[static_cast<std::size_t>(shape.surface)];
+    hit.surface = shape.surface;
+    hit.p = ray.at(hit.t);
+    std::visit(
+        [&](const auto& of) {
+            hit.albedo = of.albedo;
+            hit.gloss = of.gloss;
+            hit.emission = of.emission;
+        },
+        surface);
+    if (const auto* sphere = std::get_if<SphereSurface>(&surface)) {
+        hit.normal = glm::normalize(hit.p - sphere->center);
+        hit.shading = hit.normal;
+    } else if (const auto* box = std::get_if<BoxSurface>(&surface)) {
+        const glm::dvec3 half = (box->max - box->min) / 2.0;
+        const glm::dvec3 q = (hit.p - (box->min + half)) / half;
+        const glm::dvec3 a = glm::abs(q);
+        const int axis = a.x >= a.y && a.x >= a.z ? 0 : (a.y >= a.z ? 1 : 2);
+        hit.normal = glm::dvec3(0);
+        hit.normal[axis] = q[axis] > 0 ? 1 : -1;
+        hit.shading = hit.normal;
+    } else {
+        hit.normal = shape.mesh->normal(hit.triangle);
+        hit.shading = shape.mesh->shading_normal(hit.triangle, uv);
+    }
+    // A mesh has two sides, and the one that faces the eye is meant.
+    if (glm::dot(hit.normal, ray.direction) > 0)
+        hit.normal = -hit.normal;
+    if (glm::dot(hit.normal, hit.shading) < 0)
+        hit.shading = -hit.shading;
+}
+
 std::optional<SurfaceHit> ReferenceSurfaces::intersect(const Ray& ray, double begin,
                                                        double end) const
 {
     SurfaceHit hit;
     hit.t = end;
+    const Shape* met = nullptr;
+    glm::dvec2 uv(0);
     for (const Shape& shape : shapes_) {
         const Surface& surface = (*surfaces_)[static_cast<std::size_t>(shape.surface)];
         const auto first_of = [&](glm::dvec2 range) {
@@ -264,49 +301,27 @@ std::optional<SurfaceHit> ReferenceSurfaces::intersect(const Ray& ray, double be
                 return kInfinity;
             return range.x > begin ? range.x : (range.y > begin ? range.y : kInfinity);
         };
+        double t = kInfinity;
         if (const auto* sphere = std::get_if<SphereSurface>(&surface)) {
-            const double t = first_of(sphere_range(ray, *sphere));
-            if (t < hit.t) {
-                hit.t = t;
-                hit.surface = shape.surface;
-                hit.albedo = sphere->albedo;
-                hit.normal = glm::normalize(ray.at(t) - sphere->center);
-                hit.shading = hit.normal;
-            }
+            t = first_of(sphere_range(ray, *sphere));
         } else if (const auto* box = std::get_if<BoxSurface>(&surface)) {
-            const double t = first_of(box_range(ray, bounds_of(*box)));
-            if (t < hit.t) {
-                hit.t = t;
-                hit.surface = shape.surface;
-                hit.albedo = box->albedo;
-                const glm::dvec3 p = ray.at(t), half = (box->max - box->min) / 2.0;
-                const glm::dvec3 q = (p - (box->min + half)) / half;
-                const glm::dvec3 a = glm::abs(q);
-                const int axis = a.x >= a.y && a.x >= a.z ? 0 : (a.y >= a.z ? 1 : 2);
-                hit.normal = glm::dvec3(0);
-                hit.normal[axis] = q[axis] > 0 ? 1 : -1;
-                hit.shading = hit.normal;
-            }
+            t = first_of(box_range(ray, bounds_of(*box)));
         } else if (shape.mesh != nullptr) {
-            glm::dvec2 uv(0);
             const int triangle = shape.mesh->intersect(ray, begin, hit.t, uv, false);
             if (triangle >= 0) {
-                hit.surface = shape.surface;
                 hit.triangle = triangle;
-                hit.albedo = std::get<MeshSurface>(surface).albedo;
-                hit.normal = shape.mesh->normal(triangle);
-                hit.shading = shape.mesh->shading_normal(triangle, uv);
+                met = &shape;
             }
+            continue;
+        }
+        if (t < hit.t) {
+            hit.t = t;
+            met = &shape;
         }
     }
-    if (hit.surface < 0)
+    if (met == nullptr)
         return std::nullopt;
-    hit.p = ray.at(hit.t);
-    // A mesh has two sides, and the one that faces the eye is meant.
-    if (glm::dot(hit.normal, ray.direction) > 0)
-        hit.normal = -hit.normal;
-    if (glm::dot(hit.normal, hit.shading) < 0)
-        hit.shading = -hit.shading;
+    describe(*met, ray, uv, hit);
     return hit;
 }
 
@@ -349,14 +364,17 @@ bool ReferenceSurfaces::hidden(const Origin& from, glm::dvec3 wi, double range) 
     return false;
 }
 
-double ReferenceSurfaces::distance(const Origin& from, glm::dvec3 wi) const
+template <class Found>
+double ReferenceSurfaces::nearest(const Origin& from, glm::dvec3 wi, const Found& found) const
 {
     const Ray ray{from.p, wi};
     double nearest = kInfinity;
     for (const Shape& shape : shapes_) {
         if (shape.surface == from.surface) {
-            if (glm::dot(from.normal, wi) < 0)
+            if (glm::dot(from.normal, wi) < 0) {
+                found(nullptr, -1, glm::dvec2(0));
                 return 0;
+            }
             continue;
         }
         const Surface& surface = (*surfaces_)[static_cast<std::size_t>(shape.surface)];
@@ -367,13 +385,39 @@ double ReferenceSurfaces::distance(const Origin& from, glm::dvec3 wi) const
             met = box_range(ray, bounds_of(*box));
         } else if (shape.mesh != nullptr) {
             glm::dvec2 uv(0);
-            shape.mesh->intersect(ray, 0, nearest, uv, false);
+            const int triangle = shape.mesh->intersect(ray, 0, nearest, uv, false);
+            if (triangle >= 0)
+                found(&shape, triangle, uv);
             continue;
         }
-        if (met.x < met.y && met.y > 0)
-            nearest = std::min(nearest, std::max(met.x, 0.0));
+        if (met.x < met.y && met.y > 0 && std::max(met.x, 0.0) < nearest) {
+            nearest = std::max(met.x, 0.0);
+            found(met.x > 0 ? &shape : nullptr, -1, glm::dvec2(0));
+        }
     }
     return nearest;
+}
+
+double ReferenceSurfaces::distance(const Origin& from, glm::dvec3 wi) const
+{
+    return nearest(from, wi, [](const Shape*, int, glm::dvec2) {});
+}
+
+std::optional<SurfaceHit> ReferenceSurfaces::meet(const Origin& from, glm::dvec3 wi) const
+{
+    SurfaceHit hit;
+    const Shape* met = nullptr;
+    glm::dvec2 uv(0);
+    hit.t = nearest(from, wi, [&](const Shape* shape, int triangle, glm::dvec2 at) {
+        met = shape;
+        hit.triangle = triangle;
+        uv = at;
+    });
+    if (hit.t == kInfinity)
+        return std::nullopt;
+    if (met != nullptr)
+        describe(*met, {from.p, wi}, uv, hit);
+    return hit;
 }
 
 void ReferenceSurfaces::add_shadow_breaks(const Ray& ray, double begin, double end,

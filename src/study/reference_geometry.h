@@ -48,6 +48,8 @@ struct SurfaceHit {
     glm::dvec3 normal{0};   ///< geometric, unit length, on the ray's side
     glm::dvec3 shading{0};  ///< interpolated where the mesh has normals, on the ray's side
     glm::vec3 albedo{0};
+    std::optional<Gloss> gloss;  ///< none: Lambertian
+    glm::vec3 emission{0};       ///< W/m^2/sr
 };
 
 /// A point on a surface, or in space. Rays from it don't meet the surface under it.
@@ -78,6 +80,10 @@ public:
     /// nothing does.
     [[nodiscard]] double distance(const Origin& from, glm::dvec3 wi) const;
 
+    /// What is there, at the distance that `distance` gives; none at kInfinity. Of a point inside a
+    /// sphere or a box it has no normal: nothing comes from there.
+    [[nodiscard]] std::optional<SurfaceHit> meet(const Origin& from, glm::dvec3 wi) const;
+
     [[nodiscard]] Origin leave(const SurfaceHit& hit) const;
 
     /// Where along a ray, t in [begin, end], a light comes into sight or goes out of it.
@@ -91,6 +97,14 @@ private:
         Bounds bounds;
         std::shared_ptr<const MeshTree> mesh;
     };
+
+    /// Fills in what a surface is like where a ray meets it.
+    void describe(const Shape& shape, const Ray& ray, glm::dvec2 uv, SurfaceHit& hit) const;
+
+    /// distance(), telling what is there: found(shape, triangle, uv), the last call's being
+    /// nearest; no shape where p is inside of one.
+    template <class Found>
+    [[nodiscard]] double nearest(const Origin& from, glm::dvec3 wi, const Found& found) const;
 
     const std::vector<Surface>* surfaces_;
     std::vector<Shape> shapes_;

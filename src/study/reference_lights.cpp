@@ -91,6 +91,22 @@ glm::dvec3 ReferenceLight::irradiance(glm::dvec3 p) const
     return e;
 }
 
+ReferenceLight::Seen ReferenceLight::seen(const Ray& ray) const
+{
+    const double slope = glm::dot(ray.direction, normal_);
+    if (slope == 0 || (!two_sided_ && slope > 0))
+        return {};
+    const double t = glm::dot(place_.at - ray.origin, normal_) / slope;
+    if (!(t > 0))
+        return {};
+    const glm::dvec3 from_center = ray.at(t) - place_.at;
+    const double x = glm::dot(from_center, u_) / glm::dot(u_, u_),
+                 y = glm::dot(from_center, v_) / glm::dot(v_, v_);
+    if (is_disk_ ? x * x + y * y > 1 : std::max(std::abs(x), std::abs(y)) > 1)
+        return {};
+    return {t, intensity_ / area_, t * t / (std::abs(slope) * area_)};
+}
+
 void ReferenceLight::add_cone_breaks(const Ray& ray, std::vector<double>& breaks) const
 {
     if (has_area())  // there it is seen edge on

@@ -40,6 +40,14 @@ public:
     /// over evenly, with a share of all that it sends.
     [[nodiscard]] ReferenceLight part(glm::dvec2 at, double share) const;
 
+    /// What a ray finds of a light that has an area.
+    struct Seen {
+        double range = kInfinity;  ///< metres; kInfinity: nothing
+        glm::dvec3 radiance{0};    ///< W/m^2/sr
+        double pdf = 0;            ///< of the ray's direction, if part() has chosen it [1/sr]
+    };
+    [[nodiscard]] Seen seen(const Ray& ray) const;
+
     /// Where a ray crosses the edges of a spot's cone, or an area's plane.
     void add_cone_breaks(const Ray& ray, std::vector<double>& breaks) const;
 

@@ -271,7 +271,7 @@ TEST(PlanPixels, TellTheErrorOfAWholePicture)
         guide[i] *= 1.01f + 0.002f * off(random);
         picture[i] *= 1 + (i / 3 % 64 < 20 ? 0.1f : 0.02f) * off(random);
     }
-    SparseReference sparse(scene, guide, 1e-3, 0, nullptr);
+    SparseReference sparse(scene, guide, 1e-3, 0, 0, nullptr);
     sparse.set_draws(draw_pixels(drawing_density(guide, 64, picture, sparse.floor()), 10, 60));
     std::vector<std::size_t> all(600);
     std::iota(all.begin(), all.end(), std::size_t{0});

@@ -308,7 +308,8 @@ TEST(ReferencePaths, OfNoBounceAgreeWithTheQuadrature)
         std::vector<ReferenceLight> lights;
         for (const Light& light : scene.lights)
             lights.emplace_back(light);
-        const ReferencePaths paths(surfaces, media, tracking, world, lights, {0, 0}, nullptr);
+        const SurfaceEmitters none;
+        const ReferencePaths paths(surfaces, media, tracking, world, lights, none, {0, 0}, nullptr);
         // Rays through the picture's middle, which an image of one pixel looks along.
         for (const double x : {2.0, 2.75, 3.4}) {
             scene.camera.look_at.x = x;
