@@ -252,8 +252,8 @@ private:
     double shade(const SurfaceHit& hit, glm::dvec3 wo, std::uint32_t seed, double floor,
                  double relax, ReferenceSample& out) const
     {
-        const double error = hit.gloss ? shade_glossy(hit, wo, seed, floor, relax, out)
-                                       : shade_lambertian(hit, seed, floor, relax, out);
+        const double error = hit.gloss != nullptr ? shade_glossy(hit, wo, seed, floor, relax, out)
+                                                  : shade_lambertian(hit, seed, floor, relax, out);
         out.surface += glm::dvec3(hit.emission);
         out.surface_lit += glm::dvec3(hit.emission);
         return error;
@@ -274,7 +274,12 @@ private:
             out.surface_lit += sent * arriving(light, from, clear);
             out.surface += sent * clear;
         }
-        const SamplingAccuracy asked = sampling(out.surface_lit, floor, relax);
+        SamplingAccuracy asked = sampling(out.surface_lit, floor, relax);
+        // Few directions of a lobe are lost below the surface: so few samples that have met none
+        // would agree on what is wrong by more than the tolerance.
+        constexpr double kSamples = 8192;
+        asked.first = std::max(asked.first, std::bit_ceil(static_cast<std::uint32_t>(
+                                                std::min(kSamples, 1 / (8 * asked.relative)))));
         const Integral found = paths_.reflected(hit, wo, hash(seed, 3), asked);
         out.surface += media_.empty() ? found.value
                                       : clear_paths_.reflected(hit, wo, hash(seed, 3), asked).value;

@@ -1,5 +1,6 @@
 #include "study/reference_geometry.h"
 #include "ray_range.h"
+#include "study/reference_reflection.h"
 
 #include <algorithm>
 #include <array>
@@ -248,6 +249,12 @@ ReferenceSurfaces::ReferenceSurfaces(const std::vector<Surface>& surfaces) : sur
         } else {
             continue;
         }
+        std::visit(
+            [&](const auto& of) {
+                if (of.gloss)
+                    shape.gloss = std::make_shared<SurfaceGloss>(*of.gloss);
+            },
+            surfaces[i]);
         shapes_.push_back(std::move(shape));
     }
 }
@@ -258,10 +265,10 @@ void ReferenceSurfaces::describe(const Shape& shape, const Ray& ray, glm::dvec2 
     const Surface& surface = (*surfaces_)[static_cast<std::size_t>(shape.surface)];
     hit.surface = shape.surface;
     hit.p = ray.at(hit.t);
+    hit.gloss = shape.gloss.get();
     std::visit(
         [&](const auto& of) {
             hit.albedo = of.albedo;
-            hit.gloss = of.gloss;
             hit.emission = of.emission;
         },
         surface);

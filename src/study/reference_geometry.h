@@ -40,6 +40,8 @@ struct LightPlace {
 void add_box_breaks(const Ray& ray, const Bounds& box, const LightPlace& light,
                     std::vector<double>& breaks);
 
+class SurfaceGloss;
+
 struct SurfaceHit {
     double t = kInfinity;  ///< metres along the ray
     int surface = -1;      ///< index into Scene::surfaces
@@ -48,8 +50,8 @@ struct SurfaceHit {
     glm::dvec3 normal{0};   ///< geometric, unit length, on the ray's side
     glm::dvec3 shading{0};  ///< interpolated where the mesh has normals, on the ray's side
     glm::vec3 albedo{0};
-    std::optional<Gloss> gloss;  ///< none: Lambertian
-    glm::vec3 emission{0};       ///< W/m^2/sr
+    const SurfaceGloss* gloss = nullptr;  ///< none: Lambertian
+    glm::vec3 emission{0};                ///< W/m^2/sr
 };
 
 /// A point on a surface, or in space. Rays from it don't meet the surface under it.
@@ -96,6 +98,7 @@ private:
         int surface = -1;
         Bounds bounds;
         std::shared_ptr<const MeshTree> mesh;
+        std::shared_ptr<const SurfaceGloss> gloss;
     };
 
     /// Fills in what a surface is like where a ray meets it.

@@ -20,14 +20,14 @@ double mean(glm::dvec3 v)
 /// Of two ways to a direction, the first's part (the balance heuristic).
 double share_of(double pdf, double other)
 {
-    return pdf == kInfinity ? 1 : pdf / (pdf + other);
+    return pdf / (pdf + other);
 }
 
 /// The same by the power heuristic: a lamp that is small, and seldom met, is left to its own
 /// samples all but wholly, or the estimate of the error would not know what few meetings bring.
 double squared_share_of(double pdf, double other)
 {
-    return pdf == kInfinity ? 1 : pdf * pdf / (pdf * pdf + other * other);
+    return pdf * pdf / (pdf * pdf + other * other);
 }
 
 }  // namespace
@@ -280,7 +280,7 @@ glm::dvec3 ReferencePaths::walk(Walker& walker, const SobolPoint& point, Leg leg
         const bool seen = counts && world_lights_ && range == kInfinity;
         const bool glows = met && met->emission != glm::vec3(0);
         const bool reflects = met && met->surface >= 0 && reflections < orders_.surfaces &&
-                              (met->albedo != glm::vec3(0) || met->gloss);
+                              (met->albedo != glm::vec3(0) || met->gloss != nullptr);
         const bool last = scatterings == orders_.last;
         if (last && !seen && !glows && !reflects)
             return sum;
