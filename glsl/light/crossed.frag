@@ -4,9 +4,11 @@
 
 // Variant
 const bool kBeyond = false;  // what lies beyond the lattice is asked for, else what lies in it
+const bool kWalls = false;   // how far before the node it lies is kept instead, along an axis of the lattice
 
 layout(r32ui, binding = 0) uniform uimage3D u_crossed_img;
 in vec3 p_world;
+in vec3 normal;
 
 bool is_within(FieldWay way, ivec2 start, int slice, ivec3 last)
 {
@@ -45,5 +47,15 @@ void main()
         return;
     ivec2 across = start + across_at(way, to);
     ivec3 node = from_axes(way.axis, ivec3(way.forward > 0.0 ? to : last.x - to, across));
-    imageAtomicOr(u_crossed_img, node + layer_of(u_field.first >> 5), 1u << uint(u_field.first & 31));
+    if (kWalls) {
+        float before = float(to) - along;
+        if (before <= 1.0)
+            imageAtomicMin(u_crossed_img, node + layer_of(u_field.first), uint(max(before, 0.0) * float(WALL_STEPS)));
+        return;
+    }
+    ivec3 word = node + layer_of(u_field.first >> 5);
+    uint bit = 1u << uint(u_field.first & 31);
+    imageAtomicOr(u_crossed_img, word, bit);
+    if (!kBeyond && dot(normal, way.wi) < 0.0)  // light goes the other way
+        imageAtomicOr(u_crossed_img, word + layer_of(3 * FIELD_CROSSED_WORDS), bit);
 }

@@ -5,6 +5,7 @@
 #include "shared/bindings.h"
 #include "shared/field_params.h"
 #include "lib/lattice.glsl"
+#include "lib/walls.glsl"
 
 layout(std140, binding = FIELD_BLOCK) uniform Field { FieldParams u_field; };
 layout(binding = FIELD_CROSSED_UNIT) uniform usampler3D u_crossed_tx;
@@ -25,8 +26,11 @@ ivec3 way_of(int k)
     return ivec3(k & (FIELD_WAYS_A_ROW - 1), 0, k / FIELD_WAYS_A_ROW) * node_count();
 }
 
+// Of a way that ends inside of a surface, instead of what surfaces let through.
+const float kInside = 1.5;
+
 // Radiance along a way, as floats without a sign, of 13, 13 and 12 bits behind the point, and what surfaces let through
-// of the world's in halves. Half as many bits: where a CPU draws, storing texels is what takes the time.
+// of the world's in halves, or kInside. Half as many bits: where a CPU draws, storing texels is what takes the time.
 uvec4 pack_way(vec3 light, float open)
 {
     const uvec3 kBits = uvec3(10, 10, 11);
@@ -48,6 +52,9 @@ bool is_marked(ivec3 node, int bit)
 
 // Whether a surface lies between a node and the one before it on way k of the batch.
 bool is_crossed(ivec3 node, int k) { return is_marked(node, u_field.first + k); }
+
+// And whether one of them, of a solid, has its inside there: it is left.
+bool is_left(ivec3 node, int k) { return is_marked(node, u_field.first + k + 96 * FIELD_CROSSED_WORDS); }
 
 // What surfaces beyond the lattice leave of the light that enters it at a node: what of two lines reaches it.
 float open_beyond(ivec3 node, int k)

@@ -1,7 +1,7 @@
 // Light at the nodes of a lattice as it is looked up.
 //   in   coefficients of the world's light or, kField, of what is scattered again and emitted, of all that is scattered,
 //        and of the world's light, as it is looked up without the others
-//   out  their sum [W/m^2/sr]; alpha of the first: 1 if any light gets there
+//   out  their sum [W/m^2/sr]; alpha of the first: 0 inside of surfaces, which most ways tell
 #include "light/field.glsl"
 #include "shared/spherical_harmonics.h"
 
@@ -22,7 +22,7 @@ void main()
     ivec3 node = ivec3(gl_GlobalInvocationID);
     if (any(greaterThanEqual(node, node_count())))
         return;
-    float seen = kField ? texelFetch(u_total_tx, node, 0).a : texelFetch(u_light_tx, node, 0).a;
+    float seen = kField ? texelFetch(u_total_tx, node, 0).a : step(0.5, texelFetch(u_light_tx, node, 0).a);
     if (kWorld)
         seen = max(seen, texelFetch(u_world_coefficients_tx, node, 0).a);
     if (kField && seen == 0.0) {

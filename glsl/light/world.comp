@@ -14,6 +14,25 @@ const bool kMeans = false;     // out: the mean over what lies between a node an
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rg32ui, binding = 0) writeonly uniform uimage3D u_ways_img;
 layout(binding = FIELD_SIGMA_T_UNIT) uniform sampler3D u_sigma_t_tx;
+layout(binding = WALLS_UNIT) uniform sampler3D u_walls_tx;
+
+// A line goes past a node at up to half a node. If a surface lies between the two, then what reaches the node is what the
+// line had before that surface, or nothing, if it comes from behind it.
+float visible_at_node(Chain chain, FieldWay way, int k, float visible, float before)
+{
+    vec2 line = way.slope * float(chain.slice);
+    vec2 off = line - vec2(across_at(way, chain.slice));
+    if (off == vec2(0.0))
+        return visible;
+    Walls walls = walls_of(u_walls_tx, chain.node, node_count().z);
+    for (int i = 0; i < 2; ++i) {
+        int axis = (way.axis + 1 + i) % 3;
+        float wall = off[i] > 0.0 ? walls.up[axis] : walls.down[axis];
+        if (wall < abs(off[i]) - 1e-3)
+            return off[i] * way.slope[i] < 0.0 ? 0.0 : is_crossed(chain.node, k) ? before : visible;
+    }
+    return visible;
+}
 
 // Between two places light falls off evenly in optical depth.
 vec3 mean_of(vec3 before, vec3 light)
@@ -27,6 +46,8 @@ void main()
     FieldWay way = u_field.ways[k];
     Chain chain = first_of_chain(way, ivec2(gl_GlobalInvocationID.xy));
     float visible = 1.0;
+    float before = 1.0;
+    bool inside = false;
     vec3 tau = vec3(0.0);
     vec3 old_sigma_t = vec3(0.0);
     vec3 old_light = vec3(0.0);
@@ -38,13 +59,20 @@ void main()
         vec3 sigma_t = !kClear && kMarched ? texelFetch(u_sigma_t_tx, node, 0).rgb : vec3(0.0);
         if (chain.enters) {
             visible = kSurfaces ? open_beyond(node, k) : 1.0;
+            inside = false;
             tau = vec3(0.0);
         } else if (!kClear && kMarched) {
             tau += 0.5 * way.metres * (sigma_t + old_sigma_t);
         }
-        if (kSurfaces && is_crossed(node, k))
+        before = visible;
+        if (kSurfaces && is_crossed(node, k)) {
             visible = 0.0;
-        vec3 light = way.entry * visible;
+            inside = !is_left(node, k);
+        }
+        float open = kSurfaces && !kMeans ? visible_at_node(chain, way, k, visible, before) : visible;
+        vec3 light = way.entry * open;
+        if (open == 0.0 && inside)
+            open = kInside;
         if (!kClear && kMarched)
             light *= exp(-tau);
         if (!kClear)
@@ -57,7 +85,7 @@ void main()
             alone = chain.enters;
             old_mean = mean;
         } else {
-            imageStore(u_ways_img, node + way_of(k), pack_way(light, visible));
+            imageStore(u_ways_img, node + way_of(k), pack_way(light, open));
         }
         first = false;
         old_node = node;

@@ -3,30 +3,81 @@
 // Irradiance Environment Maps".
 #include "lib/lattice.glsl"
 #include "lib/phase.glsl"
+#include "lib/walls.glsl"
 #include "shared/spherical_harmonics.h"
 #include "scene/light_volumes_block.glsl"
 
 layout(binding = WORLD_VOLUME_UNIT) uniform sampler3D u_world_on_surfaces_tx;
+layout(binding = WALLS_UNIT) uniform sampler3D u_walls_tx;
+
+// A place between nodes, moved away from those that lie behind a surface: where one crosses the line between two, the
+// node on the place's own side stands for both. walls: of the node that is nearest to where it is now
+vec3 on_own_side(vec3 q, out Walls walls)
+{
+    vec3 last = u_volumes.surfaces.last;
+    vec3 base = clamp(floor(q), vec3(0.0), last - 1.0);
+    vec3 from_low = clamp(q - base, 0.0, 1.0);
+    vec3 t = from_low;
+    vec3 is_high = step(0.5, from_low);
+    // Twice, since which line is asked depends on the side along the other axes.
+    for (int i = 0; i < 2; ++i) {
+        walls = walls_of(u_walls_tx, ivec3(base + is_high), int(last.z) + 1);
+        vec3 wall = mix(walls.up, walls.down, is_high);
+        vec3 off = mix(from_low, 1.0 - from_low, is_high);
+        vec3 side = mix(is_high, 1.0 - is_high, step(wall, off));
+        t = mix(from_low, side, step(wall, vec3(1.0)));
+        vec3 was_high = is_high;
+        is_high = step(0.5, t);
+        if (is_high == was_high)
+            break;
+    }
+    return base + t;
+}
+
+// Whether a surface lies within a node on the way along n, by the axis that this goes along most.
+bool is_walled_off(Walls walls, vec3 n)
+{
+    vec3 size = abs(n);
+    vec3 wall = mix(walls.down, walls.up, step(0.0, n)) +
+                mix(vec3(2.0), vec3(0.0), step(max(size.x, max(size.y, size.z)), size));
+    return min(wall.x, min(wall.y, wall.z)) <= 1.0;
+}
+
+// Of the nodes around a place.
+vec3 irradiance_of_nodes(vec3 q, vec3 n)
+{
+    const float kCosine[3] = float[3](kPi, 2.0 / 3.0 * kPi, 0.25 * kPi);
+    LatticeParams lattice = u_volumes.surfaces;
+    vec3 uvw = (q + 0.5) * lattice.inverse_size;
+    vec4 sum = vec4(0.0);
+    int i = 0;
+    for (int l = 0; l < 3; ++l)
+        for (; i < kHarmonics[l]; ++i) {
+            vec4 light = textureLod(u_world_on_surfaces_tx, in_layer(lattice, uvw, i), 0.0);
+            sum += vec4(light.rgb * (kCosine[l] * spherical_harmonic(i, n)), light.a);
+        }
+    // Nodes inside of surfaces have alpha 0 and are left out; if all are, it is dark.
+    return max(sum.rgb, vec3(0.0)) / max(sum.a, 1e-3);
+}
 
 // [W/m^2]; n: the normal at p. open: what arrives where nothing hides or dims, which is taken outside.
 vec3 world_irradiance(vec3 p, vec3 n, vec3 open)
 {
     const float kFade = 0.15;  // of the volume's edge, towards its faces
     LatticeParams lattice = u_volumes.surfaces;
-    vec3 q = (lattice.node_from_world * vec4(p, 1.0)).xyz / lattice.last;
-    vec3 margin = min(q, 1.0 - q) / kFade;
+    vec3 on = node_at(lattice, p);
+    vec3 margin = min(on / lattice.last, 1.0 - on / lattice.last) / kFade;
     float inside = clamp(min(margin.x, min(margin.y, margin.z)), 0.0, 1.0);
     if (inside == 0.0)
         return open;
-    p += n * (0.5 * lattice.spacing);  // off the nodes on the surface's other side
-    const float kCosine[3] = float[3](kPi, 2.0 / 3.0 * kPi, 0.25 * kPi);
-    vec4 sum = vec4(0.0);
-    int i = 0;
-    for (int l = 0; l < 3; ++l)
-        for (; i < kHarmonics[l]; ++i) {
-            vec4 light = textureLod(u_world_on_surfaces_tx, lattice_uvw(lattice, p, i), 0.0);
-            sum += vec4(light.rgb * (kCosine[l] * spherical_harmonic(i, n)), light.a);
-        }
-    // Nodes that no light reaches have alpha 0 and are left out; if all are, it is dark.
-    return mix(open, max(sum.rgb, vec3(0.0)) / max(sum.a, 1e-3), inside);
+    vec3 way = node_way(lattice, n) * lattice.spacing;  // of the length of a node
+    Walls walls;
+    vec3 off = on_own_side(on + 0.5 * way, walls);  // the nodes on the surface's other side
+    vec3 light = irradiance_of_nodes(off, n);
+    if (!is_walled_off(walls, n)) {
+        // From as far off the surface back to it.
+        float height = clamp(dot(off - on, way), 0.0, 1.5);
+        light = clamp(light + height * (light - irradiance_of_nodes(off + way, n)), 0.5 * light, 2.0 * light);
+    }
+    return mix(open, light, inside);
 }

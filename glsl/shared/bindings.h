@@ -28,6 +28,7 @@
 #define SHADOW_MAP_UNIT 5
 #define IRRADIANCE_UNIT 6
 #define STEP_TILES_UNIT 6  // no surface is drawn meanwhile
+#define WALLS_UNIT 7       // of surfaces as they are drawn
 #define DEPTH_VOLUME_UNIT 8
 #define WORLD_VOLUME_UNIT 9
 #define GRID_UNIT 10  // the first of two units a grid: texels, and pages if it has bricks

@@ -237,6 +237,7 @@ void LightVolumes::clear_world()
     coefficients_ = {};
     field_coefficients_ = {};
     world_ = {};
+    walls_ = {};
     on_surfaces_ = {};
     on_surfaces_dimmed_ = {};
 }
@@ -608,6 +609,7 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
         field_.fill_world(world_key_.directions, kSurfaceBands, &on_surfaces_,
                           on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr,
                           field.on_surfaces ? &light : nullptr);
+        walls_ = field_.take_walls();
         field_.end();
     }
     if (anew || fills_field || fills_surfaces)
@@ -826,6 +828,7 @@ void LightVolumes::bind_for_surfaces(glm::dvec3 eye, bool through_media)
     write_block(eye);
     const bool dimmed = through_media && on_surfaces_dimmed_;
     (dimmed ? on_surfaces_dimmed_ : on_surfaces_).bind(WORLD_VOLUME_UNIT);
+    walls_.bind(WALLS_UNIT);
 }
 
 gl::Defines LightVolumes::surface_defines() const

@@ -179,6 +179,7 @@ private:
     gl::Texture coefficients_;        ///< of the world's light
     gl::Texture field_coefficients_;  ///< of all light that is not direct
     gl::Texture world_;               ///< the latter, or else the former, turned to the eye
+    gl::Texture walls_;               ///< between the nodes of the latter
     gl::Texture on_surfaces_, on_surfaces_dimmed_;  ///< coefficients of the world's light
     int bands_ = 1;                                 ///< of the world's light in the media
     glm::dvec4 turned_to_{0};  ///< eye, or direction and 1, that world_ was worked out for

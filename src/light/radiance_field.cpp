@@ -142,6 +142,7 @@ struct RadianceField::Filling {
     gl::Texture sigma_t, albedo, emission;
     gl::Texture marched;  ///< sigma_t of the marched media, where there are others too
     gl::Texture crossed;  ///< what surfaces cross, a bit a way; empty: none
+    gl::Texture walls;    ///< between nodes, as take_walls()
     gl::Texture ways;     ///< radiance of each way of a batch
 };
 
@@ -231,7 +232,6 @@ void RadianceField::end()
 void RadianceField::draw(const surface::SurfaceSet& surfaces)
 {
     const FieldLattice& lattice = filling_->lattice;
-    const std::vector<LatticeWay>& ways = filling_->all.ways;
     Bounds nodes;
     constexpr double kRim = 0.01;  // as far as light/crossed.frag takes a surface to lie in it
     nodes.add(glm::dvec3(-kRim));
@@ -239,7 +239,7 @@ void RadianceField::draw(const surface::SurfaceSet& surfaces)
     const Bounds box = nodes.transformed(
         glm::inverse(lattice.node_from_eye * glm::translate(glm::dmat4(1.0), -lattice.eye)));
     filling_->crossed = gl::Texture::make_3d(
-        device_, "field: surfaces", lattice.count * glm::ivec3(1, 1, 3 * FIELD_CROSSED_WORDS),
+        device_, "field: surfaces", lattice.count * glm::ivec3(1, 1, 4 * FIELD_CROSSED_WORDS),
         GL_R32UI, gl::Filter::nearest);
     const GLuint none = 0;
     device_->ClearTexImage(filling_->crossed.id(), 0, GL_RED_INTEGER, GL_UNSIGNED_INT, &none);
@@ -263,35 +263,82 @@ void RadianceField::draw(const surface::SurfaceSet& surfaces)
         const gl::Defines defines = part == 0 ? gl::Defines{} : gl::Defines{{"kBeyond", ""}};
         device_->UseProgram(
             programs_.get({"pass/surface.vert", "light/crossed.frag"}, defines).id());
-        for (std::size_t i = 0; i < ways.size(); ++i) {
-            shared::FieldWay& way = params_.ways[0];
-            set_course(way, filling_->all.wi[i], lattice);
-            const glm::dvec3 last = to_axes(way.axis, glm::dvec3(lattice.count - 1));
-            const Lines lines = lines_of(way, last);
-            params_.columns = lines.first;
-            params_.first = static_cast<int>(i) + 32 * FIELD_CROSSED_WORDS * part;
-            write_block();
-            framebuffer_.set_empty(lines.count);
-            framebuffer_.bind(lines.count);
-            constexpr std::array kTilts{0.0, 0.2, -0.2};
-            const glm::dmat4 clip =
-                clip_from_node(way, lines, last.x, kTilts[static_cast<std::size_t>(part)]) *
-                lattice.node_from_eye;
-            for (const auto& instance : drawn) {
-                const glm::dmat4 eye_from_object =
-                    glm::translate(glm::dmat4(1.0), -lattice.eye) * instance.world_from_object;
-                shared::DrawParams params{};
-                params.clip_from_object = glm::mat4(clip * eye_from_object);
-                params.world_from_object = glm::mat4(eye_from_object);
-                draw_block_.write(params);
-                surfaces.draw(instance, surface::SurfaceSet::Detail::coarse);
-            }
-        }
+        constexpr std::array kTilts{0.0, 0.2, -0.2};
+        for (std::size_t i = 0; i < filling_->all.wi.size(); ++i)
+            draw_along(surfaces, drawn, filling_->all.wi[i],
+                       static_cast<int>(i) + 32 * FIELD_CROSSED_WORDS * part,
+                       kTilts[static_cast<std::size_t>(part)]);
     }
+    draw_walls(surfaces);
+}
+
+void RadianceField::wait_for_drawing()
+{
     // llvmpipe may start a compute shader while what was drawn for it is still on its way; any
     // barrier makes it finish that first. GL asks for none here, and elsewhere this one costs
     // nothing.
     device_->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT);
+}
+
+void RadianceField::draw_along(const surface::SurfaceSet& surfaces,
+                               const std::vector<surface::SurfaceSet::Instance>& drawn,
+                               glm::dvec3 wi, int first, double tilt)
+{
+    const FieldLattice& lattice = filling_->lattice;
+    shared::FieldWay& way = params_.ways[0];
+    set_course(way, wi, lattice);
+    way.wi = glm::vec3(wi);
+    const glm::dvec3 last = to_axes(way.axis, glm::dvec3(lattice.count - 1));
+    const Lines lines = lines_of(way, last);
+    params_.columns = lines.first;
+    params_.first = first;
+    write_block();
+    framebuffer_.set_empty(lines.count);
+    framebuffer_.bind(lines.count);
+    const glm::dmat4 clip = clip_from_node(way, lines, last.x, tilt) * lattice.node_from_eye;
+    for (const auto& instance : drawn) {
+        const glm::dmat4 eye_from_object =
+            glm::translate(glm::dmat4(1.0), -lattice.eye) * instance.world_from_object;
+        shared::DrawParams params{};
+        params.clip_from_object = glm::mat4(clip * eye_from_object);
+        params.world_from_object = glm::mat4(eye_from_object);
+        draw_block_.write(params);
+        surfaces.draw(instance, surface::SurfaceSet::Detail::coarse);
+    }
+}
+
+void RadianceField::draw_walls(const surface::SurfaceSet& surfaces)
+{
+    const FieldLattice& lattice = filling_->lattice;
+    const glm::dmat3 metres_from_node = glm::inverse(glm::dmat3(lattice.node_from_eye));
+    const gl::Texture steps =
+        gl::Texture::make_3d(device_, "field: steps to walls", lattice.count * glm::ivec3(1, 1, 6),
+                             GL_R32UI, gl::Filter::nearest);
+    const GLuint none = ~0u;
+    device_->ClearTexImage(steps.id(), 0, GL_RED_INTEGER, GL_UNSIGNED_INT, &none);
+    device_->BindBufferBase(GL_UNIFORM_BUFFER, DRAW_BLOCK, draw_block_.id());
+    bind_image(0, steps, GL_READ_WRITE, GL_R32UI);
+    device_->UseProgram(
+        programs_.get({"pass/surface.vert", "light/crossed.frag"}, {{"kWalls", ""}}).id());
+    const std::vector<surface::SurfaceSet::Instance> all(surfaces.instances().begin(),
+                                                         surfaces.instances().end());
+    for (int layer = 0; layer < 6; ++layer) {
+        // Light that goes up an axis meets a node's wall below it.
+        const glm::dvec3 up = glm::normalize(metres_from_node[layer / 2]);
+        draw_along(surfaces, all, layer % 2 == 0 ? -up : up, layer, 0);
+    }
+    wait_for_drawing();
+    filling_->walls =
+        gl::Texture::make_3d(device_, "walls between nodes", lattice.count * glm::ivec3(1, 1, 2),
+                             GL_RGBA16F, gl::Filter::nearest);
+    steps.bind(FIELD_CROSSED_UNIT);
+    bind_image(0, filling_->walls, GL_WRITE_ONLY, GL_RGBA16F);
+    dispatch_nodes("light/walls.comp", {});
+}
+
+gl::Texture RadianceField::take_walls()
+{
+    return std::move(filling_->walls);
 }
 
 void RadianceField::sample_medium()
@@ -348,14 +395,16 @@ void RadianceField::set_batch(const Batch& batch)
     filling_->crossed.bind(FIELD_CROSSED_UNIT);
 }
 
-void RadianceField::gather(int bands, bool adds, bool clear, const gl::Texture& ways,
+void RadianceField::gather(int bands, bool adds, Of of, const gl::Texture& ways,
                            const gl::Texture& to)
 {
     gl::Defines defines{{"kBands", fmt::format("{}", bands)}};
     if (adds)
         defines.emplace_back("kAdds", "");
-    if (clear)
+    if (of == Of::clear)
         defines.emplace_back("kClear", "");
+    if (of != Of::field)
+        defines.emplace_back("kWorld", "");
     add_ways(defines);
     ways.bind(FIELD_WAYS_UNIT);
     bind_image(0, to, GL_READ_WRITE);
@@ -384,6 +433,7 @@ void RadianceField::carry_world(const Batch& batch, bool means)
     add(means, "kMeans");
     set_batch(batch);
     (filling_->marched ? filling_->marched : filling_->sigma_t).bind(FIELD_SIGMA_T_UNIT);
+    filling_->walls.bind(WALLS_UNIT);
     walk("light/world.comp", defines, batch.count);
 }
 
@@ -405,7 +455,7 @@ void RadianceField::add(const FieldLight& light, int bands, const gl::Texture& t
             dispatch_nodes("light/field_spread.comp", defines);
         }
         sweep(light.glows, source ? &source : nullptr, false);
-        gather(bands, true, false, filling_->ways, to);
+        gather(bands, true, Of::field, filling_->ways, to);
     }
 }
 
@@ -426,9 +476,9 @@ void RadianceField::fill_world(int ways, int bands, const gl::Texture* clear,
     for (const Batch& batch : batches(ways)) {
         carry_world(batch, false);
         if (of_clear)
-            gather(bands, batch.first > 0, true, filling_->ways, of_clear);
+            gather(bands, batch.first > 0, Of::clear, filling_->ways, of_clear);
         if (of_dimmed)
-            gather(bands, batch.first > 0, false, filling_->ways, of_dimmed);
+            gather(bands, batch.first > 0, Of::dimmed, filling_->ways, of_dimmed);
     }
     if (of_dimmed && light != nullptr)
         add(*light, bands, of_dimmed);
@@ -495,23 +545,23 @@ gl::Texture RadianceField::fill(int bands, FieldOrders orders, const gl::Texture
     const Batch near{kNearWays, 0, kNearWays};
     if (medium.world != nullptr) {
         carry_world(near, true);
-        gather(bands, true, false, filling_->ways, first);
+        gather(bands, true, Of::field, filling_->ways, first);
     }
     set_batch(near);
     if (medium.glows) {
         sweep(true, nullptr, true);
-        gather(bands, true, false, filling_->ways, first);
+        gather(bands, true, Of::field, filling_->ways, first);
     }
     const gl::Texture source = orders.count > 0 ? scatter(bands, orders, first) : gl::Texture();
     // What is looked up is the light at the nodes, not the means that went from order to order.
     sweep(medium.glows, source ? &source : nullptr, false);
     const gl::Texture light = make("field: light", bands * bands);
-    gather(bands, false, false, filling_->ways, light);
+    gather(bands, false, Of::field, filling_->ways, light);
     finish(bands, light, world, &first, field);
     if (!source || !gives_scattered)
         return {};
     gl::Texture scattered = make("field: what is scattered", bands * bands);
-    gather(bands, false, false, source, scattered);
+    gather(bands, false, Of::field, source, scattered);
     return scattered;
 }
 

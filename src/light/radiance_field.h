@@ -82,6 +82,10 @@ public:
     gl::Texture fill(int bands, FieldOrders orders, const gl::Texture* world,
                      const gl::Texture& field, bool gives_scattered);
 
+    /// How far from each node the nearest surface lies along each of the lattice's axes, down and
+    /// then up, a layer each; empty where there is none. Before end().
+    [[nodiscard]] gl::Texture take_walls();
+
     /// Frees what was there for filling.
     void end();
 
@@ -95,10 +99,19 @@ private:
     [[nodiscard]] gl::Texture make(const char* label, int layers) const;
     [[nodiscard]] gl::Texture make_ways(const char* label, int ways) const;
     void draw(const surface::SurfaceSet& surfaces);
+    void draw_walls(const surface::SurfaceSet& surfaces);
+    void wait_for_drawing();
+    /// Along a way, into the image that is bound.
+    void draw_along(const surface::SurfaceSet& surfaces,
+                    const std::vector<surface::SurfaceSet::Instance>& drawn, glm::dvec3 wi,
+                    int first, double tilt);
     void sample_medium();
     [[nodiscard]] std::vector<Batch> batches(int set) const;
     void set_batch(const Batch& batch);
-    void gather(int bands, bool adds, bool clear, const gl::Texture& ways, const gl::Texture& to);
+    /// What is gathered: the world's light as surfaces, or media too, let it through; else that
+    /// which the media send on.
+    enum class Of { clear, dimmed, field };
+    void gather(int bands, bool adds, Of of, const gl::Texture& ways, const gl::Texture& to);
     void add(const FieldLight& light, int bands, const gl::Texture& to);
     /// How many ways the batch has, where that is one of the usual two numbers.
     void add_ways(gl::Defines& defines) const;

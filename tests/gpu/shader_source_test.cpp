@@ -261,14 +261,17 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         variants.add(file, {});
     variants.add("light/crossed.frag", {});
     variants.add("light/crossed.frag", {{"kBeyond", ""}});
+    variants.add("light/crossed.frag", {{"kWalls", ""}});
+    variants.add("light/walls.comp", {});
     variants.add("light/field_sum.comp", {});
     variants.add("light/field_sum.comp", {{"kFinish", ""}});
     for (const char* bands : {"1", "3", "4"}) {
         const Defines of_bands{{"kBands", bands}};
-        for (unsigned set = 0; set < 4; ++set)
+        for (unsigned set = 0; set < 8; ++set)
             for (const char* ways : {"0", "26", "74"})
                 variants.add("light/field_gather.comp",
-                             of_bands + flags(set, {"kAdds", "kClear"}) + Defines{{"kWays", ways}});
+                             of_bands + flags(set, {"kAdds", "kWorld", "kClear"}) +
+                                 Defines{{"kWays", ways}});
         for (unsigned set = 0; set < 3; ++set) {
             variants.add("light/field_scatter.comp",
                          of_bands + flags(1u << set, {"kFirst", "kMean", "kTail"}));
