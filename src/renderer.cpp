@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "explain.h"
+#include "gl/binding_guard.h"
 #include "gl/framebuffer.h"
 #include "gl/state_guard.h"
 #include "gl/timer.h"
@@ -52,7 +53,35 @@ void check(const Frame& frame, const FrameSettings& settings)
         throw Error(fmt::format("the frame's target ({} x {}) must be a texture of the size of its "
                                 "colour ({} x {}), and another",
                                 target.x, target.y, color.x, color.y));
+    for (const TransparentExtent& one : frame.transparents)
+        if (!(one.view_z.x <= one.view_z.y) || !glm::all(glm::lessThanEqual(one.low, one.high)))
+            throw Error(fmt::format("Frame::transparents: an extent goes from view_z {} to {} m, "
+                                    "pixel {}, {} to {}, {}; give the lesser first",
+                                    one.view_z.x, one.view_z.y, one.low.x, one.low.y, one.high.x,
+                                    one.high.y));
     fumarole::check(settings);
+}
+
+bool has_half_color(Settings::Format format)
+{
+    return format != Settings::Format::rgba32f;
+}
+
+/// What the shaders of glsl/host/transparent.glsl know of a frame.
+shared::HostTransparentParams host_params(const PreparedFrame& frame, std::size_t first_draw)
+{
+    const glm::dmat4& clip = frame.host.clip_from_view;
+    shared::HostTransparentParams params{};
+    params.view_z_from_depth = frame.params.view_z_from_depth;
+    if (frame.eye.perspective) {  // clip w = clip[2][3] z + clip[3][3]
+        params.view_z_per_w = static_cast<float>(-1 / clip[2][3]);
+        params.view_z_at_w = static_cast<float>(clip[3][3] / clip[2][3]);
+    }
+    params.sky_depth = frame.params.sky_depth;
+    params.radiance_limit = frame.params.radiance_limit;
+    params.first_draw = static_cast<std::uint32_t>(first_draw);
+    params.half_color = has_half_color(frame.settings.format) ? 1 : 0;
+    return params;
 }
 
 }  // namespace
@@ -71,10 +100,23 @@ struct Renderer::Parts {
 
     [[nodiscard]] int texture_units() const { return GRID_UNIT + media.texture_units(); }
     [[nodiscard]] FrameScene frame_scene() const;
-    /// Storage buffers that a frame uses.
-    [[nodiscard]] int storages() const { return transparents.empty() ? 0 : STORAGE_COUNT; }
-    /// Has a march keep what it meets before the transparents of a frame.
-    void ask_depths(PreparedFrame& prepared, const transparent::SeenTransparents& seen) const;
+    /// Storage buffers that a frame of a view uses.
+    [[nodiscard]] int storages(const View::State& view) const
+    {
+        return transparents.empty() && view.lists == nullptr ? 0 : STORAGE_COUNT;
+    }
+    /// Has a march keep what it meets before the transparents of a frame, the host's too.
+    void ask_depths(const View::State& view, PreparedFrame& prepared,
+                    const transparent::SeenTransparents& seen) const;
+    /// Empties a view's lists for the host's fragments of a frame.
+    void begin_lists(View::State& view, const PreparedFrame& prepared) const;
+    /// Forgets what the host drew for a frame other than this. @throws Error if there is some
+    static void check_host_fragments(View::State& view, const PreparedFrame& prepared);
+    /// Whether what is behind is asked for by a factor; it may be by any of the host's.
+    [[nodiscard]] bool reads_picture(const View::State& view) const
+    {
+        return transparents.reads_picture() || view.lists_have_hosts;
+    }
     [[nodiscard]] std::string explain_transparents(const FrameSettings& settings) const;
     /// Draws them into the view's lists. @returns whether there are any
     bool list_transparents(View::State& view, const PreparedFrame& prepared,
@@ -161,25 +203,61 @@ PreparedFrame Renderer::Parts::begin(const View::State& view, const Frame& frame
     return prepared;
 }
 
-void Renderer::Parts::ask_depths(PreparedFrame& prepared,
+void Renderer::Parts::ask_depths(const View::State& view, PreparedFrame& prepared,
                                  const transparent::SeenTransparents& seen) const
 {
-    if (seen.list.empty() || prepared.settings.mode != Settings::Mode::raymarch)
+    std::vector<TransparentExtent> of_host = prepared.host.transparents;
+    if (of_host.empty() && view.host_fragments)
+        of_host.emplace_back();
+    if ((seen.list.empty() && of_host.empty()) ||
+        prepared.settings.mode != Settings::Mode::raymarch)
         return;
     for (const transparent::SeenTransparent& one : seen.list)
         prepared.depths_asked.areas.push_back(one.area);
     glm::dvec2 range = seen.view_z;
+    for (const TransparentExtent& one : of_host) {
+        prepared.depths_asked.areas.push_back({one.low, one.high});
+        range = {std::min(range.x, one.view_z.x), std::max(range.y, one.view_z.y)};
+    }
     if (prepared.settings.transparency != Settings::Transparency::split)
         range.y = std::numeric_limits<double>::infinity();  // they ask for the surface's depth too
     prepared.depths_asked.view_z =
         transparent::split_depths(media.occupied(), prepared, range, prepared.settings.splits);
 }
 
+void Renderer::Parts::begin_lists(View::State& view, const PreparedFrame& prepared) const
+{
+    if (view.lists == nullptr)
+        view.lists = std::make_shared<transparent::FragmentLists>(device);
+    view.lists->begin(prepared.picture_size, has_half_color(prepared.settings.format));
+    view.host_fragments = {prepared.picture_size, prepared.settings.format, nullptr};
+}
+
+void Renderer::Parts::check_host_fragments(View::State& view, const PreparedFrame& prepared)
+{
+    if (!view.host_fragments)
+        return;
+    if (view.host_fragments->bindings != nullptr)
+        throw Error("the host's transparents of this view have not ended; call "
+                    "end_transparents() before composite()");
+    if (view.host_fragments->size == prepared.picture_size &&
+        view.host_fragments->format == prepared.settings.format)
+        return;
+    const glm::ivec2 theirs = view.host_fragments->size, ours = prepared.picture_size;
+    view.host_fragments.reset();
+    throw Error(fmt::format("begin_transparents() was given a frame of {} x {}, and composite() "
+                            "one of {} x {} or of another FrameSettings::format; give both the "
+                            "same",
+                            theirs.x, theirs.y, ours.x, ours.y));
+}
+
 bool Renderer::Parts::list_transparents(View::State& view, const PreparedFrame& prepared,
                                         const transparent::SeenTransparents& seen)
 {
     last_lists.reset();
-    if (seen.list.empty()) {
+    view.lists_have_hosts = view.host_fragments.has_value();
+    view.host_fragments.reset();
+    if (seen.list.empty() && !view.lists_have_hosts) {
         if (transparents.empty())
             view.lists.reset();
         return false;
@@ -187,7 +265,11 @@ bool Renderer::Parts::list_transparents(View::State& view, const PreparedFrame& 
     if (view.lists == nullptr)
         view.lists = std::make_shared<transparent::FragmentLists>(device);
     last_lists = view.lists;
-    transparent_painter.fill(tools, transparents, seen.list, *view.lists, prepared);
+    if (!view.lists_have_hosts)
+        view.lists->begin(prepared.picture_size, has_half_color(prepared.settings.format));
+    if (!seen.list.empty())
+        transparent_painter.fill(tools, transparents, seen.list, *view.lists, prepared);
+    view.lists->end();
     return true;
 }
 
@@ -200,15 +282,15 @@ void Renderer::Parts::draw_transparents(View::State& view, const PreparedFrame& 
         return;
     const Frame& host = prepared.host;
     const transparent::Resolved resolved{picture, host.target ? host.target : host.color, GL_ONE,
-                                         transparents.reads_picture()};
+                                         reads_picture(view)};
     transparent_painter.resolve(tools, *view.lists, layers, resolved, prepared);
 }
 
 std::string Renderer::Parts::explain_transparents(const FrameSettings& settings) const
 {
     constexpr double kMegabyte = 1e6;
-    std::string line =
-        fmt::format("transparents: {}, in a list of fragments a pixel", transparents.size());
+    std::string line = fmt::format("transparents: {} of the scene, in a list of fragments a pixel",
+                                   transparents.size());
     if (const auto lists = last_lists.lock())
         line += fmt::format(", {:.1f} MB in the last view",
                             static_cast<double>(lists->bytes()) / kMegabyte);
@@ -355,29 +437,74 @@ void Renderer::composite(View& view, const Frame& frame, const FrameSettings& se
     Parts& parts = *parts_;
     const auto timed = parts.timers.frame(frame.index);
     View::State& state = parts.state_of(view);
-    const bool empty = parts.media.empty() && parts.transparents.empty();
-    if (empty && !frame.target)
+    state.volume_at.reset();
+    const bool is_asked = !frame.transparents.empty();
+    const bool empty = parts.media.empty() && parts.transparents.empty() && !state.host_fragments;
+    if (empty && !frame.target && !is_asked)
         return;
     const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT,
-                               parts.storages());
+                               parts.storages(state));
     const Picture picture(parts, frame);
-    if (empty)
+    if (empty && !is_asked)
         return;
     PreparedFrame prepared = parts.begin(state, frame, settings);
+    Parts::check_host_fragments(state, prepared);
     const transparent::SeenTransparents seen = parts.transparents.look(prepared);
     if (!prepared.sees_media) {
         parts.draw_transparents(state, prepared, seen, nullptr);
+        if (is_asked)
+            state.publish_volume(nullptr, prepared);
         return;
     }
-    parts.ask_depths(prepared, seen);
+    parts.ask_depths(state, prepared, seen);
     state.draw(prepared, parts.tools);
     resolve::composite(parts.tools, *state.layers, parts.picture, prepared);
     parts.draw_transparents(state, prepared, seen, state.layers.get());
+    if (is_asked)
+        state.publish_volume(state.layers.get(), prepared);
     parts.last_history = view.history();
     if (parts.volumes.has_more()) {
         const auto time = parts.timers.scope("light volumes, anew");
         parts.volumes.go_on(prepared.eye.position);
     }
+}
+
+void Renderer::begin_transparents(View& view, const Frame& frame, const FrameSettings& settings,
+                                  const TransparentBindings& bindings)
+{
+    check(frame, settings);
+    Parts& parts = *parts_;
+    View::State& state = parts.state_of(view);
+    if (state.host_fragments && state.host_fragments->bindings != nullptr)
+        throw Error("begin_transparents: the view's last draws have not ended; call "
+                    "end_transparents() after them");
+    const PreparedFrame prepared =
+        prepare_frame(frame, settings, parts.frame_scene(), state.keeps_history);
+    auto guard = std::make_unique<gl::BindingGuard>(
+        parts.device, gl::BindingGuard::Points{bindings.block,
+                                               bindings.depth_unit,
+                                               bindings.lists_image,
+                                               {bindings.first_buffer, bindings.first_buffer + 1}});
+    parts.begin_lists(state, prepared);
+    state.host_fragments->bindings = std::move(guard);
+    if (state.host_block.id() == 0)
+        state.host_block = {parts.device, "host's transparents"};
+    state.host_block.write(host_params(prepared, parts.transparents.size()));
+    parts.device->BindBufferBase(GL_UNIFORM_BUFFER, bindings.block, state.host_block.id());
+    gl::bind_texture(parts.device, bindings.depth_unit, frame.depth);
+    parts.device->BindSampler(bindings.depth_unit, parts.depth_sampler.id());
+    state.lists->bind(bindings.lists_image, bindings.first_buffer);
+    state.lists->bind_framebuffer();
+}
+
+void Renderer::end_transparents(View& view)
+{
+    View::State& state = parts_->state_of(view);
+    if (!state.host_fragments || state.host_fragments->bindings == nullptr)
+        throw Error("end_transparents: no draws were begun; call begin_transparents() of the same "
+                    "view before them");
+    state.lists->let_read();
+    state.host_fragments->bindings.reset();
 }
 
 InspectionLegend Renderer::inspect(View& view, const Frame& frame, const FrameSettings& settings,
@@ -388,9 +515,10 @@ InspectionLegend Renderer::inspect(View& view, const Frame& frame, const FrameSe
     const auto timed = parts.timers.frame(frame.index);
     View::State& state = parts.state_of(view);
     const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT,
-                               parts.storages());
+                               parts.storages(state));
     const Picture picture(parts, frame);
     const PreparedFrame prepared = parts.begin(state, frame, settings);
+    Parts::check_host_fragments(state, prepared);
     if (!state.holds(prepared))
         state.drawn.reset();
     const bool listed = inspection.kind == Inspection::Kind::layers &&
@@ -401,6 +529,7 @@ InspectionLegend Renderer::inspect(View& view, const Frame& frame, const FrameSe
     InspectionLegend legend =
         resolve::inspect(parts.tools, state.layers_for(prepared.settings.mode, parts.tools),
                          parts.picture, prepared, inspection, draw_counts);
+    state.host_fragments.reset();
     parts.last_history = view.history();
     return legend;
 }
@@ -446,13 +575,13 @@ TransparentImages Renderer::read_transparents(View& view, const Frame& frame,
     check(frame, settings);
     Parts& parts = *parts_;
     View::State& state = parts.state_of(view);
-    if (parts.transparents.empty())
+    if (parts.transparents.empty() && !state.lists_have_hosts)
         return {};
     const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT,
-                               parts.storages());
+                               parts.storages(state));
     PreparedFrame prepared = parts.begin(state, frame, settings);
     const transparent::SeenTransparents seen = parts.transparents.look(prepared);
-    if (seen.list.empty()) {
+    if (seen.list.empty() && !state.lists_have_hosts) {
         const auto values = 3 * static_cast<std::size_t>(prepared.picture_size.x) *
                             static_cast<std::size_t>(prepared.picture_size.y);
         return {std::vector<float>(values, 0.0f), std::vector<float>(values, 1.0f)};
@@ -470,7 +599,7 @@ TransparentImages Renderer::read_transparents(View& view, const Frame& frame,
         const std::array<GLfloat, 4> value{nothing, nothing, nothing, 1};
         parts.device->ClearNamedFramebufferfv(framebuffer.id(), GL_COLOR, 0, value.data());
         const transparent::Resolved resolved{framebuffer, picture, of_added,
-                                             parts.transparents.reads_picture(), true};
+                                             parts.reads_picture(state), true};
         parts.transparent_painter.resolve(parts.tools, *state.lists,
                                           prepared.sees_media ? state.layers.get() : nullptr,
                                           resolved, prepared);
@@ -527,7 +656,7 @@ std::vector<std::string> Renderer::explain(const FrameSettings& settings) const
 {
     const auto surfaces = static_cast<int>(parts_->surfaces.instances().size());
     std::vector<std::string> lines = fumarole::explain(parts_->tools, surfaces, settings);
-    if (!parts_->transparents.empty())
+    if (!parts_->transparents.empty() || parts_->last_lists.lock() != nullptr)
         lines.push_back(parts_->explain_transparents(settings));
     return lines;
 }
@@ -562,6 +691,8 @@ void Renderer::prepare(const Frame& frame, const FrameSettings& settings)
         small.depth = depth.view();
         small.view_from_world = glm::translate(glm::dmat4(glm::transpose(eye.world_from_view)), -p);
         small.target = {};
+        if (!frame.transparents.empty())
+            small.transparents = {TransparentExtent{}};
         return small;
     };
     Frame still = look_from(0.5), moved = look_from(0.51);
@@ -575,7 +706,10 @@ void Renderer::prepare(const Frame& frame, const FrameSettings& settings)
     for (const int scale : scales) {
         FrameSettings s = settings;
         s.resolution = scale;
+        bool with_hosts = !frame.transparents.empty();  // once, as they are laid over alike
         const auto draw = [&](const Frame& one) {
+            if (std::exchange(with_hosts, false))
+                parts.begin_lists(parts.state_of(view), prepare_frame(one, s, parts.frame_scene()));
             composite(view, one, s);
             ++still.index;
             ++moved.index;

@@ -30,10 +30,34 @@ OwnLayers View::own_layers() const
     return state_->drawn ? state_->layers->own() : OwnLayers{};
 }
 
+VolumeAtNames View::volume_at() const
+{
+    if (!state_->volume_at)
+        throw Error("View::volume_at: the view's last frame did not ask for it; say in "
+                    "Frame::transparents of the frame that composite() gets where the host draws "
+                    "its own");
+    return *state_->volume_at;
+}
+
+void View::State::publish_volume(resolve::Layers* seen, const PreparedFrame& frame)
+{
+    if (volume_at_block.id() == 0)
+        volume_at_block = {*device, "volume at any depth"};
+    const resolve::HostVolume volume =
+        seen != nullptr ? seen->host_volume(frame) : resolve::HostVolume{};
+    volume_at_block.write(volume.params);
+    VolumeAtNames& names = volume_at.emplace();
+    names.block = volume_at_block.id();
+    for (std::size_t i = 0; i < volume.textures.size(); ++i)
+        if (volume.textures.at(i) != nullptr)
+            names.textures.at(i) = volume.textures.at(i)->id();
+}
+
 resolve::Layers& View::State::layers_for(Settings::Mode wanted, const Toolbox& tools)
 {
     if (layers == nullptr || mode != wanted) {
         drawn.reset();
+        volume_at.reset();
         layers.reset();  // one mode's textures at a time
         mode = wanted;
         layers = resolve::make_layers(mode, tools);

@@ -6,10 +6,14 @@
 #include <fumarole/settings.h>
 #include <fumarole/view.h>
 
+#include "gl/binding_guard.h"
+#include "gl/buffer.h"
 #include "gl/device.h"
 #include "gl/framebuffer.h"
 #include "gl/texture.h"
 #include "resolve/layers.h"
+#include "shared/host_transparent_params.h"
+#include "shared/volume_at_params.h"
 #include "transparent/fragment_lists.h"
 
 namespace fumarole {
@@ -34,6 +38,17 @@ struct View::State {
     /// Of transparents; none until a frame has some. Whoever asks for their number may outlive
     /// them.
     std::shared_ptr<transparent::FragmentLists> lists;
+    /// Fragments of the host's in them that no frame has laid over its picture yet.
+    struct HostFragments {
+        glm::ivec2 size{0};
+        Settings::Format format{};
+        std::unique_ptr<gl::BindingGuard> bindings;  ///< while the host draws
+    };
+    std::optional<HostFragments> host_fragments;
+    bool lists_have_hosts = false;  ///< the last frame's had some
+    gl::UniformBuffer<shared::HostTransparentParams> host_block;
+    gl::UniformBuffer<shared::VolumeAtParams> volume_at_block;
+    std::optional<VolumeAtNames> volume_at;  ///< of the last frame, if it asked for it
 
     /// The layers for frames in a mode: new ones if it was drawn in another before.
     resolve::Layers& layers_for(Settings::Mode wanted, const Toolbox& tools);
@@ -41,6 +56,8 @@ struct View::State {
     void draw(const PreparedFrame& frame, const Toolbox& tools);
     /// Whether the layers are those of a frame like this.
     [[nodiscard]] bool holds(const PreparedFrame& frame) const;
+    /// Has volume_at name what the layers hold of a frame. @param seen null: no medium is in view
+    void publish_volume(resolve::Layers* seen, const PreparedFrame& frame);
     /// The layers of a frame that it holds, at full size.
     LayerTextures full_size(const PreparedFrame& frame, const Toolbox& tools);
     void drop_full_size()

@@ -20,7 +20,7 @@ void main()
 {
     float scene_z = view_z_of(texelFetch(u_scene_depth_tx, ivec2(gl_FragCoord.xy), 0).r,
                               u_frame.view_z_from_depth, u_frame.sky_depth);
-    VolumeAt seen = volume_at(volume_ray(gl_FragCoord.xy), scene_z);
+    VolumeAt seen = volume_at(froxel_ray(gl_FragCoord.xy), scene_z);
     out_color = kTransmittance ? vec4(seen.transmittance, 1.0)
                                : vec4(seen.scattering, dot(seen.transmittance, vec3(1.0 / 3.0)));
 #ifdef BOTH

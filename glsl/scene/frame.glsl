@@ -5,7 +5,9 @@
 // Variant
 const int kLayerScale = 1;  // pixels along the edge of a texel of the volume layer: 1, 2 or 4
 
+#ifndef u_frame  // a host's shader has it in a block of its own
 layout(std140, binding = FRAME_BLOCK) uniform Frame { FrameParams u_frame; };
+#endif
 
 struct Ray {
     vec3 origin;     // eye-centred world [m]

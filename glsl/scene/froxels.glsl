@@ -3,10 +3,12 @@
 #include "scene/frame.glsl"
 #include "shared/froxel_params.h"
 
+#ifndef u_froxels  // as u_frame
 layout(std140, binding = FROXEL_BLOCK) uniform Froxels { FroxelParams u_froxels; };
+#endif
 
 // Variant. EXTINCTION_IN_ALPHA: one extinction for all channels, in the alpha of a volume's colour; else it has a
-// volume of its own.
+// volume of its own, or, kExtinctionInAlpha, a host's shader is told which when it runs.
 #ifdef EXTINCTION_IN_ALPHA
 #define volume_depth_t float
 const bool kExtinctionInAlpha = true;
@@ -14,7 +16,7 @@ float volume_depth(vec4 color, vec4 extinction) { return color.a; }
 #else
 #define volume_depth_t vec3
 const bool kExtinctionInAlpha = false;
-vec3 volume_depth(vec4 color, vec4 extinction) { return extinction.rgb; }
+vec3 volume_depth(vec4 color, vec4 extinction) { return kExtinctionInAlpha ? color.aaa : extinction.rgb; }
 #endif
 
 ivec3 froxel_count() { return ivec3(u_froxels.columns, u_froxels.slices.count); }

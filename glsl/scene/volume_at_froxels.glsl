@@ -38,18 +38,18 @@ Before before(vec2 columns, float z)
 }
 
 // A pixel's ray, whatever the depth.
-struct VolumeRay {
+struct FroxelRay {
     vec2 columns;
     float length_per_z;
 };
 
-VolumeRay volume_ray(vec2 pixel)
+FroxelRay froxel_ray(vec2 pixel)
 {
     float length_per_z = length(camera_ray(pixel * u_frame.inverse_full_size * 2.0 - 1.0).direction);
-    return VolumeRay(columns_at(pixel), length_per_z);
+    return FroxelRay(columns_at(pixel), length_per_z);
 }
 
-VolumeAt volume_at(VolumeRay ray, float view_z)
+VolumeAt volume_at(FroxelRay ray, float view_z)
 {
     float z = slices_before(view_z, u_froxels.slices);
     Before seen;

@@ -13,14 +13,14 @@ layout(binding = SPLIT_SCATTERING_UNIT) uniform sampler2DArray u_split_scatterin
 layout(binding = SPLIT_TRANSMITTANCE_UNIT) uniform sampler2DArray u_split_transmittance_tx;
 
 // A pixel's place among the march's rays, whatever the depth.
-struct VolumeRay {
+struct SplitRay {
     vec2 texel;   // the rays lie at integers
     vec4 reach;   // view_z [m] where the four around it end: upper left, upper right, lower right, lower left
 };
 
-VolumeRay volume_ray(vec2 pixel)
+SplitRay split_ray(vec2 pixel)
 {
-    VolumeRay ray;
+    SplitRay ray;
     ray.texel = pixel / float(kLayerScale) - 0.5 - u_frame.layer_offset;
     ray.reach = textureGather(u_layer_depth_tx, (floor(ray.texel) + 1.0) * u_frame.inverse_layer_size);
     return ray;
@@ -35,8 +35,8 @@ VolumeAt split_texel(ivec2 texel, int k)
     return VolumeAt(scattering.rgb, texelFetch(u_split_transmittance_tx, ivec3(texel, k), 0).rgb);
 }
 
-// weights: as VolumeRay::reach; they add up to 1
-VolumeAt split_weighted(VolumeRay ray, int k, vec4 weights)
+// weights: as SplitRay::reach; they add up to 1
+VolumeAt split_weighted(SplitRay ray, int k, vec4 weights)
 {
     const ivec2 kPlace[4] = ivec2[](ivec2(0, 1), ivec2(1, 1), ivec2(1, 0), ivec2(0, 0));
     VolumeAt sum = VolumeAt(vec3(0.0), vec3(0.0));
@@ -48,7 +48,7 @@ VolumeAt split_weighted(VolumeRay ray, int k, vec4 weights)
     return sum;
 }
 
-VolumeAt split_bilinear(VolumeRay ray, int k)
+VolumeAt split_bilinear(SplitRay ray, int k)
 {
     vec3 uv = vec3((ray.texel + 0.5) * u_frame.inverse_layer_size, float(k));
     vec4 scattering = textureLod(u_split_scattering_tx, uv, 0.0);
@@ -70,7 +70,7 @@ VolumeAt split_between(VolumeAt near, VolumeAt far, float share)
     return VolumeAt(mix(near.scattering, far.scattering, scattered), transmittance);
 }
 
-VolumeAt volume_at(VolumeRay ray, float view_z)
+VolumeAt volume_at(SplitRay ray, float view_z)
 {
     int low = 0, high = u_splits.count - 1;
     do {  // llvmpipe runs a while body once more with all lanes masked; do-while avoids it.

@@ -2,6 +2,7 @@
 //
 // World space on the GPU is the world's axes and metres with the origin at the eye: a scene a
 // thousand kilometres from the world's origin keeps its precision. Matrices are composed in double.
+#pragma once
 #include "shared/types.h"
 FUM_SHARED_BEGIN
 

@@ -16,6 +16,12 @@ FUM_SHARED_BEGIN
 #define BLEND_ONE_MINUS_DST_ALPHA 9u
 #define BLEND_SRC_ALPHA_SATURATE 10u
 
+// The blends by name, as pairs of factors: of the source, and of what is behind.
+#define BLEND_ALPHA (BLEND_SRC_ALPHA << 4u | BLEND_ONE_MINUS_SRC_ALPHA)
+#define BLEND_PREMULTIPLIED (BLEND_ONE << 4u | BLEND_ONE_MINUS_SRC_ALPHA)
+#define BLEND_ADD (BLEND_ONE << 4u | BLEND_ONE)
+#define BLEND_MULTIPLY (BLEND_ZERO << 4u | BLEND_SRC_COLOR)
+
 // A fragment's key: which draw it is of, the lowest bits of its triangle's number there, and its
 // two factors. Of two fragments at one depth the one with the larger key is in front.
 const int kMostDraws = 4096;

@@ -9,7 +9,7 @@
 //   out  what the picture is multiplied with, the second source of blending, and what is added to it
 #include "lib/blend.glsl"
 #include "lib/depth.glsl"
-#include "scene/fragment_lists.glsl"
+#include "scene/fragment_order.glsl"
 #include "written/volume_at.glsl"
 
 // Variant

@@ -73,13 +73,13 @@ public:
     {
         if (!seen_.emplace(file).second)
             return;
+        if (const std::string* written = variant_.file(std::string(file))) {
+            add_text(file, *written);
+            return;
+        }
         const auto found = shader_files().find(file);
         if (found != shader_files().end()) {
             add_text(file, found->second);
-            return;
-        }
-        if (const std::string* written = variant_.file(std::string(file))) {
-            add_text(file, *written);
             return;
         }
         if (!file.starts_with(kWritten))
@@ -115,11 +115,15 @@ private:
     /// The line, its constant with the value that the variant gives it.
     [[nodiscard]] std::string with_value(std::string_view line) const
     {
-        if (const auto constant = constant_in(line))
-            if (const std::string* value = variant_.value_of(constant->name))
-                return fmt::format("{}{}{}", constant->head, value->empty() ? "true" : *value,
-                                   constant->rest);
-        return std::string(line);
+        const auto constant = constant_in(line);
+        const std::string* value = constant ? variant_.value_of(constant->name) : nullptr;
+        if (value == nullptr)
+            return std::string(line);
+        if (value->starts_with("u_"))
+            return fmt::format("#define {} ({}){}", constant->name, *value,
+                               constant->rest.substr(1));
+        return fmt::format("{}{}{}", constant->head, value->empty() ? "true" : *value,
+                           constant->rest);
     }
 
     const Defines& variant_;

@@ -24,9 +24,10 @@ public:
     }
 
     /// A constant or a macro; a later value of the same name takes the place of an earlier one. A
-    /// constant's value "" is true.
+    /// constant's value "" is true. One that reads a uniform (u_...) makes a macro of the constant.
     void emplace_back(std::string name, std::string value);
-    /// A file that an `#include` of its name finds: written/media.glsl.
+    /// A file that an `#include` of its name finds, rather than the one of glsl/:
+    /// written/media.glsl.
     void add_file(const std::string& name, std::string text) { files_[name] = std::move(text); }
     Defines& operator+=(const Defines& other);
 

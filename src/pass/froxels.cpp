@@ -160,7 +160,8 @@ Froxels::View& Froxels::view_of(const PreparedFrame& frame)
     return view;
 }
 
-void Froxels::write_block(const PreparedFrame& frame, const View& view, float history_weight) const
+shared::FroxelParams Froxels::params(const PreparedFrame& frame, const View& view,
+                                     float history_weight)
 {
     const HistoryView now = make_history_view(frame);
     const HistoryView& last = view.last ? *view.last : now;
@@ -182,7 +183,12 @@ void Froxels::write_block(const PreparedFrame& frame, const View& view, float hi
     params.history_slices.rescale =
         static_cast<float>((now.range.y - now.range.x) / (last.range.y - last.range.x));
     params.history_eye = eye_from_eye(last, frame.eye);
-    block_.write(params);
+    return params;
+}
+
+void Froxels::write_block(const PreparedFrame& frame, const View& view, float history_weight) const
+{
+    block_.write(params(frame, view, history_weight));
     tools_.device->BindBufferBase(GL_UNIFORM_BUFFER, FROXEL_BLOCK, block_.id());
 }
 

@@ -51,6 +51,11 @@ public:
     [[nodiscard]] IntegratedFroxels integrated() const;
     /// Writes and binds the block that a lookup at a depth of the last draw()'s frame needs.
     void write_block(const PreparedFrame& frame) { write_block(frame, view_of(frame), 0); }
+    /// That block.
+    [[nodiscard]] shared::FroxelParams block(const PreparedFrame& frame)
+    {
+        return params(frame, view_of(frame), 0);
+    }
 
     /// Lets the next frame be a first one.
     void forget() { view_.last.reset(); }
@@ -74,6 +79,8 @@ private:
     };
     /// The view, its volumes those that the frame needs.
     View& view_of(const PreparedFrame& frame);
+    static shared::FroxelParams params(const PreparedFrame& frame, const View& view,
+                                       float history_weight);
     void write_block(const PreparedFrame& frame, const View& view, float history_weight) const;
     void draw_v_buffer(const PreparedFrame& frame, const View& view) const;
     void bind_v_buffer(const View& view) const;

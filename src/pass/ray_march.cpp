@@ -91,11 +91,11 @@ void RayMarch::resize_splits(const PreparedFrame& frame)
     make(split_scattering_, "split scattering", true);
     make(split_transmittance_, "split transmittance", !monochrome_);
     fine_splits_ = fine;
-    shared::SplitParams params{};
-    params.count = size.z;
+    split_params_ = {};
+    split_params_.count = size.z;
     for (int k = 0; k < size.z; ++k)
-        params.view_z[k / 4][k % 4] = depths[static_cast<std::size_t>(k)];
-    split_block_.write(params);
+        split_params_.view_z[k / 4][k % 4] = depths[static_cast<std::size_t>(k)];
+    split_block_.write(split_params_);
     gl->BindBufferBase(GL_UNIFORM_BUFFER, SPLITS_BLOCK, split_block_.id());
     // What no ray writes, as where there is no medium.
     constexpr std::array<GLfloat, 4> kNothing{0, 0, 0, 1}, kAll{1, 1, 1, 1};
@@ -108,6 +108,11 @@ void RayMarch::resize_splits(const PreparedFrame& frame)
     };
     bind_image(SPLIT_SCATTERING_IMAGE, split_scattering_);
     bind_image(SPLIT_TRANSMITTANCE_IMAGE, split_transmittance_);
+}
+
+SplitLayers RayMarch::splits() const
+{
+    return {&split_scattering_, &split_transmittance_, &split_params_};
 }
 
 std::uint64_t RayMarch::split_bytes() const
@@ -129,7 +134,9 @@ gl::Defines RayMarch::bind_split_layers() const
     gl::Defines defines{{"kLayerScale", fmt::format("{}", scale_)}};
     if (monochrome_)
         defines.emplace_back("kMonochrome", "");
-    defines.add_file("written/volume_at.glsl", "#include \"scene/volume_at_splits.glsl\"\n");
+    defines.add_file("written/volume_at.glsl",
+                     "#include \"scene/volume_at_splits.glsl\"\n"
+                     "#define VolumeRay SplitRay\n#define volume_ray split_ray\n");
     return defines;
 }
 

@@ -25,6 +25,13 @@ struct MarchedLayer {
     int scale = 1;      ///< pixels along a texel's edge
 };
 
+/// What a march kept at a frame's depths, to be looked up.
+struct SplitLayers {
+    const gl::Texture* scattering = nullptr;     ///< empty if the frame asked for no depth
+    const gl::Texture* transmittance = nullptr;  ///< monochrome: empty
+    const shared::SplitParams* depths = nullptr;
+};
+
 /// Marches a ray through the media for each texel of a layer that may be smaller than the picture.
 /// Eevee's design of July 2017; glsl/pass/ray_march.frag.
 class RayMarch : public VolumePass {
@@ -43,6 +50,7 @@ public:
     /// Binds what it kept at the frame's depths (PreparedFrame::depths_asked), to be looked up:
     /// glsl/scene/volume_at_splits.glsl, which written/volume_at.glsl of the variant names.
     [[nodiscard]] gl::Defines bind_split_layers() const;
+    [[nodiscard]] SplitLayers splits() const;
     [[nodiscard]] std::uint64_t split_bytes() const;
 
 private:
@@ -62,6 +70,7 @@ private:
     gl::Texture split_scattering_, split_transmittance_;  ///< a layer a depth; monochrome: one
     bool fine_splits_ = false;                            ///< of 32 bits
     gl::UniformBuffer<shared::SplitParams> split_block_;
+    shared::SplitParams split_params_{};  ///< what is in it
 };
 
 }  // namespace fumarole::pass

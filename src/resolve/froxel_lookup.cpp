@@ -21,7 +21,9 @@ gl::Defines bind_integrated(const PreparedFrame& frame, const pass::IntegratedFr
 gl::Defines bind_lookup(const PreparedFrame& frame, const pass::IntegratedFroxels& froxels)
 {
     gl::Defines defines = bind_integrated(frame, froxels);
-    defines.add_file("written/volume_at.glsl", "#include \"scene/volume_at_froxels.glsl\"\n");
+    defines.add_file("written/volume_at.glsl",
+                     "#include \"scene/volume_at_froxels.glsl\"\n"
+                     "#define VolumeRay FroxelRay\n#define volume_ray froxel_ray\n");
     return defines;
 }
 

@@ -41,6 +41,19 @@ public:
     {
         return march_.bind_split_layers();
     }
+    [[nodiscard]] HostVolume host_volume(const PreparedFrame& frame) override
+    {
+        const pass::MarchedLayer layer = march_.layer();
+        const pass::SplitLayers splits = march_.splits();
+        HostVolume volume;
+        volume.params.frame = frame.params;
+        volume.params.splits = *splits.depths;
+        volume.params.kind = VOLUME_AT_SPLITS;
+        volume.params.layer_scale = layer.scale;
+        volume.params.grey = layer.grey ? 1 : 0;
+        volume.textures = {nullptr, nullptr, layer.depth, splits.scattering, splits.transmittance};
+        return volume;
+    }
     [[nodiscard]] std::uint64_t volume_at_bytes() const override { return march_.split_bytes(); }
 
     [[nodiscard]] const char* resolve_name() const override { return "upsample"; }
@@ -91,6 +104,19 @@ public:
     {
         froxels_.write_block(frame);
         return bind_lookup(frame, froxels_.integrated());
+    }
+    [[nodiscard]] HostVolume host_volume(const PreparedFrame& frame) override
+    {
+        const pass::IntegratedFroxels froxels = froxels_.integrated();
+        HostVolume volume;
+        volume.params.frame = frame.params;
+        volume.params.froxels = froxels_.block(frame);
+        volume.params.kind = VOLUME_AT_FROXELS;
+        volume.params.layer_scale = 1;
+        volume.params.grey = *froxels.transmittance ? 0 : 1;
+        volume.params.tricubic = frame.settings.lookup == Settings::Lookup::tricubic ? 1 : 0;
+        volume.textures = {froxels.scattering, froxels.transmittance, nullptr, nullptr, nullptr};
+        return volume;
     }
     [[nodiscard]] const char* resolve_name() const override { return "froxel lookup of"; }
     [[nodiscard]] pass::VolumePass& pass() override { return froxels_; }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 
@@ -7,6 +8,7 @@
 
 #include "pass/volume_pass.h"
 #include "prepared_frame.h"
+#include "shared/volume_at_params.h"
 #include "toolbox.h"
 
 namespace fumarole::resolve {
@@ -18,6 +20,13 @@ enum class Layer {
                     ///< transmittance
     transmittance,  ///< per channel, 0..1; not if monochrome
     both,           ///< those two at once, transmittance as the second source of blending
+};
+
+/// What a host's shader reads of the media before any depth: glsl/host/volume_at.glsl.
+struct HostVolume {
+    shared::VolumeAtParams params{};
+    /// The froxels' scattering and transmittance, the march's depth, and its split layers' two.
+    std::array<const gl::Texture*, kVolumeAtUnits> textures{};
 };
 
 /// From a frame to its two layers at the picture's size: a pass, what is kept of it from frame to
@@ -39,6 +48,9 @@ public:
     /// it (PreparedFrame::depths_asked).
     /// @returns the variant of a shader that includes written/volume_at.glsl
     [[nodiscard]] virtual gl::Defines bind_volume_at(const PreparedFrame& frame) = 0;
+
+    /// The same for a host's shaders: all that their one text asks for.
+    [[nodiscard]] virtual HostVolume host_volume(const PreparedFrame& frame) = 0;
 
     /// What the last draw() kept for it alone.
     [[nodiscard]] virtual std::uint64_t volume_at_bytes() const { return 0; }

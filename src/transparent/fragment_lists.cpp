@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <fmt/format.h>
 
-#include "shared/bindings.h"
-
 namespace fumarole::transparent {
 
 namespace {
@@ -12,7 +10,7 @@ namespace {
 constexpr std::uint64_t kWordBytes = 4;
 constexpr std::uint64_t kFirstLayers = 2;  ///< over all pixels: room that there is from the start
 
-/// glsl/scene/fragment_lists.glsl: kFragmentWords.
+/// glsl/scene/fragment_lists.glsl: fragment_words().
 std::uint64_t fragment_bytes(bool half_color)
 {
     return (half_color ? 5 : 7) * kWordBytes;
@@ -93,19 +91,24 @@ void FragmentLists::begin(glm::ivec2 size, bool half_color)
     counter_.clear();
 }
 
-void FragmentLists::bind() const
+void FragmentLists::bind(GLuint image, GLuint first_buffer) const
 {
-    device_->BindImageTexture(FRAGMENT_LISTS_IMAGE, first_.id(), 0, GL_FALSE, 0, GL_READ_WRITE,
-                              GL_R32UI);
-    device_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, FRAGMENT_COUNT_BUFFER, counter_.id());
-    device_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, FRAGMENTS_BUFFER, fragments_.id());
+    static_assert(FRAGMENTS_BUFFER == FRAGMENT_COUNT_BUFFER + 1);
+    device_->BindImageTexture(image, first_.id(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_R32UI);
+    device_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, first_buffer, counter_.id());
+    device_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, first_buffer + 1, fragments_.id());
 }
 
-void FragmentLists::end()
+void FragmentLists::let_read() const
 {
     // For the resolve, and for what begins the next frame's lists.
     device_->MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
                            GL_BUFFER_UPDATE_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT);
+}
+
+void FragmentLists::end()
+{
+    let_read();
     readback_.ask(counter_.id());
 }
 

@@ -7,6 +7,7 @@
 #include "gl/framebuffer.h"
 #include "gl/program.h"
 #include "gl/texture.h"
+#include "shared/bindings.h"
 
 namespace fumarole::transparent {
 
@@ -21,10 +22,14 @@ public:
     /// @param half_color colours have 16 bits a channel
     void begin(glm::ivec2 size, bool half_color);
 
-    /// Binds what shaders fill and read; the framebuffer that has nothing but their size.
-    void bind() const;
+    /// Binds what shaders fill and read: an image, and two storage buffers.
+    void bind(GLuint image, GLuint first_buffer) const;
+    void bind() const { bind(FRAGMENT_LISTS_IMAGE, FRAGMENT_COUNT_BUFFER); }
+    /// The framebuffer that has nothing but their size.
     void bind_framebuffer() const { framebuffer_.bind(size_); }
-    /// Lets what was added be read.
+    /// Lets what was added be read, and more be added.
+    void let_read() const;
+    /// The same, when all has been.
     void end();
 
     /// The variant of the shaders that include the lists.

@@ -7,12 +7,11 @@
 namespace fumarole::transparent {
 
 void TransparentPainter::fill(const Toolbox& tools, const TransparentSet& transparents,
-                              std::span<const SeenTransparent> seen, FragmentLists& lists,
+                              std::span<const SeenTransparent> seen, const FragmentLists& lists,
                               const PreparedFrame& frame) const
 {
     const gl::Device& gl = tools.device;
     const auto time = tools.timers.scope("transparent fragments");
-    lists.begin(frame.picture_size, frame.settings.format != Settings::Format::rgba32f);
     lists.bind();
     lists.bind_framebuffer();
     gl->ClipControl(GL_LOWER_LEFT, frame.host.depth_convention.zero_to_one
@@ -32,7 +31,6 @@ void TransparentPainter::fill(const Toolbox& tools, const TransparentSet& transp
         transparents.draw(one);
     }
     gl->ClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
-    lists.end();
 }
 
 void TransparentPainter::resolve(const Toolbox& tools, const FragmentLists& lists,

@@ -26,9 +26,9 @@ class TransparentPainter {
 public:
     explicit TransparentPainter(const gl::Device& device) : block_{device, "transparent draw"} {}
 
-    /// The frame's block is bound.
+    /// Adds to the lists. The frame's block is bound.
     void fill(const Toolbox& tools, const TransparentSet& transparents,
-              std::span<const SeenTransparent> seen, FragmentLists& lists,
+              std::span<const SeenTransparent> seen, const FragmentLists& lists,
               const PreparedFrame& frame) const;
 
     /// Blends over the framebuffer's colour.

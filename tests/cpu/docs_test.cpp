@@ -111,5 +111,25 @@ TEST(Docs, TheLibrarysExampleIsTheHostsCode)
     }
 }
 
+TEST(Docs, TheExamplesOfTransparentsAreTheHostsCode)
+{
+    const std::string host =
+        without_spaces(test::read_bytes(kRoot / "tests" / "package" / "host_glass.cpp"));
+    const std::string text = test::read_bytes(kRoot / "docs" / "library.md");
+    int examples = 0;
+    for (std::size_t at = text.find("## A host's own transparents");
+         (at = text.find("```cpp\n", at)) != std::string::npos; ++examples) {
+        at += 7;
+        const std::size_t end = text.find("```", at);
+        std::istringstream code(text.substr(at, end - at));
+        for (std::string line; std::getline(code, line);) {
+            const std::string statement = without_spaces(line.substr(0, line.find("//")));
+            EXPECT_NE(host.find(statement), std::string::npos) << line;
+        }
+        at = end;
+    }
+    EXPECT_EQ(examples, 2);
+}
+
 }  // namespace
 }  // namespace fumarole

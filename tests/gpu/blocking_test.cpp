@@ -10,6 +10,7 @@
 #include "gl/program.h"
 #include "gl/texture.h"
 #include "support/gl_test.h"
+#include "support/host_draws.h"
 #include <fumarole/asset/scene_file.h>
 
 namespace fumarole::test {
@@ -225,6 +226,7 @@ TEST_P(BlockingByPreset, NoFrameOfAPlayingSequenceUnderAMovingSunWaits)
     View view = renderer.make_view();
     renderer.set_timing(Timing::queries);
     int timed = 0;
+    const HostPanes panes(gl());
     constexpr int kFrames = 75, kFirst = 6;
     for (int i = 0; i < kFirst + kFrames; ++i) {
         if (i == kFirst)
@@ -239,11 +241,18 @@ TEST_P(BlockingByPreset, NoFrameOfAPlayingSequenceUnderAMovingSunWaits)
         pane.look.blend.kind = Blend::Kind::multiply;
         pane.look.filter = glm::vec3(0.9f);
         scene.transparents.assign(4, pane);
-        const Frame now = frame(scene, static_cast<std::uint64_t>(i));
+        Frame now = frame(scene, static_cast<std::uint64_t>(i));
+        const HostPanes::Place place{pane.corner + glm::dvec3(0, 0.5, 0), pane.edges};
+        now.transparents = {place.extent(now)};
         renderer.set_scene(scene, settings);
         renderer.draw_surfaces(now, settings, false);
         renderer.draw_surfaces(now, settings, true);
+        renderer.begin_transparents(view, now, settings, HostPanes::kLists);
+        for (unsigned k = 0; k < 4; ++k)
+            panes.list(now, place, glm::vec4(0.1f), host_blend(1, 1), k);
+        renderer.end_transparents(view);
         renderer.composite(view, now, settings);
+        EXPECT_NE(view.volume_at().block, 0u);
         const FrameReport report = renderer.take_report();
         EXPECT_TRUE(report.pass_ms.empty() || report.timed_frame <= now.index);
         timed += report.pass_ms.empty() ? 0 : 1;
@@ -270,14 +279,21 @@ TEST_P(BlockingByPreset, TheFirstFrameAfterPrepareCompilesNothing)
         Renderer renderer(watched_proc);
         View view = renderer.make_view();
         renderer.set_scene(scene, settings);
-        renderer.prepare(frame(scene, 0), settings);
+        Frame first = frame(scene, 0);
+        first.transparents = {{.view_z = {1, 20}}};  // a host has some as well
+        renderer.prepare(first, settings);
         EXPECT_FALSE(watch().compiles.empty());
         watch().forget();
         Scene moving = scene;
         for (std::uint64_t i = 0; i < 6; ++i) {
-            const Frame now = frame(moving, i);
+            Frame now = frame(moving, i);
+            now.transparents = first.transparents;
             renderer.draw_surfaces(now, settings, false);
             renderer.draw_surfaces(now, settings, true);
+            if (i % 2 == 1) {
+                renderer.begin_transparents(view, now, settings, {});
+                renderer.end_transparents(view);
+            }
             renderer.composite(view, now, settings);
             EXPECT_EQ(list(watch().compiles), "") << "frame " << i;
             moving.camera.position.x += i < 3 ? 0.0 : 0.1;

@@ -579,6 +579,21 @@ struct Picture {
     Frame frame;
 };
 
+constexpr TransparentBindings kHostsLists{5, 6, 3, 2};
+const char* const kBegin = "begin_transparents";
+
+/// What begin_transparents() binds for a host, and nothing else.
+State without_lists(State state)
+{
+    for (const char* name :
+         {"GL_DRAW_FRAMEBUFFER_BINDING", "GL_DRAW_BUFFER0", "viewport 0",
+          "GL_UNIFORM_BUFFER_BINDING", "GL_SHADER_STORAGE_BUFFER_BINDING", "uniform block 5",
+          "storage block 2", "storage block 3", "image unit 3", "GL_TEXTURE_BINDING_2D of unit 6",
+          "GL_SAMPLER_BINDING of unit 6"})
+        EXPECT_EQ(state.erase(name), 1u) << name;
+    return state;
+}
+
 struct Results {
     std::vector<float> surfaces, composite, depth;
     LayerImages layers;
@@ -651,6 +666,7 @@ void expect_good_manners(const gl::Device& gl, gl::GetProc get_proc, const Scene
         View view = renderer.make_view();
         renderer.set_scene(scene, settings);
         after("set_scene");
+        picture.frame.transparents = {TransparentExtent{}};
         renderer.prepare(picture.frame, settings);
         after("prepare");
         renderer.wait_until_ready();
@@ -661,8 +677,14 @@ void expect_good_manners(const gl::Device& gl, gl::GetProc get_proc, const Scene
         after("draw_surfaces through media");
         results.samples = renderer.count_samples(view, picture.frame, settings);
         after("count_samples");
+        renderer.begin_transparents(view, picture.frame, settings, kHostsLists);
+        after(kBegin);
+        renderer.end_transparents(view);
+        after("end_transparents");
         renderer.composite(view, picture.frame, settings);
         after("composite");
+        EXPECT_NE(view.volume_at().block, 0u);
+        after("volume_at");
         results.layers = renderer.read_layers(view, picture.frame, settings);
         after("read_layers");
         results.transparents = renderer.read_transparents(view, picture.frame, settings);
@@ -723,6 +745,10 @@ void expect_good_manners(const gl::Device& gl, gl::GetProc get_proc, const Scene
         const OddHost host(gl);
         const State before = read_state(gl);
         const auto after = [&](const char* call) {
+            if (call == kBegin) {
+                expect_same(without_lists(before), read_state(gl), call);
+                return;
+            }
             expect_same(before, read_state(gl), call);
             host.set();  // so that one fault is not told twice
         };

@@ -14,6 +14,7 @@
 #include "shared/field_params.h"
 #include "shared/frame_params.h"
 #include "shared/froxel_params.h"
+#include "shared/host_transparent_params.h"
 #include "shared/inspect_params.h"
 #include "shared/light_params.h"
 #include "shared/light_volume_params.h"
@@ -23,6 +24,7 @@
 #include "shared/split_params.h"
 #include "shared/step_tile.h"
 #include "shared/transparent_params.h"
+#include "shared/volume_at_params.h"
 #include "support/gl_test.h"
 #include "support/kernel.h"
 
@@ -144,6 +146,31 @@ Offsets view_members()
     return members;
 }
 
+Offsets split_members()
+{
+    Offsets members{MEMBER(SplitParams, count), MEMBER(SplitParams, unused_x),
+                    MEMBER(SplitParams, unused_y), MEMBER(SplitParams, unused_z)};
+    members["view_z[0]"] = offsetof(SplitParams, view_z);
+    return members;
+}
+
+Offsets froxel_members()
+{
+    Offsets members{MEMBER(FroxelParams, columns),
+                    MEMBER(FroxelParams, tile_pixels),
+                    MEMBER(FroxelParams, guard_columns),
+                    MEMBER(FroxelParams, jitter),
+                    MEMBER(FroxelParams, history_weight),
+                    MEMBER(FroxelParams, clip_from_world),
+                    MEMBER(FroxelParams, view_z_from_world),
+                    MEMBER(FroxelParams, history_clip_from_world),
+                    MEMBER(FroxelParams, history_view_z_from_world),
+                    MEMBER(FroxelParams, history_eye)};
+    add_struct(members, "slices", offsetof(FroxelParams, slices), kSlices);
+    add_struct(members, "history_slices", offsetof(FroxelParams, history_slices), kSlices);
+    return members;
+}
+
 class ParamLayout : public GlTest {
 protected:
     /// Every uniform of the one block of a shader that declares it, without the block's own name.
@@ -202,15 +229,23 @@ void kernel(int i) {{ out_data[i] = vec4({}); }}
     }
 
 private:
-    const std::map<std::string, std::string> kUse{
-        {"FrameParams", "u_params.steps"},           {"DrawParams", "u_params.albedo"},
-        {"FroxelParams", "u_params.history_weight"}, {"InspectParams", "u_params.scale_begin"},
-        {"MarchHistoryParams", "u_params.weight"},   {"LightsParams", "u_params.world_radiance"},
-        {"SpotParams", "u_params.cos_half_cone"},    {"LightVolumesParams", "u_params.layer"},
-        {"FieldParams", "u_params.order"},           {"MediaParams", "u_params.media[1].g"},
-        {"DisplayParams", "u_params.wipe"},          {"TransparentParams", "u_params.unused"},
-        {"SplitParams", "float(u_params.count)"},    {"ProbesParams", "u_params.world.last"},
-        {"ProbeFilterParams", "u_params.alpha"}};
+    const std::map<std::string, std::string> kUse{{"FrameParams", "u_params.steps"},
+                                                  {"DrawParams", "u_params.albedo"},
+                                                  {"FroxelParams", "u_params.history_weight"},
+                                                  {"InspectParams", "u_params.scale_begin"},
+                                                  {"MarchHistoryParams", "u_params.weight"},
+                                                  {"LightsParams", "u_params.world_radiance"},
+                                                  {"SpotParams", "u_params.cos_half_cone"},
+                                                  {"LightVolumesParams", "u_params.layer"},
+                                                  {"FieldParams", "u_params.order"},
+                                                  {"MediaParams", "u_params.media[1].g"},
+                                                  {"DisplayParams", "u_params.wipe"},
+                                                  {"TransparentParams", "u_params.unused"},
+                                                  {"SplitParams", "float(u_params.count)"},
+                                                  {"ProbesParams", "u_params.world.last"},
+                                                  {"ProbeFilterParams", "u_params.alpha"},
+                                                  {"VolumeAtParams", "float(u_params.kind)"},
+                                                  {"HostTransparentParams", "u_params.sky_depth"}};
 };
 
 TEST_F(ParamLayout, Frame)
@@ -228,19 +263,7 @@ TEST_F(ParamLayout, Draw)
 
 TEST_F(ParamLayout, Froxels)
 {
-    Offsets expected{MEMBER(FroxelParams, columns),
-                     MEMBER(FroxelParams, tile_pixels),
-                     MEMBER(FroxelParams, guard_columns),
-                     MEMBER(FroxelParams, jitter),
-                     MEMBER(FroxelParams, history_weight),
-                     MEMBER(FroxelParams, clip_from_world),
-                     MEMBER(FroxelParams, view_z_from_world),
-                     MEMBER(FroxelParams, history_clip_from_world),
-                     MEMBER(FroxelParams, history_view_z_from_world),
-                     MEMBER(FroxelParams, history_eye)};
-    add_struct(expected, "slices", offsetof(FroxelParams, slices), kSlices);
-    add_struct(expected, "history_slices", offsetof(FroxelParams, history_slices), kSlices);
-    expect_same(layout("froxel_params.h", "FroxelParams"), expected, sizeof(FroxelParams));
+    expect_same(layout("froxel_params.h", "FroxelParams"), froxel_members(), sizeof(FroxelParams));
 }
 
 TEST_F(ParamLayout, MarchHistory)
@@ -364,10 +387,32 @@ TEST_F(ParamLayout, Transparent)
 
 TEST_F(ParamLayout, Splits)
 {
-    Offsets expected{MEMBER(SplitParams, count), MEMBER(SplitParams, unused_x),
-                     MEMBER(SplitParams, unused_y), MEMBER(SplitParams, unused_z)};
-    expected["view_z[0]"] = offsetof(SplitParams, view_z);
-    expect_same(layout("split_params.h", "SplitParams"), expected, sizeof(SplitParams));
+    expect_same(layout("split_params.h", "SplitParams"), split_members(), sizeof(SplitParams));
+}
+
+TEST_F(ParamLayout, HostsVolumeAt)
+{
+    Offsets expected{MEMBER(VolumeAtParams, kind), MEMBER(VolumeAtParams, layer_scale),
+                     MEMBER(VolumeAtParams, grey), MEMBER(VolumeAtParams, tricubic)};
+    add_struct(expected, "frame", offsetof(VolumeAtParams, frame), kFrame);
+    add_struct(expected, "froxels", offsetof(VolumeAtParams, froxels), froxel_members());
+    add_struct(expected, "splits", offsetof(VolumeAtParams, splits), split_members());
+    expect_same(layout("volume_at_params.h", "VolumeAtParams"), expected, sizeof(VolumeAtParams));
+}
+
+TEST_F(ParamLayout, HostsTransparents)
+{
+    const Offsets expected{MEMBER(HostTransparentParams, view_z_from_depth),
+                           MEMBER(HostTransparentParams, view_z_per_w),
+                           MEMBER(HostTransparentParams, view_z_at_w),
+                           MEMBER(HostTransparentParams, sky_depth),
+                           MEMBER(HostTransparentParams, radiance_limit),
+                           MEMBER(HostTransparentParams, first_draw),
+                           MEMBER(HostTransparentParams, half_color),
+                           MEMBER(HostTransparentParams, unused_x),
+                           MEMBER(HostTransparentParams, unused_y)};
+    expect_same(layout("host_transparent_params.h", "HostTransparentParams"), expected,
+                sizeof(HostTransparentParams));
 }
 
 TEST_F(ParamLayout, EveryBlockFitsTheSmallestLimit)
@@ -381,6 +426,7 @@ TEST_F(ParamLayout, EveryBlockFitsTheSmallestLimit)
     EXPECT_LE(sizeof(FieldParams), 16384u);
     EXPECT_LE(sizeof(TransparentParams), 16384u);
     EXPECT_LE(sizeof(SplitParams), 16384u);
+    EXPECT_LE(sizeof(VolumeAtParams), 16384u);
 }
 
 /// Numbers that a float holds, and whole 32 bits in two of them.

@@ -16,6 +16,7 @@
 #include "support/kernel.h"
 #include "support/temp_folder.h"
 #include <fumarole/errors.h>
+#include <fumarole/host_glsl.h>
 
 namespace fumarole::test {
 namespace {
@@ -190,6 +191,17 @@ private:
     std::set<std::string> texts_, files_;
 };
 
+/// As the layers write it, for a pass that looks up what media do before any depth.
+std::string volume_at_text(const std::string& kind)
+{
+    std::string text = fmt::format("#include \"scene/volume_at_{}.glsl\"\n", kind);
+    if (kind != "none")
+        text += fmt::format("#define VolumeRay {}Ray\n#define volume_ray {}_ray\n",
+                            kind == "froxels" ? "Froxel" : "Split",
+                            kind == "froxels" ? "froxel" : "split");
+    return text;
+}
+
 class ShaderVariants : public GlTest {};
 
 TEST_F(ShaderVariants, AllPassGlslangValidator)
@@ -306,8 +318,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                 if (volume[0] == 's')
                     defines += flags(set >> 2, {"kMonochrome"}) +
                                Defines{{"kLayerScale", set % 2 == 0 ? "1" : "2"}};
-                defines.add_file("written/volume_at.glsl",
-                                 fmt::format("#include \"scene/volume_at_{}.glsl\"\n", volume));
+                defines.add_file("written/volume_at.glsl", volume_at_text(volume));
                 variants.add("transparent/resolve.frag", defines);
             }
     for (unsigned set = 0; set < 2; ++set)
@@ -489,6 +500,66 @@ TEST(ShaderText, GivesConstantsTheVariantsValues)
     } catch (const Error& error) {
         EXPECT_STREQ(error.what(), "no file of glsl/ declares a constant kNoSuchThing");
     }
+}
+
+// A host's own names, before and after, are what the text's would be without their prefix.
+TEST(ShaderText, WhatAHostIncludesCollidesWithNothingOfItsOwn)
+{
+    const std::string before = R"(#version 450 core
+#define FRAME_BLOCK oops!
+#define VOLUME_AT_BLOCK oops!
+#define TRANSPARENT_BLOCK oops!
+#define SCENE_DEPTH_UNIT oops!
+#define BLEND_ALPHA oops!
+#define EXTINCTION_IN_ALPHA
+#define u_frame oops!
+#define u_splits oops!
+#define kLayerScale oops!
+#define MAX_SPLITS oops!
+#define FUM_SHARED_BEGIN oops!
+)";
+    const std::string after = R"(
+struct Ray { int x; };
+struct VolumeAt { int x; };
+struct FroxelRay { int x; };
+struct Fragment { int x; };
+struct FrameParams { int x; };
+struct SliceParams { int x; };
+const int kMostDraws = 3, kSkyViewZ = 4, kMonochrome = 5;
+uniform float u_volume_at, u_froxels, u_transparent, u_fragments, u_fragment_count, u_first_img;
+uniform Frame { float mine; };
+uniform Froxels { float mine_too; };
+float lookup, before, camera_ray, columns_at, slab_weight, view_z_of, blend_factors;
+int volume_at(float x) { return 1; }
+int transparent(float x) { return 2; }
+int add_fragment(float x) { return 3; }
+out vec4 color;
+void main() { color = vec4(volume_at(0.0), transparent(0.0), add_fragment(0.0), CALLS); }
+)";
+    const std::string volume = volume_at_glsl({7, 9}), lists = transparent_glsl({5, 6, 3, 2});
+    const auto with_calls = [&](const char* calls) {
+        std::string text = after;
+        return text.replace(text.find("CALLS"), 5, calls);
+    };
+    TempFolder folder;
+    folder.write("volume.frag", before + volume +
+                                    with_calls("fumarole_volume_at(gl_FragCoord.xy, 1.0)"
+                                               ".scattering.x"));
+    folder.write("lists.frag", before + lists +
+                                   "void put() { fumarole_transparent(vec4(1.0), "
+                                   "FUMAROLE_BLEND_ALPHA); }\n" +
+                                   with_calls("1.0"));
+    // Both in one shader.
+    folder.write("both.frag", "#version 450 core\n" + volume + lists +
+                                  "void main() { fumarole_transparent(vec4(fumarole_volume_at("
+                                  "gl_FragCoord.xy, 1.0).transmittance, 1.0), "
+                                  "fumarole_blend_factors(FUMAROLE_BLEND_DST_COLOR, "
+                                  "FUMAROLE_BLEND_ZERO), 3u, 1.0); }\n");
+    if (std::system("glslangValidator --version > /dev/null 2>&1") != 0)
+        GTEST_SKIP() << "glslangValidator is not in PATH (Debian: glslang-tools)";
+    const auto [output, code] = validate_shaders(folder.path());
+    EXPECT_EQ(code, 0);
+    EXPECT_EQ(output.substr(0, 4000), "");
 }
 
 // With all that it includes. Macros of glsl/shared are numbers of C++ too.

@@ -43,7 +43,7 @@ if(NOT output MATCHES "SONAME +libfumarole\\.so\\.[0-9]")
   message(FATAL_ERROR "${library} has no SONAME:\n${output}")
 endif()
 
-foreach(host host_glew host_epoxy host_core "host_glad_asset;${SAMPLE}" "host_static;${SAMPLE}")
+foreach(host host_glew host_epoxy host_core host_glass "host_glad_asset;${SAMPLE}" "host_static;${SAMPLE}")
   list(POP_FRONT host name)
   run(${WORK}/build/${name} ${host})
   message("${output}")

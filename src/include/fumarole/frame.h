@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <limits>
+#include <vector>
 
 #include <fumarole/gl.h>
 
@@ -12,6 +14,14 @@ struct DepthConvention {
     bool zero_to_one =
         false;  ///< glClipControl(..., GL_ZERO_TO_ONE): NDC depth in [0, 1], else [-1, 1]
     bool reversed = false;  ///< near is 1 and far is 0; the sky is then 0, else 1
+};
+
+/// The part of a frame that transparents of the host's own are in; all of it unless told.
+struct TransparentExtent {
+    /// Nearest and farthest view depth [m].
+    glm::dvec2 view_z{0, std::numeric_limits<double>::infinity()};
+    /// A rectangle of the picture, pixels from the lower left.
+    glm::dvec2 low{0}, high{std::numeric_limits<double>::infinity()};
 };
 
 /// A host's picture, borrowed for one call, and the camera that it was drawn with.
@@ -37,6 +47,10 @@ struct Frame {
     /// Counts frames: each has the froxels' samples elsewhere, and with FrameSettings::temporal the
     /// march's. Frame 0 has froxels' in the middle.
     std::uint64_t index = 0;
+    /// Where the host's own transparents are that it draws through View::volume_at() or
+    /// Renderer::begin_transparents(): a march keeps what it meets before their depths, and the
+    /// less the tighter they are. Empty: View::volume_at() has nothing.
+    std::vector<TransparentExtent> transparents;
 };
 
 }  // namespace fumarole

@@ -10,6 +10,7 @@
 #include <fumarole/export.h>
 #include <fumarole/frame.h>
 #include <fumarole/gl.h>
+#include <fumarole/host_glsl.h>
 #include <fumarole/inspection.h>
 #include <fumarole/log.h>
 #include <fumarole/scene.h>
@@ -109,6 +110,21 @@ public:
     /// Without media and transparents it draws nothing and the picture keeps its bits.
     /// @throws Error if frame's sizes differ or its colour can't be drawn to.
     void composite(View& view, const Frame& frame, const FrameSettings& settings);
+
+    /// Begins draws of the host's own transparents into a view's lists of fragments, ahead of
+    /// composite() of the same frame and settings, which lays them over the picture with the
+    /// scene's: by depth, and at one depth over the scene's. Whatever is drawn until
+    /// end_transparents() by programs with transparent_glsl() of <fumarole/host_glsl.h> goes there;
+    /// program, vertices, culling and clip control are the host's. Until then the draw framebuffer
+    /// has no attachments and the picture's size, the viewport covers it, and what the lists need
+    /// is bound to `bindings`.
+    /// @throws Error if the frame's sizes differ, this GL has not so many bindings, or
+    /// end_transparents() is missing
+    void begin_transparents(View& view, const Frame& frame, const FrameSettings& settings,
+                            const TransparentBindings& bindings);
+    /// Ends them, and puts back framebuffer, viewport and what was bound before.
+    /// @throws Error if none were begun
+    void end_transparents(View& view);
 
     /// Draws the scene's own surfaces and its world into frame.color and frame.depth, for those who
     /// have no renderer of their own. through_media: light is dimmed by the media on its way.

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <memory>
 
 #include <fumarole/export.h>
 #include <fumarole/gl.h>
+#include <fumarole/host_glsl.h>
 
 namespace fumarole {
 
@@ -27,6 +30,14 @@ struct OwnLayers {
     bool grey = false;              ///< one number for transmittance
     int guard = 0;                  ///< texels
     int scale = 1;                  ///< pixels along a texel's edge
+};
+
+/// What shaders with volume_at_glsl() of <fumarole/host_glsl.h> read, by the GL's names. It belongs
+/// to the view, and holds until its next frame.
+struct VolumeAtNames {
+    std::uint32_t block = 0;  ///< a buffer, for VolumeAtBindings::block
+    /// For the units from VolumeAtBindings::first_unit on (glBindTextures); 0: none.
+    std::array<std::uint32_t, kVolumeAtUnits> textures{};
 };
 
 /// One of the views that a host draws, as a player's, a mirror's or an eye's: its layers at its
@@ -55,6 +66,10 @@ public:
 
     /// The layers of the last frame as they were worked out; empty where none was.
     [[nodiscard]] OwnLayers own_layers() const;
+
+    /// What the media do before any depth of the last composite()'s frame, for the host's shaders.
+    /// @throws Error if that frame's Frame::transparents did not ask for it
+    [[nodiscard]] VolumeAtNames volume_at() const;
 
 private:
     friend class Renderer;
