@@ -102,6 +102,63 @@ TEST(RenderReference, BouncesBrightenSmoke)
     }
 }
 
+TEST(RenderReference, SurfaceBouncesBrightenTheCorner)
+{
+    const TempFolder folder;
+    folder.write("corner.json", R"({
+        "resolution": [16, 9],
+        "camera": {"position": [0, -6, 2], "look_at": [0, 0, 0.5], "vfov_deg": 30},
+        "world_radiance": [0.1, 0.1, 0.1],
+        "lights": [{"type": "sun", "direction_to_light": [0, -1, 1],
+                    "irradiance_W_per_m2": [3, 3, 3]}],
+        "media": [{"type": "box", "min": [-1, -1, 0.1], "max": [1, 0, 1], "profile": "homogeneous",
+                   "sigma_s": [0.01, 0.01, 0.01], "sigma_a": [0, 0, 0], "g": 0}],
+        "surfaces": [{"type": "box", "min": [-9, -9, -1], "max": [9, 9, 0],
+                      "albedo": [0.8, 0.8, 0.8]},
+                     {"type": "box", "min": [-9, 1, -1], "max": [9, 2, 9],
+                      "albedo": [0.8, 0.8, 0.8]}]})");
+    const auto run = [&](const Arguments& more) {
+        Arguments all{"render", "corner.json", "--mode=reference", "--tolerance=0.1"};
+        all.insert(all.end(), more.begin(), more.end());
+        return run_program(folder.path(), all);
+    };
+    double before = 0;
+    for (const char* bounces : {"0", "1", "all"}) {
+        const Outcome outcome = run({"--json", "--surface-bounces", bounces, "-o", "r.exr"});
+        ASSERT_EQ(outcome.code, 0) << outcome;
+        EXPECT_EQ(Json::parse(outcome.out)["surface_bounces"],
+                  *bounces == 'a' ? Json("all") : Json(*bounces - '0'));
+        double sum = 0;
+        for (const float v : write::read_exr(folder.path() / "r.exr", {"R"}).pixels)
+            sum += static_cast<double>(v);
+        EXPECT_GT(sum, 1.05 * before) << bounces;
+        before = sum;
+    }
+    for (const Outcome& wrong :
+         {run({"--surface-bounces=-1"}), run({"--surface-bounces=some"}),
+          run_program(folder.path(), {"render", "corner.json", "--surface-bounces=1"}),
+          run_program(folder.path(), {"compare", "corner.json", "--surface-bounces=1.5"})}) {
+        EXPECT_EQ(wrong.code, 2) << wrong;
+        EXPECT_NE(wrong.err.find("--surface-bounces"), std::string::npos) << wrong.err;
+    }
+    // The closer to the truth, the further from light that is reflected once.
+    double off = 0;
+    for (const char* bounces : {"0", "all"}) {
+        const Outcome outcome =
+            run_program(folder.path(), {"compare", "corner.json", "--modes=raymarch", "--json",
+                                        "--surface-bounces", bounces});
+        ASSERT_EQ(outcome.code, 0) << outcome;
+        const Json json = Json::parse(outcome.out);
+        EXPECT_EQ(json["surface_bounces"], *bounces == 'a' ? Json("all") : Json(0));
+        for (const Json& distance : json["distances"])
+            if (distance["against"] == "reference" && distance["target"] == "composite") {
+                EXPECT_GT(distance["relmse"], 2 * off);
+                off = distance["relmse"];
+            }
+    }
+    EXPECT_GT(off, 0.01);
+}
+
 TEST(RenderReference, RegionIsThatPartOfThePicture)
 {
     const TempFolder folder;
