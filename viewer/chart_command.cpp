@@ -40,8 +40,9 @@ using Clock = std::chrono::steady_clock;
 constexpr const char* kLogName = "chart.partial.jsonl";
 
 struct ChartOptions {
-    std::string input, output, size, grid, up = "auto", backend = "osmesa", target = "composite",
-                                           bounces = "all", surface_bounces = "0";
+    std::string input, output, size, grid,
+        up = "auto", backend = "osmesa", target = "composite", bounces = "all",
+        surface_bounces = bounces_text(study::kMeasuredSurfaceBounces);
     std::optional<double> tolerance;
     std::optional<int> frames;
     std::optional<double> time_limit;  ///< seconds
@@ -102,7 +103,8 @@ std::string continue_command(const ChartOptions& options)
            (options.quick ? " --quick" : "") + option_text("-o", options.output) +
            option_text("--target", options.target, "composite") +
            option_text("--bounces", options.bounces, "all") +
-           option_text("--surface-bounces", options.surface_bounces, "0") +
+           option_text("--surface-bounces", options.surface_bounces,
+                       bounces_text(study::kMeasuredSurfaceBounces)) +
            option_text("--size", options.size) + option_text("--grid", options.grid) +
            option_text("--up", options.up, "auto") +
            option_text("--backend", options.backend, "osmesa") +

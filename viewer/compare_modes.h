@@ -3,7 +3,9 @@
 #include <optional>
 #include <string>
 
+#include "bounce_count.h"
 #include "scene_input.h"
+#include "study/reference.h"
 
 namespace fumarole::command {
 
@@ -17,7 +19,8 @@ struct ModesOptions {
     int frames = 16;                  ///< timed; froxels gather over them
     std::optional<double> tolerance;  ///< of the reference; else study::usual_tolerance()
     std::string bounces = "all";  ///< of the reference, or 0: light scatters once in the modes too
-    std::string surface_bounces = "0";  ///< of the reference
+    /// Of the reference.
+    std::string surface_bounces = bounces_text(study::kMeasuredSurfaceBounces);
     bool no_reference = false, json = false;
 };
 

@@ -514,21 +514,32 @@ struct Floors {
 
 Floors dark_floors(const Scene& scene, const ReferenceOptions& options)
 {
-    // The world's light is dear: a guess at it is enough here.
+    // The world's light is dear: a guess at it is enough here. So is what is sampled.
     Scene unlit = scene;
     unlit.world = {};
+    double glow = 0;
+    bool straight = options.surface_bounces == 0;
+    for (Surface& surface : unlit.surfaces)
+        std::visit(
+            [&](auto& of) {
+                straight = straight && !of.gloss && of.emission == glm::vec3(0);
+                glow = std::max(glow, largest(glm::dvec3(of.emission)));
+                of.gloss.reset();
+                of.emission = glm::vec3(0);
+            },
+            surface);
     const Reference relaxed(unlit, 0.05, 0, 0, options.cancel);
     const double world = 0.5 * largest(WorldRadiance(scene.world).mean());
-    const Darkness straight = darkness(relaxed, unlit, 0, [&](const ReferenceSample& s) {
+    const Darkness guess = darkness(relaxed, unlit, 0, [&](const ReferenceSample& s) {
         return largest(s.scattering) + world * largest(1.0 - s.transmittance);
     });
-    if (options.surface_bounces == 0)
-        return {options.tolerance * straight.media, options.tolerance * straight.media};
+    if (straight)
+        return {options.tolerance * guess.media, options.tolerance * guess.media};
     // Indoors most of the light may come from the walls.
-    constexpr double kLax = 0.3;
+    constexpr double kLax = 0.3, kDim = 1e-3;
     const Reference bounced(scene, kLax, options.bounces, options.surface_bounces, options.cancel);
     const Darkness lit =
-        darkness(bounced, scene, kLax * std::max(straight.composite, 1e-6 + 0.1 * world),
+        darkness(bounced, scene, kLax * std::max(guess.composite, kDim * (world + glow)),
                  [](const ReferenceSample& s) { return largest(s.scattering); });
     return {options.tolerance * lit.media, options.tolerance * lit.composite};
 }

@@ -264,7 +264,7 @@ TEST(ReferenceGloss, SunIsReflectedAsTheTextbookSays)
 TEST(ReferenceGloss, AreaLightIsReflectedAsTheTextbookSays)
 {
     RectLight rect;
-    rect.center = {0.2, 2.5, 1};
+    rect.center = {0.2, 3.5, 1};  // at roughness 0 the eye's ray is reflected into it
     rect.edges = {glm::dvec3(1, 0, 0), glm::dvec3(0, 0.5, 0.2)};
     rect.radiance = {1, 2, 3};
     rect.two_sided = true;

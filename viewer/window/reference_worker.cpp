@@ -23,6 +23,7 @@ void ReferenceWorker::start(const Scene& scene, double tolerance, int bounces)
         study::ReferenceOptions options;
         options.tolerance = tolerance;
         options.bounces = bounces;
+        options.surface_bounces = study::kMeasuredSurfaceBounces;
         options.cancel = &stop;
         options.on_tile = [&](const study::ReferenceRegion& tile,
                               const study::ReferenceStill& still) {
