@@ -1,10 +1,12 @@
-// Lambertian surfaces: radiance albedo / pi * irradiance.
-#include "scene/irradiance.glsl"
+// Surfaces: radiance albedo / pi * irradiance + emission; GLOSSY ones reflect by the layer of lib/ggx.glsl over that.
+#include "shared/bindings.h"
 #include "shared/draw_params.h"
+
+layout(std140, binding = DRAW_BLOCK) uniform Draw { DrawParams u_draw; };
+#include "scene/irradiance.glsl"
 
 const bool kTwoSided = false;  // variant
 
-layout(std140, binding = DRAW_BLOCK) uniform Draw { DrawParams u_draw; };
 in vec3 p_world;
 in vec3 normal;
 layout(location = 0) out vec4 out_color;
@@ -14,5 +16,11 @@ void main()
     vec3 n = normalize(normal);
     if (kTwoSided && !gl_FrontFacing)
         n = -n;
-    out_color = vec4(u_draw.albedo.rgb / kPi * irradiance_at(p_world, n), 1.0);
+#ifdef GLOSSY
+    begin_gloss(n);
+    vec3 base = ggx_base(u_draw.albedo, u_draw.metallic, gloss.f0, gloss.ab) / kPi * irradiance_at(p_world, n);
+    out_color = vec4(base + reflected + u_draw.emission, 1.0);
+#else
+    out_color = vec4(u_draw.albedo / kPi * irradiance_at(p_world, n) + u_draw.emission, 1.0);
+#endif
 }

@@ -1,5 +1,5 @@
 // Irradiance of a surface: of all lights, hidden by surfaces and, THROUGH_MEDIA, dimmed by the media on their way,
-// and of the world.
+// and of the world. GLOSSY: what its layer reflects of them is summed up beside it.
 #include "lib/lat_long.glsl"
 #include "lib/lattice.glsl"
 #include "lib/phase.glsl"
@@ -14,6 +14,13 @@ const bool kWorldIrradiance = false;  // what of it is hidden and dimmed is in a
 
 layout(binding = IRRADIANCE_UNIT) uniform sampler2D u_irradiance_tx;
 
+#ifdef GLOSSY
+#include "scene/gloss.glsl"
+#else
+void add_reflection(vec3 irradiance, vec3 n, vec3 wi) {}
+void add_world_reflection(vec3 irradiance) {}
+#endif
+
 // What the media let through of light i.
 #ifdef THROUGH_MEDIA
 #include "scene/light_volumes.glsl"
@@ -27,8 +34,11 @@ bool is_lit(LightSample light, vec3 n) { return dot(n, light.wi) > 0.0 && light.
 // visibility: of the light, from p
 void add_irradiance(inout vec3 sum, int i, LightSample light, vec3 p, vec3 n, float visibility)
 {
-    if (visibility > 0.0)
-        sum += light.irradiance * (visibility * dot(n, light.wi)) * through_media(i, p, light);
+    if (visibility > 0.0) {
+        vec3 arriving = light.irradiance * (visibility * dot(n, light.wi)) * through_media(i, p, light);
+        sum += arriving;
+        add_reflection(arriving, n, light.wi);
+    }
 }
 
 void add_sun_irradiance(inout vec3 sum, int i, vec3 p, vec3 n)
@@ -62,6 +72,7 @@ vec3 irradiance_at(vec3 p, vec3 n)
         irradiance = textureLod(u_irradiance_tx, lat_long_uv(n), 0.0).rgb;
     if (kWorldIrradiance)
         irradiance = world_irradiance(p, n, irradiance);
+    add_world_reflection(irradiance);
     add_lights(irradiance, p, n);
     return irradiance;
 }

@@ -29,6 +29,7 @@
 #define IRRADIANCE_UNIT 6
 #define STEP_TILES_UNIT 6  // no surface is drawn meanwhile
 #define WALLS_UNIT 7       // of surfaces as they are drawn
+#define LTC_UNIT 1         // nor is a layer there yet
 #define DEPTH_VOLUME_UNIT 8
 #define WORLD_VOLUME_UNIT 9
 #define GRID_UNIT 10  // the first of two units a grid: texels, and pages if it has bricks
@@ -127,3 +128,5 @@
 #define MAX_ISLANDS 48  // of all media
 #define PROBE_MAPS 8    // of a probe at most, one a roughness
 #define BLUE_NOISE_SIZE 64
+#define LTC_ROWS 32  // of the table that scripts/make_ltc_table.py makes
+#define LTC_COLUMNS 48

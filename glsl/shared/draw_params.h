@@ -6,8 +6,11 @@ FUM_SHARED_BEGIN
 
 struct FUM_STD140 DrawParams {
     mat4 clip_from_object;
-    mat4 world_from_object;    // eye-centred metres (light-centred in a shadow view)
-    vec4 albedo;               // rgb
+    mat4 world_from_object;  // eye-centred metres (light-centred in a shadow view)
+    vec3 albedo;
+    float roughness;
+    vec3 emission;  // [W/m^2/sr]
+    float metallic;
     ShadowDepth shadow_depth;  // light-centred
 };
 

@@ -63,13 +63,22 @@ void SurfacePainter::draw(const Toolbox& tools, const SurfaceSet& surfaces,
         gl::Defines own = defines;
         if (!instance.closed)
             own.emplace_back("kTwoSided", "");
+        if (instance.gloss) {
+            own.emplace_back("GLOSSY", "");
+            ltc_.bind(LTC_UNIT);
+        }
         gl->UseProgram(tools.programs.get({"pass/surface.vert", "pass/surface.frag"}, own).id());
         shared::DrawParams params{};
         const glm::dmat4 eye_from_object =
             glm::translate(glm::dmat4(1.0), -eye.position) * instance.world_from_object;
         params.clip_from_object = glm::mat4(host.clip_from_view * view_from_eye * eye_from_object);
         params.world_from_object = glm::mat4(eye_from_object);
-        params.albedo = glm::vec4(instance.albedo, 1.0f);
+        params.albedo = instance.albedo;
+        params.emission = instance.emission;
+        if (instance.gloss) {
+            params.roughness = instance.gloss->roughness;
+            params.metallic = instance.gloss->metallic;
+        }
         block_.write(params);
         surfaces.draw(instance);
     }

@@ -3,6 +3,7 @@
 #include "gl/buffer.h"
 #include "gl/framebuffer.h"
 #include "shared/draw_params.h"
+#include "surface/ltc_table.h"
 #include "surface/surface_set.h"
 #include "toolbox.h"
 
@@ -13,7 +14,8 @@ namespace fumarole::surface {
 class SurfacePainter {
 public:
     explicit SurfacePainter(const gl::Device& device)
-        : block_{device, "surface draw"}, framebuffer_{device, "surfaces"}
+        : block_{device, "surface draw"}, framebuffer_{device, "surfaces"}, ltc_{make_ltc_texture(
+                                                                                device)}
     {
     }
 
@@ -26,6 +28,7 @@ public:
 private:
     gl::UniformBuffer<shared::DrawParams> block_;
     gl::Framebuffer framebuffer_;
+    gl::Texture ltc_;
 };
 
 /// The settings that surfaces are drawn with where media have `settings`.

@@ -128,19 +128,23 @@ void SurfaceSet::set(const std::vector<Surface>& surfaces)
         if (const auto* sphere = std::get_if<SphereSurface>(&surface)) {
             instance.mesh = kSphereMesh;
             instance.world_from_object = place(sphere->center, glm::dvec3(sphere->radius));
-            instance.albedo = sphere->albedo;
         } else if (const auto* box = std::get_if<BoxSurface>(&surface)) {
             instance.mesh = kCubeMesh;
             instance.world_from_object = place(box->min, box->max - box->min);
-            instance.albedo = box->albedo;
         } else if (const auto* mesh = std::get_if<MeshSurface>(&surface); mesh->mesh != nullptr) {
             instance.mesh = mesh_index(mesh->mesh);
             instance.world_from_object = place(mesh->translate, glm::dvec3(mesh->scale));
-            instance.albedo = mesh->albedo;
             instance.closed = false;
         } else {
             continue;
         }
+        std::visit(
+            [&](const auto& one) {
+                instance.albedo = one.albedo;
+                instance.gloss = one.gloss;
+                instance.emission = one.emission;
+            },
+            surface);
         instance.bounds = meshes_[static_cast<std::size_t>(instance.mesh)].gpu.bounds().transformed(
             instance.world_from_object);
         instances_.push_back(instance);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -17,8 +18,10 @@ public:
         int mesh = 0;
         glm::dmat4 world_from_object{1.0};
         glm::vec3 albedo{0};
-        Bounds bounds;       ///< world
-        bool closed = true;  ///< its back faces close it: a mesh from a file may be open
+        std::optional<Gloss> gloss;  ///< none: Lambertian
+        glm::vec3 emission{0};       ///< W/m^2/sr
+        Bounds bounds;               ///< world
+        bool closed = true;          ///< its back faces close it: a mesh from a file may be open
     };
 
     explicit SurfaceSet(const gl::Device& device) : device_{device} {}

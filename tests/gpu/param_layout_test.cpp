@@ -230,7 +230,7 @@ void kernel(int i) {{ out_data[i] = vec4({}); }}
 
 private:
     const std::map<std::string, std::string> kUse{{"FrameParams", "u_params.steps"},
-                                                  {"DrawParams", "u_params.albedo"},
+                                                  {"DrawParams", "u_params.roughness"},
                                                   {"FroxelParams", "u_params.history_weight"},
                                                   {"InspectParams", "u_params.scale_begin"},
                                                   {"MarchHistoryParams", "u_params.weight"},
@@ -256,7 +256,8 @@ TEST_F(ParamLayout, Frame)
 TEST_F(ParamLayout, Draw)
 {
     Offsets expected{MEMBER(DrawParams, clip_from_object), MEMBER(DrawParams, world_from_object),
-                     MEMBER(DrawParams, albedo)};
+                     MEMBER(DrawParams, albedo),           MEMBER(DrawParams, roughness),
+                     MEMBER(DrawParams, emission),         MEMBER(DrawParams, metallic)};
     add_struct(expected, "shadow_depth", offsetof(DrawParams, shadow_depth), kDepth);
     expect_same(layout("draw_params.h", "DrawParams"), expected, sizeof(DrawParams));
 }

@@ -244,9 +244,10 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         variants.add(fmt::format("pass/inspect_{}", file), {});
     variants.add("pass/inspect_froxels.frag", {{"kSamples", ""}});
     for (const Defines& lights : kLights)
-        for (unsigned set = 0; set < 4; ++set)
-            variants.add("pass/surface.frag", lights + flags(set, {"kEnvironment", "kTwoSided"}) +
-                                                  flags(set, {"kWorldIrradiance"}));
+        for (unsigned set = 0; set < 8; ++set)
+            variants.add("pass/surface.frag",
+                         lights + flags(set, {"kEnvironment", "kTwoSided", "GLOSSY"}) +
+                             flags(set, {"kWorldIrradiance"}));
 
     const auto volumes = [&](const Defines& media, unsigned set) {
         const Defines stored = flags(set, {"VOLUME_RGB"});
@@ -377,10 +378,10 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         if (kinds[i].name == "bricks_and_all_boxes" || kinds[i].name == "homogeneous_grey_dark_g0")
             for (unsigned set = 0; set < kFroxelSets; set += 5)  // odd: every bit comes both ways
                 froxels(of_media, kLights[set % kLights.size()], set);
-        for (unsigned set = 0; set < 4; ++set)
+        for (unsigned set = 0; set < 8; ++set)
             variants.add("pass/surface.frag",
                          kLights[1 + (i + set) % 3] + of_media + Defines{{"THROUGH_MEDIA", ""}} +
-                             flags(set, {"kShadowToLight", "kEnvironment"}) +
+                             flags(set, {"kShadowToLight", "kEnvironment", "GLOSSY"}) +
                              flags(set >> 1, {"kDepthVolume"}) + flags(set, {"kWorldIrradiance"}));
         // Three numbers are stored where extinction has a colour.
         const bool colored = media.traits().colored_extinction;
