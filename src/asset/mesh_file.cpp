@@ -5,6 +5,7 @@
 #include <assimp/Importer.hpp>
 #include <assimp/ProgressHandler.hpp>
 #include <assimp/config.h>
+#include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <cctype>
@@ -13,6 +14,7 @@
 #include <fmt/format.h>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
@@ -83,25 +85,26 @@ std::optional<std::string> gltf_json(const fs::path& file)
     return bytes.substr(kHeaderBytes, json_bytes);
 }
 
-void refuse_packed_gltf(const fs::path& file)
+/// Of a glTF file's JSON; checks that its coordinates are not packed. @returns how many materials
+/// it has, of which Assimp makes one more for meshes that have none; 0 if the file is no glTF
+std::size_t check_gltf(const fs::path& file)
 {
     const std::optional<std::string> text = gltf_json(file);
     if (!text)
-        return;
+        return 0;
     const nlohmann::json tree = nlohmann::json::parse(*text, nullptr, false);
     if (!tree.is_object())
         fail(file, "its JSON is damaged or cut short");
     const auto required = tree.find("extensionsRequired");
-    if (required == tree.end() || !required->is_array())
-        return;
-    for (const nlohmann::json& name : *required) {
-        for (const std::string_view packed : kPackedMeshExtensions) {
-            if (name.is_string() && name.get_ref<const std::string&>() == packed)
-                fail(file, fmt::format("its coordinates are packed with {}, which is not "
-                                       "supported: export it without mesh compression",
-                                       packed));
-        }
-    }
+    if (required != tree.end() && required->is_array())
+        for (const nlohmann::json& name : *required)
+            for (const std::string_view packed : kPackedMeshExtensions)
+                if (name.is_string() && name.get_ref<const std::string&>() == packed)
+                    fail(file, fmt::format("its coordinates are packed with {}, which is not "
+                                           "supported: export it without mesh compression",
+                                           packed));
+    const auto materials = tree.find("materials");
+    return materials != tree.end() && materials->is_array() ? materials->size() : 0;
 }
 
 // The bytes of a PLY as Assimp can be trusted with; nothing for other kinds of file.
@@ -160,12 +163,13 @@ private:
 };
 
 // The triangles of one node's mesh, placed in the file's space.
-void append_mesh(const fs::path& file, const aiMesh& part, const glm::dmat4& file_from_node,
-                 Mesh& out)
+// @returns their area
+double append_mesh(const fs::path& file, const aiMesh& part, const glm::dmat4& file_from_node,
+                   Mesh& out)
 {
     // Each part holds one kind of primitive: Assimp was asked to sort them.
     if ((part.mPrimitiveTypes & aiPrimitiveType_TRIANGLE) == 0 || part.mNumVertices == 0)
-        return;
+        return 0;
     const std::size_t first = out.positions.size();
     if (first + part.mNumVertices > kMaxVertices)
         fail(file, "more than 2^32 vertices");
@@ -193,6 +197,7 @@ void append_mesh(const fs::path& file, const aiMesh& part, const glm::dmat4& fil
         out.normals.push_back(all_finite(normal) ? normal : glm::vec3(0));
     }
 
+    double total = 0;
     for (unsigned f = 0; f < part.mNumFaces; ++f) {
         const aiFace& face = part.mFaces[f];
         if (face.mNumIndices != 3)
@@ -214,12 +219,65 @@ void append_mesh(const fs::path& file, const aiMesh& part, const glm::dmat4& fil
         const double area = glm::length(across);
         if (!(area > 0))
             continue;  // nothing to see, and no plane to intersect
+        total += 0.5 * area;
         for (const std::size_t i : corner) {
             out.triangles.push_back(static_cast<std::uint32_t>(i));
             if (out.normals[i] == glm::vec3(0))
                 out.normals[i] = glm::vec3(across / area);
         }
     }
+    return total;
+}
+
+glm::vec3 to_glm(const aiColor3D& c)
+{
+    return {c.r, c.g, c.b};
+}
+
+/// The factors of a glTF material, within their ranges.
+MeshMaterial read_material(const aiMaterial& from)
+{
+    MeshMaterial material;
+    aiColor3D color(1, 1, 1);
+    from.Get(AI_MATKEY_BASE_COLOR, color);
+    material.albedo = glm::clamp(to_glm(color), 0.0f, 1.0f);
+    material.gloss = {.roughness = 1, .metallic = 1};  // glTF's defaults
+    from.Get(AI_MATKEY_ROUGHNESS_FACTOR, material.gloss.roughness);
+    from.Get(AI_MATKEY_METALLIC_FACTOR, material.gloss.metallic);
+    material.gloss.roughness = std::clamp(material.gloss.roughness, 0.0f, 1.0f);
+    material.gloss.metallic = std::clamp(material.gloss.metallic, 0.0f, 1.0f);
+    color = aiColor3D(0, 0, 0);
+    from.Get(AI_MATKEY_COLOR_EMISSIVE, color);
+    material.emission = glm::max(to_glm(color), 0.0f);
+    return material;
+}
+
+/// The material of the largest part of a mesh, whose parts' areas are known by their materials'
+/// numbers, and what of all of them is not used.
+void add_material(const aiScene& scene, std::size_t materials,
+                  const std::map<unsigned, double>& areas, Mesh& mesh)
+{
+    const auto largest =
+        std::max_element(areas.begin(), areas.end(),
+                         [](const auto& a, const auto& b) { return a.second < b.second; });
+    if (largest == areas.end() ||
+        largest->first >= std::min<std::size_t>(materials, scene.mNumMaterials))
+        return;
+    const aiMaterial& from = *scene.mMaterials[largest->first];
+    mesh.material = read_material(from);
+    const std::string name = printable(from.GetName().C_Str());
+    if (areas.size() > 1)
+        mesh.notes.push_back(fmt::format(
+            "has {} materials; all of it gets that of its largest part, '{}'", areas.size(), name));
+    for (const aiTextureType type :
+         {aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE, aiTextureType_METALNESS,
+          aiTextureType_DIFFUSE_ROUGHNESS, aiTextureType_UNKNOWN, aiTextureType_EMISSIVE,
+          aiTextureType_NORMALS})
+        if (from.GetTextureCount(type) > 0) {
+            mesh.notes.push_back(
+                fmt::format("textures of material '{}' are not read, its factors alone are", name));
+            break;
+        }
 }
 
 }  // namespace
@@ -235,7 +293,7 @@ Mesh load_mesh(const fs::path& file)
     if (!std::ifstream(file, std::ios::binary))
         fail(file, fmt::format("cannot be opened: {}", std::strerror(errno)));
     check_memory(file, fs::file_size(file, error));
-    refuse_packed_gltf(file);
+    const std::size_t materials = check_gltf(file);
 
     Assimp::Importer importer;
     importer.SetProgressHandler(new StopWhenCancelled(file));  // which it owns
@@ -257,6 +315,7 @@ Mesh load_mesh(const fs::path& file)
         fail(file, "cannot be read as a mesh: " + printable(importer.GetErrorString(), 200));
 
     Mesh mesh;
+    std::map<unsigned, double> areas;  // of each material
     std::vector<std::pair<const aiNode*, glm::dmat4>> pending;
     if (scene->mRootNode != nullptr)
         pending.emplace_back(scene->mRootNode, to_glm(scene->mRootNode->mTransformation));
@@ -264,7 +323,9 @@ Mesh load_mesh(const fs::path& file)
         const auto [node, file_from_node] = pending.back();
         pending.pop_back();
         for (unsigned i = 0; i < node->mNumMeshes; ++i)
-            append_mesh(file, *scene->mMeshes[node->mMeshes[i]], file_from_node, mesh);
+            if (const aiMesh& part = *scene->mMeshes[node->mMeshes[i]];
+                const double area = append_mesh(file, part, file_from_node, mesh))
+                areas[part.mMaterialIndex] += area;
         for (unsigned i = node->mNumChildren; i-- > 0;) {
             const aiNode* child = node->mChildren[i];
             pending.emplace_back(child, file_from_node * to_glm(child->mTransformation));
@@ -276,6 +337,7 @@ Mesh load_mesh(const fs::path& file)
         if (normal == glm::vec3(0))
             normal = {0, 0, 1};  // of a vertex in no triangle: never seen, but of unit length
     }
+    add_material(*scene, materials, areas, mesh);
     return mesh;
 }
 

@@ -290,14 +290,18 @@ Medium read_medium(JsonObject object, const fs::path& folder)
 constexpr Gloss kGltfGloss{.roughness = 1, .metallic = 1};
 
 /// What every kind of surface has.
-template <typename SurfaceKind> void read_material(JsonObject& object, SurfaceKind& surface)
+/// @returns what its author left out
+template <typename SurfaceKind> FromMesh read_material(JsonObject& object, SurfaceKind& surface)
 {
-    object.read("albedo", kAlbedo, surface.albedo);
+    FromMesh missing;
+    missing.albedo = !object.read("albedo", kAlbedo, surface.albedo);
     Gloss gloss = kGltfGloss;
-    const bool has_roughness = object.read("roughness", kShare, gloss.roughness);
-    if (object.read("metallic", kShare, gloss.metallic) || has_roughness)
+    missing.roughness = !object.read("roughness", kShare, gloss.roughness);
+    missing.metallic = !object.read("metallic", kShare, gloss.metallic);
+    if (!missing.roughness || !missing.metallic)
         surface.gloss = gloss;
-    object.read("emission", kRadiance, surface.emission);
+    missing.emission = !object.read("emission", kRadiance, surface.emission);
+    return missing;
 }
 
 Surface read_surface(JsonObject object, const fs::path& folder)
@@ -325,7 +329,9 @@ Surface read_surface(JsonObject object, const fs::path& folder)
         object.need_file("file", mesh.file);
         object.read("translate", kCoordinate, mesh.translate);
         object.read("scale", kScale, mesh.scale);
-        read_material(object, mesh);
+        const FromMesh missing = read_material(object, mesh);
+        if (missing.albedo)  // which else says that the material is the scene's
+            mesh.from_mesh = missing;
         object.finish();
         mesh.file = resolved(folder, mesh.file).string();
         return mesh;
@@ -478,14 +484,18 @@ std::string box_medium_text(const BoxMedium& medium, const std::string& place)
     return out.in_lines(kItemIndent);
 }
 
-template <typename SurfaceKind> void add_material(Members& out, const SurfaceKind& surface)
+template <typename SurfaceKind>
+void add_material(Members& out, const SurfaceKind& surface, const FromMesh& missing = {})
 {
-    out.triple("albedo", surface.albedo);
+    if (!missing.albedo)
+        out.triple("albedo", surface.albedo);
     if (surface.gloss) {
-        out.number("roughness", surface.gloss->roughness);
-        out.number("metallic", surface.gloss->metallic);
+        if (!missing.roughness)
+            out.number("roughness", surface.gloss->roughness);
+        if (!missing.metallic)
+            out.number("metallic", surface.gloss->metallic);
     }
-    if (surface.emission != glm::vec3(0))
+    if (missing.albedo ? !missing.emission : surface.emission != glm::vec3(0))
         out.triple("emission", surface.emission);
 }
 
@@ -508,7 +518,7 @@ std::string surface_text(const Surface& surface, const std::string& place, const
         out.text("file", relative_name(mesh.file, folder));
         out.triple("translate", mesh.translate);
         out.number("scale", mesh.scale);
-        add_material(out, mesh);
+        add_material(out, mesh, mesh.from_mesh);
     }
     return out.in_lines(kItemIndent);
 }
@@ -653,6 +663,8 @@ public:
         std::shared_ptr<const Mesh>& slot = meshes_[file_key(file)];
         if (!slot)
             slot = std::make_shared<const Mesh>(load_mesh(file));
+        for (const std::string& note : slot->notes)
+            add_note(file, note);
         return slot;
     }
 
@@ -697,6 +709,26 @@ void settle_temperature(GridMedium& medium, SceneFiles& files)
                                    ? ""
                                    : ", too cold to glow",
                                medium.temperature_scale));
+}
+
+/// What the scene leaves to the mesh's own material; a mesh without one stays as it is.
+void settle_material(MeshSurface& surface)
+{
+    const FromMesh from = std::exchange(surface.from_mesh, {});
+    if (surface.mesh == nullptr || !surface.mesh->material)
+        return;
+    const MeshMaterial& material = *surface.mesh->material;
+    if (from.albedo) {
+        surface.albedo = material.albedo;
+        if (!surface.gloss)
+            surface.gloss = material.gloss;
+    }
+    if (from.roughness)
+        surface.gloss->roughness = material.gloss.roughness;
+    if (from.metallic)
+        surface.gloss->metallic = material.gloss.metallic;
+    if (from.emission)
+        surface.emission = material.emission;
 }
 
 // A medium that a host filled in by hand names no file, and needs none.
@@ -762,6 +794,8 @@ void load_scene_files(LoadedScene& loaded)
         auto* mesh = std::get_if<MeshSurface>(&surface);
         if (mesh != nullptr && !mesh->mesh && !mesh->file.empty())
             mesh->mesh = files.mesh(mesh->file);
+        if (mesh != nullptr)
+            settle_material(*mesh);
     }
     for (Transparent& transparent : scene.transparents) {
         TransparentLook& look = look_of(transparent);

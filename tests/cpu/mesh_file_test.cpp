@@ -259,6 +259,58 @@ TEST(MeshFile, DrawsAMeshOnceForEachNode)
     EXPECT_NEAR(glm::length(mesh.normals[mesh.triangles[6]] - glm::vec3(0, -1, 0)), 0, 1e-6);
 }
 
+// A glTF file of two meshes, of material 0 and, twice as wide, of material 1.
+std::string gltf_of_materials(const std::string& materials)
+{
+    std::string text =
+        gltf(kTriangle, R"([{"children": [1, 2]}, {"mesh": 0}, {"mesh": 1, "scale": [2, 2, 2]}])",
+             4, "\"materials\": " + materials + ", ");
+    const std::string end = R"("mode": 4}]}])";
+    return text.replace(text.find(end), end.size(),
+                        R"("mode": 4, "material": 0}]}, {"primitives": [{"attributes": )"
+                        R"({"POSITION": 0}, "mode": 4, "material": 1}]}])");
+}
+
+TEST(MeshFile, HasTheFactorsOfTheLargestPartsMaterial)
+{
+    const TempFolder folder;
+    const Mesh mesh =
+        asset::load_mesh(folder.write("t.gltf", gltf_of_materials(R"([{"name": "small"},
+        {"name": "large", "pbrMetallicRoughness": {"baseColorFactor": [0.8, 0.5, 0.25, 1],
+         "metallicFactor": 0.75, "roughnessFactor": 0.3}, "emissiveFactor": [0.5, 0.25, 1]}])")));
+    ASSERT_TRUE(mesh.material.has_value());
+    EXPECT_EQ(mesh.material->albedo, glm::vec3(0.8f, 0.5f, 0.25f));
+    EXPECT_EQ(mesh.material->gloss, (Gloss{.roughness = 0.3f, .metallic = 0.75f}));
+    EXPECT_EQ(mesh.material->emission, glm::vec3(0.5f, 0.25f, 1));
+    EXPECT_EQ(mesh.notes,
+              (std::vector<std::string>{
+                  "has 2 materials; all of it gets that of its largest part, 'large'"}));
+}
+
+TEST(MeshFile, AFactorThatAMaterialLeavesOutIsGltfs)
+{
+    const TempFolder folder;
+    const Mesh mesh = asset::load_mesh(
+        folder.write("t.gltf", gltf_of_materials(R"([{"name": "small"}, {"name": "large"}])")));
+    EXPECT_EQ(mesh.material,
+              (MeshMaterial{glm::vec3(1), {.roughness = 1, .metallic = 1}, glm::vec3(0)}));
+    EXPECT_EQ(
+        asset::load_mesh(folder.write("b.gltf", gltf(kTriangle, R"([{"mesh": 0}])"))).material,
+        std::nullopt);
+    EXPECT_EQ(asset::load_mesh(folder.write("c.obj", std::string(kCube))).material, std::nullopt);
+}
+
+TEST(MeshFile, SaysThatTexturesAreNotRead)
+{
+    const TempFolder folder;
+    const Mesh mesh = asset::load_mesh(folder.write(
+        "t.gltf", gltf_of_materials(R"([{"name": "small"}, {"name": "large", "pbrMetallicRoughness":
+         {"baseColorTexture": {"index": 0}}}], "textures": [{"source": 0}],
+         "images": [{"uri": "wood.png"}])")));
+    ASSERT_EQ(mesh.notes.size(), 2u);
+    EXPECT_EQ(mesh.notes[1], "textures of material 'large' are not read, its factors alone are");
+}
+
 TEST(MeshFile, MirroredNodesStayRightSideOut)
 {
     const TempFolder folder;

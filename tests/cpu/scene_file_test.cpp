@@ -319,6 +319,44 @@ TEST(SceneFile, OneOfRoughnessAndMetallicMakesASurfaceGlossy)
               (Gloss{.roughness = 0, .metallic = 1}));
 }
 
+// A mesh that states no albedo has what it states, and the rest from its file; one that states it
+// has nothing from there.
+TEST(SceneFile, ASceneWinsOverAMeshsMaterial)
+{
+    const TempFolder folder;
+    const auto mesh = [&](const std::string& keys) {
+        asset::LoadedScene loaded;
+        loaded.scene = parse(
+            folder, minimal(R"(, "surfaces": [{"type": "mesh", "file": "a.gltf")" + keys + "}]"));
+        Mesh triangle;
+        triangle.material =
+            MeshMaterial{{0.1f, 0.2f, 0.3f}, {.roughness = 0.4f, .metallic = 0.6f}, {7, 8, 9}};
+        std::get<MeshSurface>(loaded.scene.surfaces.at(0)).mesh =
+            std::make_shared<const Mesh>(triangle);
+        // Saved before its files are loaded, it says as little as it did.
+        const Scene saved = parse(folder, asset::scene_to_json(loaded.scene, folder.path()));
+        EXPECT_EQ(std::get<MeshSurface>(saved.surfaces.at(0)).from_mesh,
+                  std::get<MeshSurface>(loaded.scene.surfaces.at(0)).from_mesh);
+        asset::load_scene_files(loaded);
+        return std::get<MeshSurface>(loaded.scene.surfaces.at(0));
+    };
+    MeshSurface found = mesh("");
+    EXPECT_EQ(found.albedo, glm::vec3(0.1f, 0.2f, 0.3f));
+    EXPECT_EQ(found.gloss, (Gloss{.roughness = 0.4f, .metallic = 0.6f}));
+    EXPECT_EQ(found.emission, glm::vec3(7, 8, 9));
+    EXPECT_EQ(found.from_mesh, FromMesh());
+
+    found = mesh(R"(, "metallic": 0, "emission": [0,0,0])");
+    EXPECT_EQ(found.albedo, glm::vec3(0.1f, 0.2f, 0.3f));
+    EXPECT_EQ(found.gloss, (Gloss{.roughness = 0.4f, .metallic = 0}));
+    EXPECT_EQ(found.emission, glm::vec3(0));
+
+    found = mesh(R"(, "albedo": [0.5,0.5,0.5])");
+    EXPECT_EQ(found.albedo, glm::vec3(0.5f));
+    EXPECT_EQ(found.gloss, std::nullopt);
+    EXPECT_EQ(found.emission, glm::vec3(0));
+}
+
 TEST(SceneFile, LeavesDefaultsWhereKeysAreMissing)
 {
     const TempFolder folder;

@@ -177,12 +177,6 @@ struct BoxMedium {
 
 using Medium = std::variant<GridMedium, BoxMedium>;
 
-struct Mesh {
-    std::vector<glm::vec3> positions;      ///< metres, as in the file
-    std::vector<glm::vec3> normals;        ///< unit length, one a position
-    std::vector<std::uint32_t> triangles;  ///< three indices a triangle
-};
-
 /// A surface that reflects as glTF 2.0's metallic-roughness model has it: GGX with alpha =
 /// roughness^2, F0 0.04 or, as metallic says, the albedo.
 struct Gloss {
@@ -190,6 +184,23 @@ struct Gloss {
     float metallic = 0;   ///< 0..1
 
     bool operator==(const Gloss&) const = default;
+};
+
+/// What a mesh's file says of how it looks: the factors of a glTF material.
+struct MeshMaterial {
+    glm::vec3 albedo{1};
+    Gloss gloss;
+    glm::vec3 emission{0};  ///< W/m^2/sr
+
+    bool operator==(const MeshMaterial&) const = default;
+};
+
+struct Mesh {
+    std::vector<glm::vec3> positions;      ///< metres, as in the file
+    std::vector<glm::vec3> normals;        ///< unit length, one a position
+    std::vector<std::uint32_t> triangles;  ///< three indices a triangle
+    std::optional<MeshMaterial> material;  ///< of the file, if it is one that is used
+    std::vector<std::string> notes;        ///< what of the file is not used, a line each
 };
 
 struct SphereSurface {
@@ -212,6 +223,14 @@ struct BoxSurface {
     bool operator==(const BoxSurface&) const = default;
 };
 
+/// Which values of a surface are those of its mesh's material, and the defaults where that has
+/// none: load_scene_files() fills them in.
+struct FromMesh {
+    bool albedo = false, roughness = false, metallic = false, emission = false;
+
+    bool operator==(const FromMesh&) const = default;
+};
+
 struct MeshSurface {
     std::string file;
     std::shared_ptr<const Mesh> mesh;
@@ -220,6 +239,7 @@ struct MeshSurface {
     glm::vec3 albedo{0.5f};
     std::optional<Gloss> gloss = {};  ///< none: Lambertian
     glm::vec3 emission{0};            ///< W/m^2/sr
+    FromMesh from_mesh = {};          ///< until its files are loaded
 
     bool operator==(const MeshSurface&) const = default;
 };
