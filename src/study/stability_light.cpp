@@ -166,6 +166,34 @@ StabilityFigure finite_lights(const StabilityBench& bench)
     return bad;
 }
 
+/// A ground and a ball of the least and the most roughness, under every kind of light.
+StabilityFigure finite_gloss(const StabilityBench& bench)
+{
+    StabilityFigure bad;
+    for (const float roughness : {0.0f, 1.0f})
+        for (const float metallic : {0.0f, 1.0f})
+            for (const glm::dvec3 position : {glm::dvec3(0.2, -4.4, 0.1), glm::dvec3(0, -3, 40)}) {
+                Scene scene = fog_scene(32, position);
+                const Gloss gloss{.roughness = roughness, .metallic = metallic};
+                scene.surfaces = {
+                    SphereSurface{.center = {0.2, -5, 0.1}, .radius = 0.5, .gloss = gloss},
+                    BoxSurface{.min = {-8, -12, -3}, .max = {8, 2, -1}, .gloss = gloss}};
+                RectLight rect;
+                rect.center = {0, -4, 1.5};
+                rect.radiance = glm::vec3(1e5f);
+                DiskLight disk;
+                disk.center = {0, -5, -1};  // on the ground
+                disk.radiance = glm::vec3(1e5f);
+                disk.two_sided = true;
+                scene.lights = {SunLight{glm::normalize(glm::dvec3(0, -1, 0.4)), glm::vec3(1e5f)},
+                                PointLight{position, glm::vec3(1e5f)},
+                                SpotLight{position, {0, -1, 0}, 179.9, 0, glm::vec3(1e5f)}, rect,
+                                disk};
+                bad = worse(bad, count_bad(bench.render(scene)));
+            }
+    return bad;
+}
+
 }  // namespace
 
 void add_light_cases(std::vector<StabilityCase>& table)
@@ -254,6 +282,14 @@ void add_light_cases(std::vector<StabilityCase>& table)
                      .unit = "values",
                      .reason = "one NaN spreads over its neighbours, and an infinity is one soon",
                      .measure = finite_lights});
+    table.push_back({.group = 3,
+                     .name = "gloss-finite",
+                     .shows = "values that are no colour: a ground and a ball of roughness 0 and "
+                              "1, lacquer and metal, under every kind of light, each of 1e5",
+                     .bound = 0,
+                     .unit = "values",
+                     .reason = "one NaN spreads over its neighbours, and an infinity is one soon",
+                     .measure = finite_gloss});
 }
 
 }  // namespace fumarole::study
