@@ -8,6 +8,7 @@
 const bool kVolumeShadows = false;  // media dim the light on its way to the point
 const bool kDepthAtPoint = false;   // light_depth() is what the depth volume has at the point: all that scatters is in it
 const bool kWorldLight = false;     // the world's light scatters too: its mean, undimmed, isotropically, unless in a volume
+const int kShadowTaps = 1;          // of a step, by which a sun's shadow is looked up
 const bool kExactFalloff = false;   // a step takes the mean of 1/d^2 over its length, not that at its sample
 
 // The media's optical depth between p and light i: a function of who includes this.
@@ -128,6 +129,14 @@ vec3 scattered_of(LightSample light, LightLine line, LightStep step, Falloff ove
            (over.mean * light.range * light.range * phase_over(over, step.g) * exp(-step.sigma_t * over.ahead));
 }
 
+// t where a step is asked for a sun's shadow the k-th time: each in a part of its own, as the point is in the whole.
+float shadow_tap(LightStep step, int k)
+{
+    if (kShadowTaps == 1)
+        return step.t;
+    return mix(step.ends.x, step.ends.y, (float(k) + step.share) / float(kShadowTaps));
+}
+
 void add_sun(inout vec3 sum, int i, LightLine line, LightStep step)
 {
     LightSample light = sun_sample(i, vec3(0.0));
@@ -135,8 +144,12 @@ void add_sun(inout vec3 sum, int i, LightLine line, LightStep step)
     if (kMixedG)
         arriving *= phase_of(light, line.wo, step.g);
     if (kSurfaceShadows) {
-        vec3 shadow = line.shadow[i] + line.dshadow[i] * step.t;
-        arriving *= visibility_in(int(u_lights.lights[i].first_view), shadow.xy, shadow.z);
+        float visible = 0.0;
+        for (int k = 0; k < kShadowTaps; ++k) {
+            vec3 shadow = line.shadow[i] + line.dshadow[i] * shadow_tap(step, k);
+            visible += visibility_in(int(u_lights.lights[i].first_view), shadow.xy, shadow.z);
+        }
+        arriving *= visible / float(kShadowTaps);
     }
     sum += arriving * volume_shadow(i, line, step.t, light);
 }

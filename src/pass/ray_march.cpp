@@ -32,6 +32,11 @@ gl::Defines RayMarch::march_defines(const FrameSettings& s) const
     add(s.range == Settings::Range::camera, "kCameraRange");
     add(tools_.monochrome(s), "kMonochrome");
     add(s.falloff == Settings::Falloff::exact, "kExactFalloff");
+    // Where a shadow ends within a step, what it has of the light is told by a few places: far
+    // fewer than steps that short would cost, as the media are not asked again. Steps are as short
+    // as a medium's detail anyway, and shadows count for less there.
+    if (s.range != Settings::Range::camera && tools_.media.traits().marched == 0)
+        defines.emplace_back("kShadowTaps", "4");
     defines.emplace_back("kLayerScale", fmt::format("{}", s.resolution));
     return defines;
 }

@@ -1,10 +1,13 @@
 // Haze in a room: what light of the world gets through its walls, which are thinner than the nodes
 // of light's volumes are apart.
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <numbers>
 
 #include "image_test.h"
+#include "study/metrics.h"
 
 namespace fumarole::test {
 namespace {
@@ -99,6 +102,54 @@ TEST_F(Indoors, TheWallsOfAnOpenCourtAreLitAsFarFromItsNodes)
             sum += double{still.surface_lit[static_cast<std::size_t>(3 * (y * 48 + x))]};
     figure("wall, of its closed form", sum / (24 * 24) / expected);
     EXPECT_NEAR(sum / (24 * 24), expected, 0.08 * expected);
+}
+
+// Haze that dims nothing under a roof of slabs, the sun above: a ray has light where it is under a
+// gap, so its picture is known, and what else is seen is the grain of steps longer than gaps.
+TEST_F(Indoors, LightThroughGapsHasLittleGrain)
+{
+    constexpr double kSlab = 1.2, kGap = 0.4, kPitch = kSlab + kGap, kEnd = 4.5 * kPitch;
+    constexpr float kScatters = 1e-4f;
+    Scene scene;
+    scene.resolution = {48, 48};
+    scene.camera.position = {-kEnd - 2, -12, 1};
+    scene.camera.look_at = {0, 0, 1};
+    scene.camera.up = {0, 0, 1};
+    scene.camera.vfov_deg = 8;
+    for (int i = -4; i <= 4; ++i)
+        scene.surfaces.emplace_back(
+            box({i * kPitch - kSlab / 2, -40, 4}, {i * kPitch + kSlab / 2, 40, 4.2}));
+    BoxMedium haze;
+    haze.min = {-kEnd + kGap / 2, -8, -3};
+    haze.max = {kEnd - kGap / 2, 8, 3.9};
+    haze.sigma_s = glm::vec3(kScatters);
+    scene.media = {haze};
+    scene.lights = {SunLight{{0, 0, 1}, glm::vec3(1)}};
+    const Image truth = ideal(scene, [&](glm::dvec2 at) {
+        const PixelRay ray = ray_at(scene, at);
+        double lit = 0;
+        const auto t_at = [&](int axis, double x) {
+            return (x - ray.origin[axis]) / ray.direction[axis];
+        };
+        const double begin = t_at(1, -8), end = t_at(1, 8);
+        for (int i = -4; i < 4; ++i) {
+            const double middle = (i + 0.5) * kPitch;
+            lit += std::max(0.0, std::min(t_at(0, middle + kGap / 2), end) -
+                                     std::max(t_at(0, middle - kGap / 2), begin));
+        }
+        return glm::dvec3(lit * glm::length(ray.direction) * double{kScatters} /
+                          (4 * std::numbers::pi));
+    });
+    Settings settings = plain_settings();
+    settings.steps = 24;
+    settings.jitter = Settings::Jitter::blue;
+    settings.shadow_map = 1024;
+    settings.shadow_cache = 0;
+    const study::Metrics m = study::compare(render(scene, settings).scattering, truth.pixels);
+    figure("light through gaps: relMSE", m.relmse);
+    figure("light through gaps: bias", m.bias);
+    EXPECT_LT(m.relmse, 3e-3);
+    EXPECT_LT(std::abs(m.bias), 0.01);
 }
 
 }  // namespace
