@@ -351,7 +351,8 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                                      "kShadowToLight", "kLeastExtinction", "kMonochrome",
                                      "kCountSamples", "kDepthVolume", "kWorldVolume"}) +
                          flags(set ^ set >> 3, {"kExactFalloff", "kMediaDepth", "kDepthAtPoint"}) +
-                         flags(set >> 2, {"kSplits"}) + Defines{{"kLayerScale", "2"}});
+                         flags(set >> 2, {"kSplits"}) +
+                         Defines{{"kLayerScale", "2"}, {"kShadowTaps", "4"}});
         variants.add("pass/march_history.frag",
                      media + lights + flags(set, {"kWorldLight", "MONOCHROME", "kVolumeShadows"}) +
                          Defines{{"kLayerScale", "2"}, {"kHistory", ""}, {"HISTORY_MOVED", ""}} +

@@ -152,5 +152,44 @@ TEST_F(Indoors, LightThroughGapsHasLittleGrain)
     EXPECT_LT(std::abs(m.bias), 0.01);
 }
 
+// Under a wide roof in the sun it is dark. At a slant a texel of a reduced layer has pixels near
+// and far: a ray amid them that went as far as the farthest saw the haze above the roof, every
+// other texel.
+TEST_F(Indoors, NoRayOfAReducedLayerPassesACeiling)
+{
+    Scene scene;
+    scene.resolution = {96, 64};
+    scene.camera.position = {0, -10, 1};
+    scene.camera.look_at = {2, 0, 3};
+    scene.camera.up = {0, 0, 1};
+    scene.camera.vfov_deg = 30;
+    scene.surfaces = {box({-300, -300, 4}, {300, 300, 4.05}), box({-300, -300, -2}, {300, 300, 0})};
+    scene.lights = {SunLight{{0, 0, 1}, glm::vec3(1)}};
+    BoxMedium haze;
+    haze.min = {-20, -9, 0.5};
+    haze.max = {20, 30, 8};
+    haze.sigma_s = glm::vec3(0.05f);
+    scene.media = {haze};
+    Settings settings = plain_settings(1);
+    settings.shadow_map = 1024;
+    scene.camera.position.z = 6;
+    scene.camera.look_at.z = 6;
+    const double above = mean(render(scene, settings).scattering);
+    ASSERT_GT(above, 1e-3);
+    scene.camera.position.z = 1;
+    scene.camera.look_at.z = 3;
+    for (const int resolution : {1, 2, 4}) {
+        const Still still = render(scene, [&] {
+            Settings reduced = settings;
+            reduced.resolution = resolution;
+            return reduced;
+        }());
+        const double seen = mean(still.scattering) / above;
+        figure(fmt::format("through a ceiling, of the light above it, resolution 1/{}", resolution),
+               seen);
+        EXPECT_LT(seen, 1e-3) << resolution;
+    }
+}
+
 }  // namespace
 }  // namespace fumarole::test
