@@ -512,36 +512,37 @@ struct Floors {
     double surface = 0;  ///< of what surfaces send
 };
 
+/// Whether vertices other than the first one that the eye sees, or lobes, are sampled.
+bool is_straight(const Scene& scene, const ReferenceOptions& options)
+{
+    return options.surface_bounces == 0 &&
+           std::none_of(scene.surfaces.begin(), scene.surfaces.end(), [](const Surface& surface) {
+               return std::visit(
+                   [](const auto& of) { return of.gloss || of.emission != glm::vec3(0); }, surface);
+           });
+}
+
 Floors dark_floors(const Scene& scene, const ReferenceOptions& options)
 {
-    // The world's light is dear: a guess at it is enough here. So is what is sampled.
+    if (!is_straight(scene, options)) {
+        // Indoors most of the light may come from the walls: a lax look, and one to a floor that
+        // is known by it.
+        constexpr double kLax = 0.3, kAnything = 1e30;
+        const Reference lax(scene, kLax, options.bounces, options.surface_bounces, options.cancel);
+        const auto of_media = [](const ReferenceSample& s) { return largest(s.scattering); };
+        const Darkness guess = darkness(lax, scene, kAnything, of_media);
+        const Darkness lit = darkness(lax, scene, kLax * guess.composite, of_media);
+        return {options.tolerance * lit.media, options.tolerance * lit.composite};
+    }
+    // The world's light is dear: a guess at it is enough here.
     Scene unlit = scene;
     unlit.world = {};
-    double glow = 0;
-    bool straight = options.surface_bounces == 0;
-    for (Surface& surface : unlit.surfaces)
-        std::visit(
-            [&](auto& of) {
-                straight = straight && !of.gloss && of.emission == glm::vec3(0);
-                glow = std::max(glow, largest(glm::dvec3(of.emission)));
-                of.gloss.reset();
-                of.emission = glm::vec3(0);
-            },
-            surface);
     const Reference relaxed(unlit, 0.05, 0, 0, options.cancel);
     const double world = 0.5 * largest(WorldRadiance(scene.world).mean());
     const Darkness guess = darkness(relaxed, unlit, 0, [&](const ReferenceSample& s) {
         return largest(s.scattering) + world * largest(1.0 - s.transmittance);
     });
-    if (straight)
-        return {options.tolerance * guess.media, options.tolerance * guess.media};
-    // Indoors most of the light may come from the walls.
-    constexpr double kLax = 0.3, kDim = 1e-3;
-    const Reference bounced(scene, kLax, options.bounces, options.surface_bounces, options.cancel);
-    const Darkness lit =
-        darkness(bounced, scene, kLax * std::max(guess.composite, kDim * (world + glow)),
-                 [](const ReferenceSample& s) { return largest(s.scattering); });
-    return {options.tolerance * lit.media, options.tolerance * lit.composite};
+    return {options.tolerance * guess.media, options.tolerance * guess.media};
 }
 
 void store(std::vector<float>& to, std::size_t pixel, glm::dvec3 color)
