@@ -35,22 +35,32 @@ VolumeAt split_texel(ivec2 texel, int k)
     return VolumeAt(scattering.rgb, texelFetch(u_split_transmittance_tx, ivec3(texel, k), 0).rgb);
 }
 
-// weights: as SplitRay::reach; they add up to 1
-VolumeAt split_weighted(SplitRay ray, int k, vec4 weights)
+// Where between the four rays around a pixel a filter of two by two reads, 0..1, so that it meets none that ends short
+// of a depth: on the side, or at the corner, that is left and weighs most. All four are read where none is left.
+//   place     where the pixel is
+//   short_of  as SplitRay::reach
+vec2 away_from_short(vec2 place, bvec4 short_of)
 {
-    const ivec2 kPlace[4] = ivec2[](ivec2(0, 1), ivec2(1, 1), ivec2(1, 0), ivec2(0, 0));
-    VolumeAt sum = VolumeAt(vec3(0.0), vec3(0.0));
-    for (int i = 0; i < 4; ++i) {
-        VolumeAt one = split_texel(ivec2(floor(ray.texel)) + kPlace[i], k);
-        sum.scattering += weights[i] * one.scattering;
-        sum.transmittance += weights[i] * one.transmittance;
-    }
-    return sum;
+    vec4 reaches = vec4(not(short_of));  // upper left, upper right, lower right, lower left
+    vec2 low = 1.0 - place;
+    vec4 weights = vec4(low.x * place.y, place.x * place.y, place.x * low.y, low.x * low.y);
+    // What the left, the right, the lower and the upper side weigh, where both of their rays reach.
+    vec4 sides = vec4(low.x, place.x, low.y, place.y) * (reaches.xyzx * reaches.wzwy);
+    vec4 corners = reaches * (weights + 1e-6);
+    float side = max(max(sides.x, sides.y), max(sides.z, sides.w));
+    float corner = max(max(corners.x, corners.y), max(corners.z, corners.w));
+    vec2 on_side = side == sides.x   ? vec2(0.0, place.y)
+                   : side == sides.y ? vec2(1.0, place.y)
+                   : side == sides.z ? vec2(place.x, 0.0)
+                                     : vec2(place.x, 1.0);
+    vec2 at_corner = vec2(corner == corners.y || corner == corners.z, corner == corners.x || corner == corners.y);
+    vec2 moved = side > 0.0 ? on_side : at_corner;
+    return any(short_of) && corner > 0.0 ? moved : place;
 }
 
-VolumeAt split_bilinear(SplitRay ray, int k)
+VolumeAt split_bilinear(vec2 texel, int k)
 {
-    vec3 uv = vec3((ray.texel + 0.5) * u_frame.inverse_layer_size, float(k));
+    vec3 uv = vec3((texel + 0.5) * u_frame.inverse_layer_size, float(k));
     vec4 scattering = textureLod(u_split_scattering_tx, uv, 0.0);
     if (kMonochrome)
         return VolumeAt(scattering.rgb, vec3(scattering.a));
@@ -83,23 +93,18 @@ VolumeAt volume_at(SplitRay ray, float view_z)
     float begin = split_view_z(low), end = split_view_z(high);
     float share = clamp((view_z - begin) / max(end - begin, 1e-30), 0.0, 1.0);
 
-    // A ray that ends before this depth, at a surface, knows nothing of what lies there.
-    bvec4 short_of = lessThan(ray.reach, vec4(min(view_z, u_frame.media_range.y)));
     VolumeAt near, far;
     if (kLayerScale == 1) {
         ivec2 texel = ivec2(round(ray.texel));
         near = split_texel(texel, low);
         far = split_texel(texel, high);
-    } else if (!any(short_of)) {
-        near = split_bilinear(ray, low);
-        far = split_bilinear(ray, high);
     } else {
-        const float kShort = 1e-4;  // where all are
-        vec2 h = ray.texel - floor(ray.texel), l = 1.0 - h;
-        vec4 weights = vec4(l.x * h.y, h.x * h.y, h.x * l.y, l.x * l.y) * mix(vec4(1.0), vec4(kShort), short_of) + 1e-9;
-        weights /= dot(weights, vec4(1.0));
-        near = split_weighted(ray, low, weights);
-        far = split_weighted(ray, high, weights);
+        // A ray that ends before this depth, at a surface, knows nothing of what lies there.
+        bvec4 short_of = lessThan(ray.reach, vec4(min(view_z, u_frame.media_range.y)));
+        vec2 corner = floor(ray.texel);
+        vec2 texel = corner + away_from_short(ray.texel - corner, short_of);
+        near = split_bilinear(texel, low);
+        far = split_bilinear(texel, high);
     }
     return split_between(near, far, share);
 }

@@ -74,8 +74,13 @@ TransparentLook read_look(JsonObject& object, bool may_have_image, const fs::pat
         }
         has_scale = object.read("scale", kScale, look.scale);
     }
-    object.finish();
     const JsonPlace& place = object.place();
+    if (object.has("casts"))
+        place.fail(
+            "'casts' is not there: a transparent throws no shadow and colours no light "
+            "(docs/methods.md#transparents says what that leaves out); leave the key out, or "
+            "let a surface throw the shadow");
+    object.finish();
     const bool image = !look.image_file.empty();
     if (has_scale && !image)
         place.fail("'scale' needs 'image', the picture that it multiplies");

@@ -27,7 +27,7 @@ std::string_view last_name(std::string_view text)
     return text.substr(begin);
 }
 
-std::string_view before(std::string_view text, std::string_view end)
+std::string_view text_before(std::string_view text, std::string_view end)
 {
     return text.substr(0, text.find(end));
 }
@@ -53,13 +53,14 @@ void add_declared(std::string_view line, Names& names)
     if (in_layout)
         line.remove_prefix(line.find(')') + 1);
     if (in_layout || line.starts_with("struct ")) {
-        names.emplace(last_name(before(line, line.find('{') != line.npos ? "{" : ";")));
+        names.emplace(last_name(text_before(line, line.find('{') != line.npos ? "{" : ";")));
         if (in_layout && line.find('{') != line.npos)
-            names.emplace(last_name(before(before(line.substr(line.find('{')), ";"), "[")));
+            names.emplace(
+                last_name(text_before(text_before(line.substr(line.find('{')), ";"), "[")));
     } else if (line.starts_with("const ")) {
-        names.emplace(last_name(before(line, " = ")));
+        names.emplace(last_name(text_before(line, " = ")));
     } else if (line.find('(') != line.npos) {
-        names.emplace(last_name(before(line, "(")));
+        names.emplace(last_name(text_before(line, "(")));
     }
 }
 
@@ -76,7 +77,7 @@ std::string with_names_of_ours(std::string_view text)
 {
     Names names;
     for (std::string_view rest = text; !rest.empty();) {
-        const std::string_view line = before(rest, "\n");
+        const std::string_view line = text_before(rest, "\n");
         add_declared(line, names);
         rest.remove_prefix(std::min(line.size() + 1, rest.size()));
     }

@@ -543,6 +543,8 @@ void main() { color = vec4(volume_at(0.0), transparent(0.0), add_fragment(0.0), 
         std::string text = after;
         return text.replace(text.find("CALLS"), 5, calls);
     };
+    EXPECT_EQ(volume.find("#ifdef EXTINCTION_IN_ALPHA"), std::string::npos)
+        << "a host may define it";
     TempFolder folder;
     folder.write("volume.frag", before + volume +
                                     with_calls("fumarole_volume_at(gl_FragCoord.xy, 1.0)"
