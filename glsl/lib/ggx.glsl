@@ -62,7 +62,10 @@ vec3 ggx_f0(vec3 albedo, float metallic) { return mix(vec3(0.04), albedo, metall
 vec3 ggx_reflection(vec3 n, vec3 wo, vec3 wi, float alpha, vec3 f0)
 {
     vec3 between = wo + wi;
-    vec3 h = between / max(length(between), 1e-6);
+    float size = length(between);
+    if (size < 1e-6)  // straight from behind a smooth silhouette
+        return vec3(0.0);
+    vec3 h = between / size;
     return schlick_fresnel(f0, dot(wo, h)) *
            (ggx_distribution(n, h, alpha) * ggx_visibility(dot(n, wo), dot(n, wi), alpha));
 }

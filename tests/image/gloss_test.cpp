@@ -164,11 +164,11 @@ TEST_F(GlossySurfaces, LeaveLambertianOnesAlone)
     BoxSurface far;
     far.min = {-1, 300, 0};
     far.max = {1, 302, 1};
-    scene.surfaces.emplace_back(far);
+    scene.surfaces.insert(scene.surfaces.begin(), far);
     const std::vector<float> alone = render(scene, plain_settings()).composite;
-    std::get<BoxSurface>(scene.surfaces[1]).gloss = Gloss{.roughness = 0.3f};
-    EXPECT_EQ(render(scene, plain_settings()).composite, alone);
     std::get<BoxSurface>(scene.surfaces[0]).gloss = Gloss{.roughness = 0.3f};
+    EXPECT_EQ(render(scene, plain_settings()).composite, alone);
+    std::get<BoxSurface>(scene.surfaces[1]).gloss = Gloss{.roughness = 0.3f};
     EXPECT_NE(render(scene, plain_settings()).composite, alone);
 }
 
@@ -330,11 +330,18 @@ TEST_F(GlossySurfaces, AtRoughness0EverythingIsFinite)
     disk.radius = 0.2;
     scene.lights = {sun, point, rect, disk};
     scene.world.radiance = glm::vec3(0.2f);
-    for (const float value : render(scene, plain_settings()).composite) {
-        ASSERT_TRUE(std::isfinite(value));
-        ASSERT_GE(value, 0);
-        ASSERT_LT(value, 2e5);
-    }
+    Scene from_above = scene;  // just along the normal of the ground
+    from_above.camera.position = {0, 0, 5};
+    from_above.camera.look_at = {0, 0, 0};
+    from_above.camera.up = {0, 1, 0};
+    from_above.camera.projection = Camera::Projection::orthographic;
+    from_above.camera.ortho_height = 2;
+    for (const Scene& seen : {scene, from_above})
+        for (const float value : render(seen, plain_settings()).composite) {
+            ASSERT_TRUE(std::isfinite(value));
+            ASSERT_GE(value, 0);
+            ASSERT_LT(value, 2e5);
+        }
 }
 
 }  // namespace
