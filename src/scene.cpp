@@ -87,7 +87,7 @@ bool same_content(const Scene& a, const Scene& b)
         return noise != nullptr && noise->drift != glm::dvec3(0);
     };
     return a.world == b.world && a.lights == b.lights && a.media == b.media &&
-           a.surfaces == b.surfaces && a.transparents == b.transparents &&
+           a.surfaces == b.surfaces && a.transparents == b.transparents && a.probes == b.probes &&
            (a.time == b.time || std::none_of(a.media.begin(), a.media.end(), drifts));
 }
 

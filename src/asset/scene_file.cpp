@@ -56,13 +56,16 @@ glm::dvec3 unit_direction(glm::dvec3 v, const JsonPlace& place)
     return glm::normalize(v);
 }
 
-void check_box(const JsonObject& object, const glm::dvec3& min, const glm::dvec3& max)
+void check_box(const JsonObject& object, const glm::dvec3& min, const glm::dvec3& max,
+               const std::string& prefix = "")
 {
     for (int axis = 0; axis < 3; ++axis) {
         if (!(min[axis] < max[axis]))
-            object.place().key("max").fail(
-                fmt::format("expected more than min on every axis, got {} = {} where min has {}",
-                            "xyz"[axis], max[axis], min[axis]));
+            object.place()
+                .key(prefix + "max")
+                .fail(fmt::format(
+                    "expected more than {}min on every axis, got {} = {} where {}min has {}",
+                    prefix, "xyz"[axis], max[axis], prefix, min[axis]));
     }
 }
 
@@ -339,6 +342,27 @@ Surface read_surface(JsonObject object, const fs::path& folder)
     }
 }
 
+constexpr std::array<std::string_view, 3> kParallaxNames{"none", "sphere", "box"};
+
+LightProbe read_probe(JsonObject& object)
+{
+    LightProbe probe;
+    object.need("position", kCoordinate, probe.position);
+    object.read("radius", kLength, probe.radius);
+    object.read("falloff", kShare, probe.falloff);
+    probe.parallax = static_cast<LightProbe::Parallax>(
+        object.choice("parallax", {kParallaxNames.begin(), kParallaxNames.end()}, 0));
+    if (probe.parallax == LightProbe::Parallax::box) {
+        object.need("parallax_min", kCoordinate, probe.parallax_min);
+        object.need("parallax_max", kCoordinate, probe.parallax_max);
+    }
+    object.read("size", {16, 512, false, false, "pixels"}, probe.size);
+    object.finish();
+    if (probe.parallax == LightProbe::Parallax::box)
+        check_box(object, probe.parallax_min, probe.parallax_max, "parallax_");
+    return probe;
+}
+
 Scene scene_from_json(std::string_view text, const std::string& file, const fs::path& folder)
 {
     const Json tree = parse_json(text, file);
@@ -356,6 +380,7 @@ Scene scene_from_json(std::string_view text, const std::string& file, const fs::
     object.read_list("transparents", [&](JsonObject item) {
         scene.transparents.push_back(read_transparent(item, folder));
     });
+    object.read_list("probes", [&](JsonObject item) { scene.probes.push_back(read_probe(item)); });
     object.read("time", kTime, scene.time);
     object.read("frames_per_second", kRate, scene.frames_per_second);
     object.finish();
@@ -520,6 +545,21 @@ std::string surface_text(const Surface& surface, const std::string& place, const
         out.number("scale", mesh.scale);
         add_material(out, mesh, mesh.from_mesh);
     }
+    return out.in_lines(kItemIndent);
+}
+
+std::string probe_text(const LightProbe& probe, const std::string& place)
+{
+    Members out(place);
+    out.triple("position", probe.position);
+    out.number("radius", probe.radius);
+    out.number("falloff", probe.falloff);
+    out.text("parallax", std::string(kParallaxNames[static_cast<std::size_t>(probe.parallax)]));
+    if (probe.parallax == LightProbe::Parallax::box) {
+        out.triple("parallax_min", probe.parallax_min);
+        out.triple("parallax_max", probe.parallax_max);
+    }
+    out.number("size", probe.size);
     return out.in_lines(kItemIndent);
 }
 
@@ -860,6 +900,12 @@ std::string scene_to_json(const Scene& scene, const fs::path& folder)
             items.push_back(transparent_text(scene.transparents[i],
                                              fmt::format("transparents[{}]", i), folder));
         top.raw("transparents", list_text(items));
+    }
+    if (!scene.probes.empty()) {
+        items.clear();
+        for (std::size_t i = 0; i < scene.probes.size(); ++i)
+            items.push_back(probe_text(scene.probes[i], fmt::format("probes[{}]", i)));
+        top.raw("probes", list_text(items));
     }
 
     std::string text = fmt::format("{{\n  {}\n}}\n", fmt::join(top.list(), ",\n  "));

@@ -70,6 +70,11 @@ constexpr std::string_view kFullScene = R"({
      "scale": 4.0, "alpha": 0.75},
     {"type": "mesh", "file": "glass.gltf", "translate": [0,1,0], "scale": 2,
      "blend": {"source": "dst_color", "destination": "one_minus_src_alpha"}, "radiance": [1,2,3], "alpha": 0.1}
+  ],
+  "probes": [
+    {"position": [0,0,1.5], "radius": 4.5, "falloff": 0.25, "parallax": "box", "parallax_min": [-3.3,-2,0],
+     "parallax_max": [3.3,4,5], "size": 64},
+    {"position": [1,2,3], "parallax": "sphere"}
   ]
 })";
 
@@ -206,6 +211,7 @@ void expect_equal(const Scene& a, const Scene& b)
     ASSERT_EQ(a.transparents.size(), b.transparents.size());
     for (std::size_t i = 0; i < a.transparents.size(); ++i)
         EXPECT_TRUE(a.transparents[i] == b.transparents[i]) << "transparent " << i;
+    EXPECT_TRUE(a.probes == b.probes);
 }
 
 TEST(SceneFile, ReadsEveryKey)
@@ -299,6 +305,16 @@ TEST(SceneFile, ReadsEveryKey)
     EXPECT_EQ(mesh.emission, glm::vec3(1, 2, 3));
     EXPECT_EQ(std::get<SphereSurface>(scene.surfaces[0]).gloss, std::nullopt);
     EXPECT_EQ(std::get<SphereSurface>(scene.surfaces[0]).emission, glm::vec3(0));
+    ASSERT_EQ(scene.probes.size(), 2u);
+    EXPECT_TRUE(scene.probes[0] == (LightProbe{.position = {0, 0, 1.5},
+                                               .radius = 4.5,
+                                               .falloff = 0.25,
+                                               .parallax = LightProbe::Parallax::box,
+                                               .parallax_min = {-3.3, -2, 0},
+                                               .parallax_max = {3.3, 4, 5},
+                                               .size = 64}));
+    EXPECT_TRUE(scene.probes[1] ==
+                (LightProbe{.position = {1, 2, 3}, .parallax = LightProbe::Parallax::sphere}));
 }
 
 // glTF 2.0's defaults of both factors are 1.
@@ -466,6 +482,11 @@ std::string grid(const char* members)
             R"(, "media": [{"type": "vdb", "file": "a.vdb", "sigma_s_per_density": [1,1,1], )") +
         members + "}]");
 }
+std::string probe(const std::string& members)
+{
+    return minimal(R"(, "probes": [{)" + members + "}]");
+}
+
 std::string transparent(const std::string& members)
 {
     return minimal(R"(, "transparents": [{)" + members + "}]");
@@ -814,6 +835,29 @@ std::vector<BadScene> bad_scenes()
         {"transparent_type",
          transparent(R"("type": "sphere")"),
          {"transparents[0].type", "'quad', 'billboard', 'mesh'", "'sphere'"}},
+        {"probe_without_place", probe(R"("radius": 1)"), {"probes[0]: missing key 'position'"}},
+        {"probe_radius",
+         probe(R"("position": [0,0,0], "radius": 0)"),
+         {"probes[0].radius", "metres", "got 0"}},
+        {"probe_falloff",
+         probe(R"("position": [0,0,0], "falloff": 1.5)"),
+         {"probes[0].falloff", "[0, 1]", "1.5"}},
+        {"probe_parallax",
+         probe(R"("position": [0,0,0], "parallax": "cube")"),
+         {"probes[0].parallax", "'none', 'sphere', 'box'", "'cube'"}},
+        {"probe_without_box",
+         probe(R"("position": [0,0,0], "parallax": "box")"),
+         {"probes[0]: missing key 'parallax_min'"}},
+        {"probe_box_inside_out",
+         probe(
+             R"("position": [0,0,0], "parallax": "box", "parallax_min": [0,0,0], "parallax_max": [1,0,1])"),
+         {"probes[0].parallax_max", "more than parallax_min", "y = 0"}},
+        {"probe_box_unused",
+         probe(R"("position": [0,0,0], "parallax_min": [0,0,0])"),
+         {"probes[0]: unknown key 'parallax_min'"}},
+        {"probe_size",
+         probe(R"("position": [0,0,0], "size": 1024)"),
+         {"probes[0].size", "[16, 512] (pixels)", "1024"}},
         {"transparent_corner",
          transparent(R"("type": "quad", "edges": [[1,0,0],[0,0,1]])"),
          {"transparents[0]: missing key 'corner'"}},

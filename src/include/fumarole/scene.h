@@ -336,6 +336,26 @@ using Transparent = std::variant<QuadTransparent, BillboardTransparent, MeshTran
 FUMAROLE_API TransparentLook& look_of(Transparent& transparent);
 FUMAROLE_API const TransparentLook& look_of(const Transparent& transparent);
 
+/// A place whose view of surfaces, media and sky all around stands for what glossy surfaces near it
+/// reflect.
+struct LightProbe {
+    enum class Parallax {
+        none,    ///< all it saw is taken to be far away
+        sphere,  ///< all on a sphere of its radius
+        box,     ///< all on the faces of a box
+    };
+
+    glm::dvec3 position{0};  ///< metres
+    double radius = 4;       ///< metres > 0, within which surfaces have light from it
+    double falloff = 0.5;    ///< 0..1: the share of the radius over which its weight goes to 0
+    Parallax parallax = Parallax::none;
+    glm::dvec3 parallax_min{0};  ///< metres, of the box
+    glm::dvec3 parallax_max{1};  ///< metres, > parallax_min
+    int size = 128;              ///< pixels along an edge of each of six captured faces, 16..512
+
+    bool operator==(const LightProbe&) const = default;
+};
+
 /// A latitude-longitude picture of the world's radiance. Row 0 is the zenith (+z), its middle
 /// column is the direction +x, and columns run from +y on the left to -y on the right of it: u =
 /// 1/2 - atan2(y, x) / 2pi, v = acos(z) / pi. (Blender's convention.)
@@ -362,6 +382,7 @@ struct Scene {
     std::vector<Medium> media;
     std::vector<Surface> surfaces;
     std::vector<Transparent> transparents;  ///< of two at the same depth the later one is in front
+    std::vector<LightProbe> probes;  ///< of two that are as near the earlier one counts first
     double time = 0;  ///< seconds; moves drifting noise; of frame 0 where frames are asked for
     std::vector<CameraKey> camera_path;  ///< ascending times; `camera` is the first one's
     double frames_per_second = 24;
@@ -374,7 +395,7 @@ struct Scene {
 FUMAROLE_API Camera camera_at(const std::vector<CameraKey>& path, double time);
 
 /// Whether a renderer that holds one scene may draw the other from another camera: the same media,
-/// lights, surfaces, transparents and world, those read from files being the very same.
+/// lights, surfaces, transparents, probes and world, those read from files being the very same.
 FUMAROLE_API bool same_content(const Scene& a, const Scene& b);
 
 }  // namespace fumarole
