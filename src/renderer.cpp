@@ -18,6 +18,7 @@
 #include "gl/timer.h"
 #include "light/light_set.h"
 #include "light/light_volumes.h"
+#include "light/probes.h"
 #include "medium/media_set.h"
 #include "pass/blue_noise.h"
 #include "pass/sun_shades.h"
@@ -90,11 +91,11 @@ struct Renderer::Parts {
     Parts(gl::GetProc get_proc, Log log)
         : shared_device{std::make_shared<gl::Device>(get_proc, std::move(log))},
           device{*shared_device}, programs{device}, timers{device}, surfaces{device}, media{device},
-          lights{device, programs}, volumes{device, programs, timers}, fullscreen{device,
-                                                                                  "fullscreen"},
-          picture{device, "picture"}, color{device, "colour"}, frame_block{device, "frame"},
-          depth_sampler{device, "scene depth"}, blue_noise{pass::make_blue_noise(device)},
-          surface_painter{device}, transparents{device}, transparent_painter{device}
+          lights{device, programs}, volumes{device, programs, timers}, probes{device, programs},
+          fullscreen{device, "fullscreen"}, picture{device, "picture"}, color{device, "colour"},
+          frame_block{device, "frame"}, depth_sampler{device, "scene depth"},
+          blue_noise{pass::make_blue_noise(device)}, surface_painter{device}, transparents{device},
+          transparent_painter{device}
     {
     }
 
@@ -128,14 +129,21 @@ struct Renderer::Parts {
     /// Settles a frame and binds what all passes read of it, the media and the lights too where it
     /// sees a medium.
     PreparedFrame begin(const View::State& view, const Frame& frame, const FrameSettings& s);
+    void draw_surfaces(const Frame& frame, const FrameSettings& s, bool through_media);
+    /// Lays the media alone over a picture of their own view.
+    void draw_media(View::State& view, const Frame& frame, const FrameSettings& s);
+    void capture_probe(int i);
+    /// Captures a probe that is out of date, if this frame leaves the time for it.
+    void update_probe(const Frame& frame);
+    [[nodiscard]] std::unique_ptr<View::State> make_state(View::History history) const;
     /// @throws Error if it is not a view of this renderer
     View::State& state_of(const View& view);
     /// All so far.
     [[nodiscard]] SceneWork work() const
     {
         const light::LightVolumeFills& fills = volumes.fills();
-        return {media.uploads(),  surfaces.uploads(), lights.views_drawn(),
-                fills.extinction, fills.depth_layers, fills.world};
+        return {media.uploads(),    surfaces.uploads(), lights.views_drawn(), fills.extinction,
+                fills.depth_layers, fills.world,        probes.captures()};
     }
 
     std::shared_ptr<const gl::Device> shared_device;  ///< with the views, which may outlive us
@@ -146,6 +154,7 @@ struct Renderer::Parts {
     medium::MediaSet media;
     light::LightSet lights;
     light::LightVolumes volumes;
+    light::Probes probes;
     gl::VertexArray fullscreen;
     gl::Framebuffer picture, color;  ///< that a frame is drawn to, and that it is read from
     gl::UniformBuffer<shared::FrameParams> frame_block;
@@ -170,13 +179,22 @@ struct Renderer::Parts {
     SceneWork reported;                                     ///< as far as take_report() has told
     SceneSettings scene_settings;
     surface::SurfacePainter surface_painter;
+    std::unique_ptr<View::State> probe_view;  ///< of the media in a probe's faces
+    gl::Texture probe_color, probe_depth;
+    /// Of the last frame, by which it is known whether anything moves: a jittered projection is no
+    /// movement.
+    struct LastFrame {
+        glm::dmat4 view_from_world{0.0};
+        std::uint64_t scene_id = 0;
+        bool operator==(const LastFrame&) const = default;
+    } last_frame;
     transparent::TransparentSet transparents;
     transparent::TransparentPainter transparent_painter;
     std::weak_ptr<transparent::FragmentLists> last_lists;  ///< of the view that was drawn last
     std::uint64_t last_volume_at_bytes = 0;                ///< likewise, Layers::volume_at_bytes()
-    const Toolbox tools{device,      programs,      timers,         media,
-                        lights,      volumes,       scene_settings, fullscreen,
-                        frame_block, depth_sampler, blue_noise,     sun_shades};
+    const Toolbox tools{device,        programs,   timers,         media,      lights,
+                        volumes,       probes,     scene_settings, fullscreen, frame_block,
+                        depth_sampler, blue_noise, sun_shades};
     std::string last_history;  ///< View::history() of the view that was drawn last
 };
 
@@ -402,6 +420,7 @@ void Renderer::set_scene(const Scene& scene, const SceneSettings& settings)
                            parts_->media.traits().marched > 0);
         const gl::StateGuard all_units(parts_->device, parts_->texture_units(), BLOCK_COUNT,
                                        IMAGE_COUNT);
+        parts_->probes.set(scene, settings, parts_->lights);
         parts_->volumes.set(scene, settings, parts_->media, parts_->surfaces, parts_->lights);
         parts_->note_change(scene, settings);
     } catch (...) {  // half a scene is none
@@ -410,6 +429,7 @@ void Renderer::set_scene(const Scene& scene, const SceneSettings& settings)
         parts_->transparents.set({});
         parts_->lights.clear();
         parts_->volumes.clear();
+        parts_->probes.clear();
         parts_->drawn.reset();
         throw;
     }
@@ -417,11 +437,16 @@ void Renderer::set_scene(const Scene& scene, const SceneSettings& settings)
 
 View Renderer::make_view(View::History history)
 {
+    return View(parts_->make_state(history));
+}
+
+std::unique_ptr<View::State> Renderer::Parts::make_state(View::History history) const
+{
     auto state = std::make_unique<View::State>();
-    state->device = parts_->shared_device;
-    state->owner = parts_.get();
+    state->device = shared_device;
+    state->owner = this;
     state->keeps_history = history == View::History::kept;
-    return View(std::move(state));
+    return state;
 }
 
 FrameSettings Renderer::settled(const View& view, const Frame& frame,
@@ -436,6 +461,7 @@ void Renderer::composite(View& view, const Frame& frame, const FrameSettings& se
     check(frame, settings);
     Parts& parts = *parts_;
     const auto timed = parts.timers.frame(frame.index);
+    parts.update_probe(frame);
     View::State& state = parts.state_of(view);
     state.volume_at.reset();
     const bool is_asked = !frame.transparents.empty();
@@ -632,30 +658,107 @@ double Renderer::count_samples(View& view, const Frame& frame, const FrameSettin
 void Renderer::draw_surfaces(const Frame& frame, const FrameSettings& settings, bool through_media)
 {
     check(frame, settings);
-    Parts& parts = *parts_;
-    const bool dimmed = through_media && parts.scene_settings.volume_shadows &&
-                        !parts.media.empty() && parts.lights.count() > 0;
-    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
-    const auto time = parts.timers.scope(through_media ? "surfaces through media" : "surfaces");
-    const PreparedFrame view =
-        prepare_frame(frame, surface::surface_settings(settings), parts.frame_scene());
+    const auto time = parts_->timers.scope(through_media ? "surfaces through media" : "surfaces");
+    parts_->draw_surfaces(frame, settings, through_media);
+}
+
+void Renderer::Parts::draw_surfaces(const Frame& frame, const FrameSettings& s, bool through_media)
+{
+    const bool dimmed =
+        through_media && scene_settings.volume_shadows && !media.empty() && lights.count() > 0;
+    const gl::StateGuard guard(device, texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+    const PreparedFrame view = prepare_frame(frame, surface::surface_settings(s), frame_scene());
     if (dimmed)
-        parts.tools.check_loops(1, view.settings.shadow_steps);
-    parts.tools.bind_block(view);
+        tools.check_loops(1, view.settings.shadow_steps);
+    tools.bind_block(view);
     const Eye& eye = view.eye;
-    parts.lights.bind(eye.position);
+    lights.bind(eye.position);
     if (dimmed) {
-        parts.media.bind(eye.position);
-        parts.volumes.bind(eye.position, eye.forward, eye.perspective, parts.media);
+        media.bind(eye.position);
+        volumes.bind(eye.position, eye.forward, eye.perspective, media);
     }
-    parts.volumes.bind_for_surfaces(eye.position, through_media);
-    parts.surface_painter.draw(parts.tools, parts.surfaces, view, dimmed);
+    volumes.bind_for_surfaces(eye.position, through_media);
+    probes.bind(eye.position);
+    surface_painter.draw(tools, surfaces, view, dimmed);
+}
+
+void Renderer::Parts::draw_media(View::State& view, const Frame& frame, const FrameSettings& s)
+{
+    if (media.empty())
+        return;
+    const gl::StateGuard guard(device, texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+    const Picture target(*this, frame);
+    const PreparedFrame prepared = begin(view, frame, s);
+    if (!prepared.sees_media)
+        return;
+    view.draw(prepared, tools);
+    resolve::composite(tools, *view.layers, picture, prepared);
+}
+
+void Renderer::Parts::capture_probe(int i)
+{
+    const auto time = timers.scope("probe");
+    const LightProbe probe = probes.at(i);
+    const glm::ivec2 size(probe.size);
+    if (!probe_color || glm::ivec2(probe_color.size()) != size) {
+        probe_color =
+            gl::Texture::make_2d(device, "probe's picture", size, GL_RGBA32F, gl::Filter::nearest);
+        probe_depth = gl::Texture::make_2d(device, "probe's depth", size, GL_DEPTH_COMPONENT32F,
+                                           gl::Filter::nearest);
+    }
+    if (probe_view == nullptr)
+        probe_view = make_state(View::History::none);
+    // Whatever frames are drawn with: a probe is the scene's.
+    FrameSettings s;
+    s.resolution = 2;
+    constexpr double kNear = 1e-3;  // of the radius
+    Frame face;
+    face.color = probe_color.view();
+    face.depth = probe_depth.view();
+    face.depth_convention = {.zero_to_one = true, .reversed = true};
+    face.clip_from_view = light::probe_clip_from_view(kNear * probe.radius);
+    probes.set_capturing(true);
+    for (int k = 0; k < 6; ++k) {
+        face.view_from_world = light::probe_view_from_world(probe.position, k);
+        face.index = static_cast<std::uint64_t>(k);
+        draw_surfaces(face, s, true);
+        draw_media(*probe_view, face, s);
+        const gl::StateGuard guard(device, texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+        probes.take_face(k, probe_color, probe_depth);
+    }
+    probes.set_capturing(false);
+    const gl::StateGuard guard(device, texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+    probes.finish(i);
+}
+
+void Renderer::Parts::update_probe(const Frame& frame)
+{
+    if (probes.count() == 0)
+        return;
+    using Update = SceneSettings::ProbeUpdate;
+    probes.fade(false);
+    const LastFrame now{frame.view_from_world, scene_id};
+    const bool moves = std::exchange(last_frame, now) != now;
+    const Update when = scene_settings.probe_update;
+    if (when == Update::never || (when == Update::still && moves))
+        return;
+    if (const auto i = probes.next(true))
+        capture_probe(*i);
+}
+
+void Renderer::update_probes(bool anew)
+{
+    while (const auto i = parts_->probes.next(anew))
+        parts_->capture_probe(*i);
+    parts_->probes.fade(true);
 }
 
 std::vector<std::string> Renderer::explain(const FrameSettings& settings) const
 {
     const auto surfaces = static_cast<int>(parts_->surfaces.instances().size());
     std::vector<std::string> lines = fumarole::explain(parts_->tools, surfaces, settings);
+    for (std::string& line : parts_->probes.describe())
+        lines.push_back(std::move(line));
     if (!parts_->transparents.empty() || parts_->last_lists.lock() != nullptr)
         lines.push_back(parts_->explain_transparents(settings));
     return lines;
@@ -759,10 +862,13 @@ FrameReport Renderer::take_report()
     report.transparents = fragment_count();
     const SceneWork before = std::exchange(parts_->reported, parts_->work());
     const SceneWork& now = parts_->reported;
-    report.work = {
-        now.grids_uploaded - before.grids_uploaded, now.meshes_uploaded - before.meshes_uploaded,
-        now.shadow_views - before.shadow_views,     now.extinctions - before.extinctions,
-        now.depth_layers - before.depth_layers,     now.world_volumes - before.world_volumes};
+    report.work = {now.grids_uploaded - before.grids_uploaded,
+                   now.meshes_uploaded - before.meshes_uploaded,
+                   now.shadow_views - before.shadow_views,
+                   now.extinctions - before.extinctions,
+                   now.depth_layers - before.depth_layers,
+                   now.world_volumes - before.world_volumes,
+                   now.probes - before.probes};
     return report;
 }
 

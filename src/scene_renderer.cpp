@@ -353,16 +353,25 @@ Frame still_frame(const Camera& camera, const FrameSettings& settings, gl::Textu
     return frame;
 }
 
-double SceneRenderer::set_scene(const Scene& scene, const SceneSettings& settings)
+double SceneRenderer::set_scene(const Scene& scene, const SceneSettings& settings, bool moves)
 {
-    if (held_ && held_->second == settings && same_content(held_->first, scene))
+    // While a sequence plays its probes stay as they were captured first.
+    using Update = SceneSettings::ProbeUpdate;
+    const auto update_probes = [&] {
+        if (settings.probe_update != Update::never)
+            renderer_.update_probes(!moves || settings.probe_update == Update::always);
+    };
+    if (held_ && held_->second == settings && same_content(held_->first, scene)) {
+        update_probes();
         return 0;
+    }
     const auto begin = std::chrono::steady_clock::now();
     held_.reset();
     {
         const Measured measured(renderer_);
         renderer_.set_scene(scene, settings);
     }
+    update_probes();
     renderer_.wait_until_ready();
     held_.emplace(scene, settings);
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
@@ -407,7 +416,7 @@ Still SceneRenderer::render(const Scene& scene, const Settings& asked,
     StillOptions options = asked_options;
     const PictureRegion region = options.region.value_or(whole_region(scene.resolution));
     check_region(region, scene.resolution);
-    const double setup_ms = set_scene(scene, asked);
+    const double setup_ms = set_scene(scene, asked, asked_options.moving_frame.has_value());
     if (report != nullptr)
         report->setup_ms = setup_ms;
     const int limit = std::min(kSide, gl.capabilities().max_texture_2d);

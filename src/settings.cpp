@@ -187,6 +187,16 @@ std::vector<SettingInfo> make_table()
         automatic("bounces", "auto|0..64", "", &S::bounces, 0, 64,
                   "times that light scatters again in the media; auto: as the scene asks for; the "
                   "reference takes N or all, which is its default"),
+        choice("probes", "light", "auto|off", &S::probes,
+               {{"auto", as_int(S::Probes::automatic)}, {"off", as_int(S::Probes::off)}},
+               "a scene's probes light its surfaces"),
+        choice(
+            "probe-update", "light", "still|always|never", &S::probe_update,
+            {{"still", as_int(S::ProbeUpdate::still)},
+             {"always", as_int(S::ProbeUpdate::always)},
+             {"never", as_int(S::ProbeUpdate::never)}},
+            "when a probe that is out of date is captured again, one a frame: while nothing moves, "
+            "always, or never"),
         choice("resolution", "resolve", "auto|full|half|quarter", &S::resolution,
                {{"auto", S::kAutomatic}, {"full", 1}, {"half", 2}, {"quarter", 4}}, "of the march"),
         choice("upsample", "resolve", "4x4|2x2|4x4-box", &S::upsample,

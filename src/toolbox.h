@@ -9,6 +9,7 @@
 #include "gl/timer.h"
 #include "light/light_set.h"
 #include "light/light_volumes.h"
+#include "light/probes.h"
 #include "medium/media_set.h"
 #include "prepared_frame.h"
 
@@ -26,6 +27,7 @@ struct Toolbox {
     const medium::MediaSet& media;
     const light::LightSet& lights;
     const light::LightVolumes& volumes;
+    light::Probes& probes;
     const SceneSettings& scene_settings;
     const gl::VertexArray& fullscreen;
     const gl::UniformBuffer<shared::FrameParams>& frame_block;

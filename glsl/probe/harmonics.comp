@@ -1,11 +1,14 @@
 // A probe's light as nine harmonics, each times what the cosine leaves of its band: Ramamoorthi and Hanrahan 2001,
 // "An Efficient Representation for Irradiance Environment Maps".
 //   in   one of the means that the probe is filtered from
-//   out  irradiance [W/m^2] by normal, and what of it surfaces send: alpha
+//   out  irradiance [W/m^2] by normal
 #include "lib/octahedral.glsl"
 #include "lib/phase.glsl"
 #include "shared/probe_params.h"
 #include "shared/spherical_harmonics.h"
+
+// Variant
+const bool kOfSurfaces = false;  // that they send: the world's light on surfaces is known better
 
 const int kThreads = 64;
 layout(local_size_x = kThreads) in;
@@ -30,6 +33,8 @@ void main()
             vec3 met = on_octahedron((vec2(texel) + 0.5) / float(n));
             float weight = octahedral_solid_angle(met, float(n));
             vec4 light = texelFetch(u_source_tx, ivec3(u_filter.from.first + texel, u_filter.from.layer), 0);
+            if (kOfSurfaces)
+                light *= light.a;
             sum += weight * spherical_harmonic(k, normalize(met)) * light;
             weights += weight;
         }

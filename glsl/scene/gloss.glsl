@@ -54,5 +54,4 @@ void add_reflection(vec3 irradiance, vec3 n, vec3 wi)
     reflected += irradiance * ggx_reflection(n, gloss.wo, wi, gloss.alpha, gloss.f0);
 }
 
-// Of the world, which is taken to be as bright all around as its irradiance says.
-void add_world_reflection(vec3 irradiance) { reflected += ggx_once(gloss.f0, gloss.ab) / kPi * irradiance; }
+#include "scene/ambient_gloss.glsl"

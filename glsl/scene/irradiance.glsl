@@ -6,6 +6,7 @@
 #include "scene/frame.glsl"
 #include "scene/light_volumes_block.glsl"
 #include "scene/lights.glsl"
+#include "scene/probes.glsl"
 #include "scene/world_irradiance.glsl"
 
 // Variant. THROUGH_MEDIA: the scene's media are there.
@@ -18,7 +19,7 @@ layout(binding = IRRADIANCE_UNIT) uniform sampler2D u_irradiance_tx;
 #include "scene/gloss.glsl"
 #else
 void add_reflection(vec3 irradiance, vec3 n, vec3 wi) {}
-void add_world_reflection(vec3 irradiance) {}
+void add_world_reflection(vec3 p, vec3 n, vec3 irradiance, vec3 open) {}
 #endif
 
 // What the media let through of light i.
@@ -70,9 +71,12 @@ vec3 irradiance_at(vec3 p, vec3 n)
     vec3 irradiance = kPi * u_lights.world_radiance.rgb;
     if (kEnvironment)
         irradiance = textureLod(u_irradiance_tx, lat_long_uv(n), 0.0).rgb;
+    vec3 open = irradiance;
     if (kWorldIrradiance)
-        irradiance = world_irradiance(p, n, irradiance);
-    add_world_reflection(irradiance);
+        irradiance = world_irradiance(p, n, open);
+    add_world_reflection(p, n, irradiance, open);
+    if (kProbeIrradiance)
+        irradiance += probes_irradiance(p, n);
     add_lights(irradiance, p, n);
     return irradiance;
 }

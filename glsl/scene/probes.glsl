@@ -1,8 +1,13 @@
-// Light on glossy surfaces from all around: the world's, filtered by roughness.
+// Light on surfaces from all around: the world's, filtered by roughness, and what placed probes have seen.
 #include "lib/probe_map.glsl"
+
+// Variant
+const bool kProbes = false;           // some are placed
+const bool kProbeIrradiance = false;  // and light what is not glossy too
 
 layout(std140, binding = PROBES_BLOCK) uniform Probes { ProbesParams u_probes; };
 layout(binding = WORLD_PROBE_UNIT) uniform sampler2DArray u_world_probe_tx;
+layout(binding = PROBES_UNIT) uniform sampler2DArray u_probes_tx;
 
 // The world's radiance as a surface of GGX's alpha shows it about d, of any length.
 vec3 world_reflection(vec3 d, float alpha)
@@ -11,4 +16,86 @@ vec3 world_reflection(vec3 d, float alpha)
     vec2 uv = octahedral_uv(d);
     return mix(probe_map_at(u_world_probe_tx, u_probes.world.maps[level.lower], 0, uv).rgb,
                probe_map_at(u_world_probe_tx, u_probes.world.maps[level.lower + 1], 0, uv).rgb, level.part);
+}
+
+vec3 layer_reflection(int layer, ProbeLevel level, vec2 uv)
+{
+    return mix(probe_map_at(u_probes_tx, u_probes.placed.maps[level.lower], layer, uv).rgb,
+               probe_map_at(u_probes_tx, u_probes.placed.maps[level.lower + 1], layer, uv).rgb, level.part);
+}
+
+// Of what probes there are at a place: each covers its weight of what those before it leave, and what they cover together
+// is shared out by their weights over how far it is to each in its radii. Shares by the order of distance would jump
+// where two that are as near change places.
+struct ProbeShares {
+    float left;  // for the world
+    float sum;   // of the shares
+};
+
+float probe_share(int i, vec3 p, inout ProbeShares shares)
+{
+    const float kNearest = 1e-4;
+    float d = distance(p, u_probes.probes[i].position);
+    float weight = u_probes.probes[i].weight *
+                   clamp((u_probes.probes[i].radius - d) / max(u_probes.probes[i].edge, 1e-6), 0.0, 1.0);
+    d /= u_probes.probes[i].radius;
+    float share = weight / max(d * d, kNearest);
+    shares.left *= 1.0 - weight;
+    shares.sum += share;
+    return share;
+}
+
+// Where light lies that comes to p from d, seen from a probe.
+vec3 from_probe(int i, vec3 p, vec3 d)
+{
+    vec3 q = p - u_probes.probes[i].position;
+    if (u_probes.probes[i].parallax == kParallaxSphere) {
+        float r = u_probes.probes[i].radius;
+        float b = dot(q, d);
+        return q + d * (sqrt(max(b * b + r * r - dot(q, q), 0.0)) - b);
+    }
+    if (u_probes.probes[i].parallax == kParallaxBox) {
+        vec3 along = mix(vec3(-1e-6), vec3(1e-6), greaterThanEqual(d, vec3(0.0)));
+        vec3 inverse = 1.0 / (abs(d.x) > 1e-6 && abs(d.y) > 1e-6 && abs(d.z) > 1e-6 ? d : d + along);
+        vec3 ends = max((u_probes.probes[i].box_min - p) * inverse, (u_probes.probes[i].box_max - p) * inverse);
+        return q + d * max(min(ends.x, min(ends.y, ends.z)), 0.0);
+    }
+    return d;
+}
+
+// What a surface of alpha at p shows about d, of unit length; world: of the world.
+vec3 probes_reflection(vec3 p, vec3 d, float alpha, vec3 world)
+{
+    ProbeShares shares = ProbeShares(1.0, 0.0);
+    vec3 sum = vec3(0.0);
+    ProbeLevel level = probe_level(u_probes.placed.last, alpha);
+    for (int i = 0; i < u_probes.count; ++i) {
+        float share = probe_share(i, p, shares);
+        if (share == 0.0)
+            continue;
+        vec2 uv = octahedral_uv(from_probe(i, p, d));
+        vec3 light = layer_reflection(u_probes.probes[i].layer, level, uv);
+        if (u_probes.probes[i].newness < 1.0)
+            light = mix(layer_reflection(u_probes.probes[i].old_layer, level, uv), light, u_probes.probes[i].newness);
+        sum += share * light;
+    }
+    return shares.sum > 0.0 ? mix(sum / shares.sum, world, shares.left) : world;
+}
+
+// [W/m^2] that surfaces around send to one at p with a normal of unit length.
+vec3 probes_irradiance(vec3 p, vec3 n)
+{
+    ProbeShares shares = ProbeShares(1.0, 0.0);
+    vec3 sum = vec3(0.0);
+    for (int i = 0; i < u_probes.count; ++i) {
+        float share = probe_share(i, p, shares);
+        if (share == 0.0)
+            continue;
+        vec3 light = probe_irradiance(u_probes_tx, u_probes.placed.harmonics, u_probes.probes[i].layer, n).rgb;
+        if (u_probes.probes[i].newness < 1.0)
+            light = mix(probe_irradiance(u_probes_tx, u_probes.placed.harmonics, u_probes.probes[i].old_layer, n).rgb,
+                        light, u_probes.probes[i].newness);
+        sum += share * light;
+    }
+    return shares.sum > 0.0 ? sum * ((1.0 - shares.left) / shares.sum) : vec3(0.0);
 }

@@ -80,6 +80,7 @@
 
 // While a probe is filtered.
 #define PROBE_SOURCE_UNIT 1
+#define PROBE_DEPTH_UNIT 2
 
 // When surfaces are drawn, which read no layer.
 #define WORLD_PROBE_UNIT 2
@@ -126,7 +127,8 @@
 #define MAX_SHADOW_VIEWS 96  // 16 points, 6 each
 #define MAX_OCTAVES 16
 #define MAX_ISLANDS 48  // of all media
-#define PROBE_MAPS 8    // of a probe at most, one a roughness
+#define MAX_PROBES 16
+#define PROBE_MAPS 8  // of a probe at most, one a roughness
 #define BLUE_NOISE_SIZE 64
 #define LTC_ROWS 32  // of the table that scripts/make_ltc_table.py makes
 #define LTC_COLUMNS 48

@@ -29,8 +29,27 @@ struct FUM_STD140 ProbeLayoutParams {
     int harmonics;  // their row of texels
 };
 
+// How a probe's directions are turned to where it is looked up: LightProbe::Parallax.
+const int kParallaxSphere = 1;
+const int kParallaxBox = 2;
+
+struct FUM_STD140 PlacedProbe {
+    vec3 position;  // metres
+    float radius;   // [m], beyond which it has no weight
+    vec3 box_min;   // metres
+    float edge;     // [m] within that, over which its weight grows
+    vec3 box_max;   // metres
+    int parallax;
+    int layer;      // of what it has seen last
+    int old_layer;  // and before that
+    float newness;  // how much of the former
+    float weight;   // the most that it has
+};
+
 struct FUM_STD140 ProbesParams {
-    ProbeLayoutParams world;
+    ProbeLayoutParams world, placed;
+    PlacedProbe probes[MAX_PROBES];  // those that are ready
+    int count;
 };
 
 FUM_SHARED_END

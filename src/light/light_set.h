@@ -53,6 +53,8 @@ public:
     void bind_irradiance() const { irradiance_.bind(IRRADIANCE_UNIT); }
     void bind_environment() const { environment_.bind(IRRADIANCE_UNIT); }
 
+    /// The world's map, times its scale; empty where it is one colour.
+    [[nodiscard]] const gl::Texture& environment() const { return environment_; }
     [[nodiscard]] bool has_environment() const { return environment_source_ != nullptr; }
     /// Those that shine, in the order of Light's types.
     [[nodiscard]] std::span<const Light> lights() const { return lights_; }

@@ -10,7 +10,7 @@ namespace fumarole::light {
 
 namespace {
 
-int octaves(int size)
+int octaves_of(int size)
 {
     int count = 0;
     for (; size > 1; size /= 2)
@@ -21,7 +21,7 @@ int octaves(int size)
 /// Means of a map and of it at half the size, and so on, as glsl/probe/filter.comp finds them.
 glm::ivec2 pyramid_size(int n)
 {
-    return {n + n / 2 + 4, n + 2 * octaves(n)};
+    return {n + n / 2 + 4, n + 2 * octaves_of(n)};
 }
 
 shared::ProbeMap pyramid_map(int n, int level)
@@ -40,18 +40,23 @@ ProbeLayout::ProbeLayout(int size)
     // A lobe is some 3 alpha wide: 6 texels of an even map, as far as the first has them. The
     // widest ones end at the horizon in an edge.
     const int most = std::min(256, size / 2), least = std::min(64, size / 2);
-    const int last = std::clamp(octaves(size) - 2, 1, PROBE_MAPS - 1);
+    const int last = std::clamp(octaves_of(size) - 2, 1, PROBE_MAPS - 1);
     maps_.push_back({{1, 1}, size, 0});
+    size_ = glm::ivec2(size + 2);
     glm::ivec2 next(size + 3, 1);
-    int widest = 0;
+    bool below = false;
     for (int i = 1; i <= last; ++i) {
         const double alpha = std::exp2(i - last);
         const int texels = std::clamp(static_cast<int>(8 / alpha), least, most);
+        if (!below && next.y + texels + 1 > size + 4) {  // above each other beside the first map
+            below = true;
+            next = {1, size_.y + 1};
+        }
         maps_.push_back({next, texels, alpha});
-        next.y += texels + 2;
-        widest = std::max(widest, texels);
+        size_ = glm::max(size_, next + texels + 1);
+        (below ? next.x : next.y) += texels + 2;
     }
-    size_ = {size + widest + 4, std::max(size + 2, next.y - 1) + 1};
+    ++size_.y;  // the harmonics
 }
 
 shared::ProbeLayoutParams ProbeLayout::params() const
@@ -79,16 +84,17 @@ void ProbeFilter::filter_environment(const gl::Texture& map, const gl::Texture& 
     const double texel = 3.2 / layout.maps().front().size;
     const int samples =
         std::max(2, static_cast<int>(std::ceil(texel * map.size().x / (2 * std::numbers::pi))));
-    filter(map, {{"kSamples", std::to_string(samples)}}, to, layout, layer);
+    filter(map, {{"kSamples", std::to_string(samples)}}, {}, to, layout, layer);
 }
 
 void ProbeFilter::filter_faces(const gl::Texture& faces, const gl::Texture& to,
                                const ProbeLayout& layout, int layer) const
 {
-    filter(faces, {{"FACES", ""}}, to, layout, layer);
+    filter(faces, {{"FACES", ""}}, {{"kOfSurfaces", ""}}, to, layout, layer);
 }
 
-void ProbeFilter::filter(const gl::Texture& source, gl::Defines resolve, const gl::Texture& to,
+void ProbeFilter::filter(const gl::Texture& source, const gl::Defines& resolve,
+                         const gl::Defines& harmonics, const gl::Texture& to,
                          const ProbeLayout& layout, int layer) const
 {
     constexpr int kGroup = 8;
@@ -111,7 +117,7 @@ void ProbeFilter::filter(const gl::Texture& source, gl::Defines resolve, const g
     };
     params.to = pyramid_map(n, 0);
     run("probe/resolve.comp", resolve, source, pyramid, glm::ivec2(n + 2));
-    for (int level = 1; level <= octaves(n); ++level) {
+    for (int level = 1; level <= octaves_of(n); ++level) {
         params.from = pyramid_map(n, level - 1);
         params.to = pyramid_map(n, level);
         run("probe/shrink.comp", {}, pyramid, pyramid, glm::ivec2(params.to.size + 2));
@@ -124,9 +130,9 @@ void ProbeFilter::filter(const gl::Texture& source, gl::Defines resolve, const g
         params.alpha = static_cast<float>(map.alpha);
         run("probe/filter.comp", {}, pyramid, to, glm::ivec2(map.size + 2));
     }
-    params.from = pyramid_map(n, std::max(0, octaves(n / kForHarmonics)));
+    params.from = pyramid_map(n, std::max(0, octaves_of(n / kForHarmonics)));
     params.to = {{0, layout.harmonics_row()}, 1, layer};
-    run("probe/harmonics.comp", {}, pyramid, to, glm::ivec2(1));
+    run("probe/harmonics.comp", harmonics, pyramid, to, glm::ivec2(1));
     // The mirror's is the largest of the means, with its border.
     gl->MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
     gl->CopyImageSubData(pyramid.id(), GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, to.id(),

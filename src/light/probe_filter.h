@@ -51,13 +51,14 @@ public:
     /// From a latitude-longitude map. Changes GL state: call it under a StateGuard.
     void filter_environment(const gl::Texture& map, const gl::Texture& to,
                             const ProbeLayout& layout, int layer) const;
-    /// From six square pictures in the order of glsl/lib/cube_faces.glsl.
+    /// From six square pictures in the order of glsl/lib/cube_faces.glsl, whose alpha is 1 where
+    /// they show a surface: the harmonics are of surfaces alone.
     void filter_faces(const gl::Texture& faces, const gl::Texture& to, const ProbeLayout& layout,
                       int layer) const;
 
 private:
-    void filter(const gl::Texture& source, gl::Defines resolve, const gl::Texture& to,
-                const ProbeLayout& layout, int layer) const;
+    void filter(const gl::Texture& source, const gl::Defines& resolve, const gl::Defines& harmonics,
+                const gl::Texture& to, const ProbeLayout& layout, int layer) const;
 
     const gl::Device& device_;
     gl::ProgramCache& programs_;

@@ -48,6 +48,7 @@ void SurfacePainter::draw(const Toolbox& tools, const SurfaceSet& surfaces,
     if (tools.lights.has_environment())
         tools.lights.bind_irradiance();
     defines += tools.volumes.surface_defines();
+    defines += tools.probes.defines();
     if (dimmed) {
         defines += tools.media.defines();
         defines += tools.volumes.defines();

@@ -5,12 +5,15 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <filesystem>
 #include <functional>
 #include <numbers>
 #include <random>
 
 #include "gl/state_guard.h"
 #include "light/probe_filter.h"
+#include "light/probes.h"
+#include "light/world_light.h"
 #include "shared/spherical_harmonics.h"
 #include "support/gl_test.h"
 #include "support/kernel.h"
@@ -171,8 +174,33 @@ void kernel(int i)
 )");
     }
 
+    /// In a latitude-longitude map, as surfaces do.
+    std::vector<glm::dvec3> look_up(const Environment& map,
+                                    const std::vector<glm::dvec3>& directions)
+    {
+        const gl::Texture texture = upload(map);
+        const Kernel kernel(gl(), R"(
+#include "lib/lat_long.glsl"
+layout(binding = 0) uniform sampler2D u_map_tx;
+void kernel(int i) { out_data[i] = textureLod(u_map_tx, lat_long_uv(in_data[i].xyz), 0.0); }
+)");
+        std::vector<glm::vec4> in;
+        for (const glm::dvec3& d : directions)
+            in.emplace_back(d, 0);
+        texture.bind(0);
+        std::vector<glm::dvec3> out;
+        for (const glm::vec4& value : kernel(in))
+            out.emplace_back(value);
+        return out;
+    }
+
     gl::ProgramCache programs_{gl()};
 };
+
+double luminance(glm::dvec3 rgb)
+{
+    return glm::dot(rgb, glm::dvec3(0.2126, 0.7152, 0.0722));
+}
 
 TEST_F(Probe, AConstantStaysWhatItIs)
 {
@@ -274,6 +302,219 @@ TEST_F(Probe, HarmonicsAreTheCosinesSum)
         const double expected = cosine_sum(map, directions[i]).x;
         EXPECT_NEAR(seen[i].x, expected, 0.002 * expected);
     }
+}
+
+// The irradiance of surfaces comes from the table, which has no sun in it that nine harmonics would
+// blur: the error of both, the largest over the mean.
+TEST_F(Probe, HarmonicsAndTheTableOfRealMaps)
+{
+    const std::filesystem::path folder =
+        std::filesystem::path(FUM_TEST_SHARED) / "vdb" / "external" / "env";
+    if (!std::filesystem::exists(folder))
+        GTEST_SKIP() << "no maps in " << folder;
+    const std::vector<glm::dvec3> directions = random_directions(60);
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+        const Environment map = asset::load_environment(entry.path());
+        const std::vector<glm::dvec3> seen = irradiances(filter(map, 256), directions);
+        const Environment table = light::irradiance_map(map, 64, 32);
+        const std::vector<glm::dvec3> looked_up = look_up(table, directions);
+        double mean = 0, harmonics = 0, of_table = 0;
+        for (std::size_t i = 0; i < directions.size(); ++i) {
+            const double exact = luminance(cosine_sum(map, directions[i]));
+            mean += exact / double(directions.size());
+            harmonics = std::max(harmonics, std::abs(luminance(seen[i]) - exact));
+            of_table = std::max(of_table, std::abs(luminance(looked_up[i]) - exact));
+        }
+        const std::string name = entry.path().stem().string();
+        RecordProperty("harmonics_" + name, std::to_string(harmonics / mean));
+        RecordProperty("table_" + name, std::to_string(of_table / mean));
+        EXPECT_LT(of_table, 0.04 * mean) << name;
+        EXPECT_LT(harmonics, 0.3 * mean) << name;
+    }
+}
+
+/// Placed probes whose layers are of one colour each, red, green, blue.
+class PlacedProbes : public Probe {
+protected:
+    static constexpr int kSize = 64;
+
+    std::vector<glm::dvec3> look_from(const shared::ProbesParams& probes,
+                                      const std::vector<glm::vec4>& in, const char* code)
+    {
+        const gl::StateGuard guard(gl(), 8, BLOCK_COUNT, IMAGE_COUNT);
+        const light::ProbeFilter filter(gl(), programs_);
+        const light::ProbeLayout layout(kSize);
+        const gl::Texture maps = filter.make_maps("probes", layout, 3);
+        for (int i = 0; i < 3; ++i) {
+            glm::dvec3 color(0);
+            color[i] = 1;
+            filter.filter_environment(upload(environment_of(16, [&](glm::dvec3) { return color; })),
+                                      maps, layout, i);
+        }
+        shared::ProbesParams params = probes;
+        params.placed = layout.params();
+        const gl::UniformBuffer<shared::ProbesParams> block(gl(), "probes");
+        block.write(params);
+        gl()->BindBufferBase(GL_UNIFORM_BUFFER, PROBES_BLOCK, block.id());
+        maps.bind(PROBES_UNIT);
+        const Kernel kernel(gl(), code, 2);
+        gl()->BindBufferBase(GL_UNIFORM_BUFFER, PROBES_BLOCK, block.id());
+        std::vector<glm::dvec3> out;
+        for (const glm::vec4& value : kernel(in))
+            out.emplace_back(value);
+        return out;
+    }
+
+    static shared::PlacedProbe probe(glm::vec3 position, float radius, float edge, int layer)
+    {
+        shared::PlacedProbe probe{};
+        probe.position = position;
+        probe.radius = radius;
+        probe.edge = edge;
+        probe.layer = probe.old_layer = layer;
+        probe.newness = probe.weight = 1;
+        return probe;
+    }
+};
+
+TEST_F(PlacedProbes, ALineThroughThreeMeetsNoJump)
+{
+    shared::ProbesParams params{};
+    params.count = 3;
+    params.probes[0] = probe({0, 0, 0}, 2, 0.5f, 0);
+    params.probes[1] = probe({1.5f, 0.1f, 0}, 1, 0.25f, 1);
+    params.probes[2] = probe({3, -0.2f, 0}, 1.2f, 1.2f, 2);
+    constexpr int kSteps = 4000;
+    std::vector<glm::vec4> in;
+    for (int i = 0; i <= kSteps; ++i) {
+        in.emplace_back(-3 + 9.0 * i / kSteps, 0, 0, 0);
+        in.emplace_back(0, 0, 1, 0.3f);
+    }
+    const std::vector<glm::dvec3> seen = look_from(params, in, R"(
+#include "scene/probes.glsl"
+void kernel(int i)
+{
+    vec3 light = probes_reflection(in_data[2 * i].xyz, in_data[2 * i + 1].xyz, in_data[2 * i + 1].w, vec3(0.25));
+    out_data[i] = vec4(light, 0.0);
+}
+)");
+    const auto at = [&](double x) {
+        return seen[static_cast<std::size_t>(std::lround((x + 3) / 9 * kSteps))];
+    };
+    const auto expect_near = [](glm::dvec3 a, glm::dvec3 b, double tolerance) {
+        EXPECT_LT(glm::length(a - b), tolerance) << a.x << ' ' << a.y << ' ' << a.z;
+    };
+    expect_near(at(-2.5), glm::dvec3(0.25), 1e-6);  // the world's alone
+    expect_near(at(5.5), glm::dvec3(0.25), 1e-6);
+    expect_near(at(0), {1, 0, 0}, 1e-3);  // each where it stands: next to all of it is its own
+    expect_near(at(1.5), {0, 1, 0}, 0.05);
+    EXPECT_GT(at(3).z, 0.8);
+    // The world takes what the weight of the first leaves: half on its edge's middle.
+    expect_near(at(-1.75), {0.625, 0.125, 0.125}, 0.01);
+    for (std::size_t i = 1; i < seen.size(); ++i)  // a step is 2 mm, the shortest edge 25 cm
+        ASSERT_LT(glm::length(seen[i] - seen[i - 1]), 0.03) << -3 + 9.0 * double(i) / kSteps;
+}
+
+TEST_F(PlacedProbes, WhatIsNewFadesIn)
+{
+    shared::ProbesParams params{};
+    params.count = 1;
+    params.probes[0] = probe({0, 0, 0}, 2, 0.5f, 0);
+    params.probes[0].old_layer = 2;
+    const auto seen = [&](float newness, float weight) {
+        params.probes[0].newness = newness;
+        params.probes[0].weight = weight;
+        return look_from(params, {{0, 0, 0, 0}, {0, 0, 1, 0.3f}}, R"(
+#include "scene/probes.glsl"
+void kernel(int i)
+{
+    vec3 light = probes_reflection(in_data[2 * i].xyz, in_data[2 * i + 1].xyz, in_data[2 * i + 1].w, vec3(0.0, 1.0, 0.0));
+    out_data[i] = vec4(light, 0.0);
+}
+)")[0];
+    };
+    EXPECT_LT(glm::length(seen(0.25f, 1) - glm::dvec3(0.25, 0, 0.75)), 1e-6);
+    EXPECT_LT(glm::length(seen(1, 0.25f) - glm::dvec3(0.25, 0.75, 0)), 1e-6);
+}
+
+TEST_F(PlacedProbes, ParallaxIsWhereTheProxyIsMet)
+{
+    shared::ProbesParams params{};
+    params.count = 3;
+    for (int i = 0; i < 3; ++i) {
+        params.probes[i] = probe({0.3f, -0.2f, 0.1f}, 3, 0, i);
+        params.probes[i].parallax = i;
+        params.probes[i].box_min = {-1, -1.5f, -0.75f};
+        params.probes[i].box_max = {1.25f, 1, 2};
+    }
+    const std::vector<glm::dvec3> directions = random_directions(60);
+    const glm::dvec3 p(0.5, 0.4, -0.3), from(0.3f, -0.2f, 0.1f);
+    std::vector<glm::vec4> in;
+    for (const glm::dvec3& d : directions)
+        for (int i = 0; i < 3; ++i) {
+            in.emplace_back(p, i);
+            in.emplace_back(d, 0);
+        }
+    in.push_back({glm::vec3(p), 2});  // along an axis
+    in.push_back({0, 0, 1, 0});
+    const std::vector<glm::dvec3> seen = look_from(params, in, R"(
+#include "scene/probes.glsl"
+void kernel(int i)
+{
+    out_data[i] = vec4(from_probe(int(in_data[2 * i].w), in_data[2 * i].xyz, in_data[2 * i + 1].xyz), 0.0);
+}
+)");
+    for (std::size_t k = 0; k < directions.size(); ++k) {
+        const glm::dvec3 d = directions[k], q = p - from;
+        const double b = glm::dot(q, d);
+        const glm::dvec3 on_sphere = q + d * (-b + std::sqrt(b * b - glm::dot(q, q) + 9));
+        double t = 1e30;
+        for (int a = 0; a < 3; ++a)
+            t = std::min(
+                t, ((d[a] > 0 ? params.probes[0].box_max[a] : params.probes[0].box_min[a]) - p[a]) /
+                       d[a]);
+        EXPECT_LT(glm::length(seen[3 * k] - d), 1e-6);
+        EXPECT_LT(glm::length(seen[3 * k + 1] - on_sphere), 1e-5);
+        EXPECT_LT(glm::length(seen[3 * k + 2] - (q + d * t)), 1e-4);
+    }
+    EXPECT_LT(glm::length(seen.back() - (p - from + glm::dvec3(0, 0, 2.3))), 1e-4);
+}
+
+// Each pixel of six faces shows the direction that the face's camera sees there.
+TEST_F(Probe, FacesAreSeenWhereTheirCamerasLook)
+{
+    constexpr int kFace = 32;
+    std::vector<glm::vec4> pixels;
+    for (int face = 0; face < 6; ++face) {
+        const glm::dmat4 to_clip =
+            light::probe_clip_from_view(0.1) * light::probe_view_from_world(glm::dvec3(0), face);
+        for (int y = 0; y < kFace; ++y)
+            for (int x = 0; x < kFace; ++x) {
+                const glm::dvec2 ndc = 2.0 * (glm::dvec2(x, y) + 0.5) / double(kFace) - 1.0;
+                const glm::dvec4 p = glm::inverse(to_clip) * glm::dvec4(ndc, 0.5, 1);
+                // One half is of surfaces, the other of sky.
+                const glm::dvec3 d = glm::normalize(glm::dvec3(p) / p.w);
+                pixels.emplace_back(0.5 + 0.5 * d, d.z > 0 ? 1 : 0);
+            }
+    }
+    const gl::StateGuard guard(gl(), 8, BLOCK_COUNT, IMAGE_COUNT);
+    gl::Texture faces = gl::Texture::make_2d_array(gl(), "faces", {kFace, kFace, 6}, GL_RGBA32F,
+                                                   gl::Filter::linear);
+    faces.upload(GL_RGBA, GL_FLOAT, pixels.data());
+    const light::ProbeFilter filter(gl(), programs_);
+    const light::ProbeLayout layout(64);
+    Filtered probe{layout, filter.make_maps("probe", layout, 1)};
+    filter.filter_faces(faces, probe.maps, layout, 0);
+    const std::vector<glm::dvec3> directions = random_directions(300);
+    const std::vector<glm::dvec3> seen = reflections(probe, directions, 0);
+    for (std::size_t i = 0; i < directions.size(); ++i)  // a pixel of a face is 0.06
+        EXPECT_LT(glm::length(seen[i] - (0.5 + 0.5 * directions[i])), 0.02);
+
+    // From above, of the upper half: 1/2 + z/2, weighted by the cosine: pi (1/2 + 1/3). From below,
+    // nothing, but for what two bands leave of the horizon.
+    const std::vector<glm::dvec3> lit = irradiances(probe, {{0, 0, 1}, {0, 0, -1}});
+    EXPECT_NEAR(lit[0].z, kPi * (0.5 + 1.0 / 3), 0.03 * kPi);
+    EXPECT_NEAR(lit[1].z, 0, 0.03 * kPi);
 }
 
 }  // namespace

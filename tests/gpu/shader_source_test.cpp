@@ -244,10 +244,13 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         variants.add(fmt::format("pass/inspect_{}", file), {});
     variants.add("pass/inspect_froxels.frag", {{"kSamples", ""}});
     for (const Defines& lights : kLights)
-        for (unsigned set = 0; set < 8; ++set)
-            variants.add("pass/surface.frag",
-                         lights + flags(set, {"kEnvironment", "kTwoSided", "GLOSSY"}) +
-                             flags(set, {"kWorldIrradiance"}));
+        for (unsigned set = 0; set < 8; ++set) {
+            const Defines of_set = lights + flags(set, {"kEnvironment", "kTwoSided", "GLOSSY"}) +
+                                   flags(set, {"kWorldIrradiance"});
+            variants.add("pass/surface.frag", of_set);
+            for (const char* probes : {"kProbes", "kProbeIrradiance"})
+                variants.add("pass/surface.frag", of_set + Defines{{"kProbes", ""}, {probes, ""}});
+        }
 
     const auto volumes = [&](const Defines& media, unsigned set) {
         const Defines stored = flags(set, {"VOLUME_RGB"});
@@ -270,8 +273,10 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     };
     for (const Defines& source : {Defines{}, Defines{{"kSamples", "3"}}, Defines{{"FACES", ""}}})
         variants.add("probe/resolve.comp", source);
-    for (const char* file : {"probe/shrink.comp", "probe/filter.comp", "probe/harmonics.comp"})
+    for (const char* file :
+         {"probe/shrink.comp", "probe/filter.comp", "probe/harmonics.comp", "probe/face.comp"})
         variants.add(file, {});
+    variants.add("probe/harmonics.comp", {{"kOfSurfaces", ""}});
     variants.add("light/crossed.frag", {});
     variants.add("light/crossed.frag", {{"kBeyond", ""}});
     variants.add("light/crossed.frag", {{"kWalls", ""}});

@@ -68,7 +68,9 @@ bool Side::draw(const SideRequest& request)
         return false;
     Renderer& renderer = renderer_.renderer();
     drawn_.reset();  // should this throw, the next one starts over
-    if (const double ms = renderer_.set_scene(*request.scene, request.settings); ms > 0)
+    // What is dragged or played has its probes captured when it comes to rest.
+    if (const double ms = renderer_.set_scene(*request.scene, request.settings, !request.average);
+        ms > 0)
         setup_ms_ = ms;
     resize(request.pixels);
     const int number = more ? frames_ : 0;

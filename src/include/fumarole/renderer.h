@@ -48,6 +48,7 @@ struct SceneWork {
     int extinctions = 0;    ///< volumes of the media's extinction, filled
     int depth_layers = 0;   ///< optical depths from all points towards a light, filled
     int world_volumes = 0;  ///< the world's light in the media and on surfaces, filled
+    int probes = 0;         ///< placed probes, captured
 
     bool operator==(const SceneWork&) const = default;
 };
@@ -166,6 +167,12 @@ public:
     /// What the media of the scene have, and where they are (metres, world); for studies.
     [[nodiscard]] const medium::MediaTraits& media_traits() const;
     [[nodiscard]] Bounds media_bounds() const;
+
+    /// Captures the scene's probes, all that are out of date at once or only those that never were,
+    /// and shows them at once: for stills, and before a sequence. composite() captures one a frame
+    /// by SceneSettings::probe_update and lets what is new fade in. Does nothing where the scene
+    /// has none.
+    void update_probes(bool anew = true);
 
     /// Waits for the GPU: for stills and tests, not for a frame loop. What a frame would go without
     /// for a while is there then: where no surface hides a sun is known to the march from a shadow

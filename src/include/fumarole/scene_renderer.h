@@ -136,7 +136,7 @@ public:
 
     /// Hands the scene on unless the renderer holds it already: render() does so by itself, those
     /// who draw frames of their own call it first. @returns milliseconds
-    double set_scene(const Scene& scene, const SceneSettings& settings);
+    double set_scene(const Scene& scene, const SceneSettings& settings, bool moves = false);
 
     /// As Renderer::settled() for the scene's camera and size.
     Settings settled(const Scene& scene, const Settings& settings);

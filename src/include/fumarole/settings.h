@@ -49,6 +49,16 @@ struct SceneSettings {
     /// last two.
     int bounces = kAutomatic;
 
+    // light from all around on surfaces
+    enum class Probes { automatic, off };
+    Probes probes = Probes::automatic;  ///< the scene's probes light its surfaces
+    enum class ProbeUpdate {
+        still,   ///< a probe a frame, while neither the scene nor the camera moves
+        always,  ///< a probe a frame that is out of date
+        never,   ///< none, but by Renderer::update_probes()
+    };
+    ProbeUpdate probe_update = ProbeUpdate::still;
+
     // the medium on the GPU
     medium::Storage storage = medium::Storage::automatic;
     medium::Layout layout = medium::Layout::automatic;

@@ -1,0 +1,239 @@
+#include "light/probes.h"
+
+#include <algorithm>
+#include <bit>
+#include <fmt/format.h>
+#include <numeric>
+
+#include <fumarole/errors.h>
+
+namespace fumarole::light {
+
+namespace {
+
+static_assert(static_cast<int>(LightProbe::Parallax::sphere) == shared::kParallaxSphere &&
+              static_cast<int>(LightProbe::Parallax::box) == shared::kParallaxBox);
+
+bool is_glossy(const Surface& surface)
+{
+    return std::visit([](const auto& one) { return one.gloss.has_value(); }, surface);
+}
+
+/// An octahedral map that has about the texels of a picture all around of so many.
+int probe_map_size(int texels_around)
+{
+    constexpr int kLeast = 64, kMost = 1024;
+    return std::clamp(static_cast<int>(std::bit_ceil(static_cast<unsigned>(texels_around) / 2)),
+                      kLeast, kMost);
+}
+
+}  // namespace
+
+glm::dmat4 probe_view_from_world(glm::dvec3 position, int face)
+{
+    const int a = face / 2;
+    const double side = face % 2 == 0 ? 1 : -1;
+    glm::dvec3 forward(0), up(0);
+    forward[a] = side;
+    up[(a + 2) % 3] = 1;
+    const glm::dvec3 right = glm::cross(forward, up);
+    glm::dmat4 view(glm::transpose(glm::dmat3(right, up, -forward)));
+    view[3] = glm::dvec4(glm::dmat3(view) * -position, 1);
+    return view;
+}
+
+glm::dmat4 probe_clip_from_view(double near)
+{
+    glm::dmat4 clip(0.0);
+    clip[0][0] = clip[1][1] = 1;
+    clip[2][3] = -1;
+    clip[3][2] = near;
+    return clip;
+}
+
+void Probes::set(const Scene& scene, const SceneSettings& settings, const LightSet& lights)
+{
+    set_world(scene, lights);
+    set_placed(scene, settings);
+}
+
+void Probes::set_world(const Scene& scene, const LightSet& lights)
+{
+    const World& world = scene.world;
+    if (world.environment == nullptr ||
+        std::none_of(scene.surfaces.begin(), scene.surfaces.end(), is_glossy)) {
+        world_ = {};
+        world_source_ = nullptr;
+        return;
+    }
+    if (world_source_ == world.environment && world_scale_ == world.environment_scale)
+        return;
+    const ProbeLayout layout(probe_map_size(world.environment->width));
+    world_ = filter_.make_maps("world probe", layout, 1);
+    filter_.filter_environment(lights.environment(), world_, layout, 0);
+    world_source_ = world.environment;
+    world_scale_ = world.environment_scale;
+    params_.world = layout.params();
+}
+
+void Probes::set_placed(const Scene& scene, const SceneSettings& settings)
+{
+    Scene sees = scene;
+    sees.probes.clear();
+    sees.transparents.clear();  // seen by the eye alone
+    const bool same = same_content(sees, seen_);
+    seen_ = std::move(sees);
+    diffuse_ = scene.media.empty();
+    const bool off = settings.probes == SceneSettings::Probes::off || scene.surfaces.empty();
+    const std::vector<LightProbe> wanted = off ? std::vector<LightProbe>{} : scene.probes;
+    if (wanted.size() > MAX_PROBES)
+        throw Error(fmt::format("the scene has {} probes, and {} is the most at once; leave some "
+                                "out",
+                                wanted.size(), MAX_PROBES));
+    int size = 0;
+    for (const LightProbe& probe : wanted)
+        size = std::max(size, probe_map_size(4 * probe.size));
+    const std::vector<Placed> old = std::exchange(placed_, {});
+    const bool fits =
+        layout_ && size == layout_->maps().front().size && old.size() == wanted.size();
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+        Placed placed = fits ? old[i] : Placed{};
+        const bool is_there =
+            placed.probe.position == wanted[i].position && placed.probe.size == wanted[i].size;
+        if (!same || !is_there)
+            placed.turns = 0;
+        if (!is_there)
+            placed.layer = placed.old_layer = -1;
+        placed.probe = wanted[i];
+        placed_.push_back(placed);
+    }
+    if (fits)
+        return;
+    maps_ = {};
+    layout_.reset();
+    if (wanted.empty())
+        return;
+    layout_.emplace(size);
+    // Of each what it sees and what it has seen before.
+    maps_ = filter_.make_maps("probes", *layout_, 2 * count());
+    params_.placed = layout_->params();
+}
+
+void Probes::clear()
+{
+    world_ = {};
+    world_source_ = nullptr;
+    placed_.clear();
+    maps_ = {};
+    faces_ = {};
+    layout_.reset();
+    seen_ = {};
+}
+
+int Probes::ready() const
+{
+    return static_cast<int>(std::count_if(placed_.begin(), placed_.end(),
+                                          [](const Placed& one) { return one.layer >= 0; }));
+}
+
+std::optional<int> Probes::next(bool anew) const
+{
+    const auto least =
+        std::min_element(placed_.begin(), placed_.end(), [](const Placed& a, const Placed& b) {
+            return std::pair(a.layer >= 0, a.turns) < std::pair(b.layer >= 0, b.turns);
+        });
+    if (least == placed_.end() || least->turns >= kTurns || (least->layer >= 0 && !anew))
+        return {};
+    return static_cast<int>(least - placed_.begin());
+}
+
+void Probes::take_face(int face, const gl::Texture& color, const gl::Texture& depth)
+{
+    const int size = color.size().x;
+    if (!faces_ || faces_.size().x != size)
+        faces_ = gl::Texture::make_2d_array(device_, "probe's faces", {size, size, 6}, GL_RGBA32F,
+                                            gl::Filter::linear);
+    constexpr unsigned kGroup = 8;
+    const unsigned groups = (static_cast<unsigned>(size) + kGroup - 1) / kGroup;
+    device_->UseProgram(programs_.get({"probe/face.comp"}, {}).id());
+    color.bind(PROBE_SOURCE_UNIT);
+    depth.bind(PROBE_DEPTH_UNIT);
+    device_->BindImageTexture(0, faces_.id(), 0, GL_FALSE, face, GL_WRITE_ONLY, GL_RGBA32F);
+    device_->DispatchCompute(groups, groups, 1);
+    device_->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+}
+
+void Probes::finish(int i)
+{
+    Placed& placed = placed_[static_cast<std::size_t>(i)];
+    const int layer = placed.layer == 2 * i ? 2 * i + 1 : 2 * i;
+    filter_.filter_faces(faces_, maps_, *layout_, layer);
+    placed.old_layer = placed.layer;
+    placed.layer = layer;
+    placed.newness = 0;
+    ++placed.turns;
+    ++captures_;
+}
+
+void Probes::fade(bool at_once)
+{
+    constexpr float kFrames = 8;
+    for (Placed& placed : placed_)
+        placed.newness = at_once ? 1 : std::min(1.0f, placed.newness + 1 / kFrames);
+}
+
+void Probes::bind(glm::dvec3 eye)
+{
+    if (!world_ && placed_.empty())
+        return;
+    params_.count = 0;
+    for (const Placed& placed : placed_) {
+        if (placed.layer < 0)
+            continue;
+        const LightProbe& probe = placed.probe;
+        const bool has_old = placed.old_layer >= 0;
+        params_.probes[params_.count++] = {glm::vec3(probe.position - eye),
+                                           static_cast<float>(probe.radius),
+                                           glm::vec3(probe.parallax_min - eye),
+                                           static_cast<float>(probe.radius * probe.falloff),
+                                           glm::vec3(probe.parallax_max - eye),
+                                           static_cast<int>(probe.parallax),
+                                           placed.layer,
+                                           has_old ? placed.old_layer : placed.layer,
+                                           has_old ? placed.newness : 1.0f,
+                                           has_old ? 1.0f : placed.newness};
+    }
+    block_.write(params_);
+    device_->BindBufferBase(GL_UNIFORM_BUFFER, PROBES_BLOCK, block_.id());
+    world_.bind(WORLD_PROBE_UNIT);
+    maps_.bind(PROBES_UNIT);
+}
+
+gl::Defines Probes::defines() const
+{
+    if (ready() == 0 || are_hidden())
+        return {};
+    gl::Defines defines{{"kProbes", ""}};
+    if (diffuse_)
+        defines.emplace_back("kProbeIrradiance", "");
+    return defines;
+}
+
+std::vector<std::string> Probes::describe() const
+{
+    std::vector<std::string> lines;
+    if (world_)
+        lines.push_back(
+            fmt::format("world probe: the map by roughness, {} texels along an edge, for "
+                        "glossy surfaces",
+                        probe_map_size(world_source_->width)));
+    if (!placed_.empty())
+        lines.push_back(
+            fmt::format("probes: {} of {} ready, {} texels along an edge of the first "
+                        "of {} maps{}",
+                        ready(), count(), layout_->maps().front().size, layout_->maps().size(),
+                        diffuse_ ? "; they light rough surfaces too, as no medium does" : ""));
+    return lines;
+}
+
+}  // namespace fumarole::light
