@@ -110,7 +110,7 @@ std::vector<Integral> ReferencePaths::scattered(const Ray& ray, const Scattering
 
 namespace {
 
-Integral integral_of(const SampledMean<3>& mean)
+Integral integral_from(const SampledMean<3>& mean)
 {
     return {{mean.value[0], mean.value[1], mean.value[2]},
             mean.error,
@@ -141,7 +141,7 @@ Integral ReferencePaths::irradiance(const SurfaceHit& hit, std::uint32_t seed,
             return std::array{v.x, v.y, v.z};
         },
         seed, accuracy);
-    return integral_of(mean);
+    return integral_from(mean);
 }
 
 Integral ReferencePaths::reflected(const SurfaceHit& hit, glm::dvec3 wo, std::uint32_t seed,
@@ -163,7 +163,7 @@ Integral ReferencePaths::reflected(const SurfaceHit& hit, glm::dvec3 wo, std::ui
             return std::array{v.x, v.y, v.z};
         },
         seed, accuracy);
-    return integral_of(mean);
+    return integral_from(mean);
 }
 
 glm::dvec3 ReferencePaths::from_light(const ReferenceLight& light, const Vertex& vertex,
