@@ -178,5 +178,6 @@ void add_invariance_cases(std::vector<StabilityCase>& table);   ///< 10, 11
 void add_hostile_cases(std::vector<StabilityCase>& table);      ///< 12
 void add_field_cases(std::vector<StabilityCase>& table);        ///< 1, 3 and 7, all bounces
 void add_transparent_cases(std::vector<StabilityCase>& table);  ///< 4, 7
+void add_indoor_cases(std::vector<StabilityCase>& table);       ///< 4
 
 }  // namespace fumarole::study
