@@ -235,7 +235,7 @@ glm::vec3 to_glm(const aiColor3D& c)
 }
 
 /// The factors of a glTF material, within their ranges.
-MeshMaterial read_material(const aiMaterial& from)
+MeshMaterial factors_of(const aiMaterial& from)
 {
     MeshMaterial material;
     aiColor3D color(1, 1, 1);
@@ -254,8 +254,8 @@ MeshMaterial read_material(const aiMaterial& from)
 
 /// The material of the largest part of a mesh, whose parts' areas are known by their materials'
 /// numbers, and what of all of them is not used.
-void add_material(const aiScene& scene, std::size_t materials,
-                  const std::map<unsigned, double>& areas, Mesh& mesh)
+void add_factors(const aiScene& scene, std::size_t materials,
+                 const std::map<unsigned, double>& areas, Mesh& mesh)
 {
     const auto largest =
         std::max_element(areas.begin(), areas.end(),
@@ -264,7 +264,7 @@ void add_material(const aiScene& scene, std::size_t materials,
         largest->first >= std::min<std::size_t>(materials, scene.mNumMaterials))
         return;
     const aiMaterial& from = *scene.mMaterials[largest->first];
-    mesh.material = read_material(from);
+    mesh.material = factors_of(from);
     const std::string name = printable(from.GetName().C_Str());
     if (areas.size() > 1)
         mesh.notes.push_back(fmt::format(
@@ -337,7 +337,7 @@ Mesh load_mesh(const fs::path& file)
         if (normal == glm::vec3(0))
             normal = {0, 0, 1};  // of a vertex in no triangle: never seen, but of unit length
     }
-    add_material(*scene, materials, areas, mesh);
+    add_factors(*scene, materials, areas, mesh);
     return mesh;
 }
 
