@@ -7,9 +7,6 @@
 #include "shared/probe_params.h"
 #include "shared/spherical_harmonics.h"
 
-// Variant
-const bool kOfSurfaces = false;  // that they send: the world's light on surfaces is known better
-
 const int kThreads = 64;
 layout(local_size_x = kThreads) in;
 layout(std140, binding = PROBE_FILTER_BLOCK) uniform ProbeFilter { ProbeFilterParams u_filter; };
@@ -33,8 +30,6 @@ void main()
             vec3 met = on_octahedron((vec2(texel) + 0.5) / float(n));
             float weight = octahedral_solid_angle(met, float(n));
             vec4 light = texelFetch(u_source_tx, ivec3(u_filter.from.first + texel, u_filter.from.layer), 0);
-            if (kOfSurfaces)
-                light *= light.a;
             sum += weight * spherical_harmonic(k, normalize(met)) * light;
             weights += weight;
         }

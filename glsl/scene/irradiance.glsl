@@ -76,7 +76,7 @@ vec3 irradiance_at(vec3 p, vec3 n)
         irradiance = world_irradiance(p, n, open);
     add_world_reflection(p, n, irradiance, open);
     if (kProbeIrradiance)
-        irradiance += probes_irradiance(p, n);
+        irradiance = probes_irradiance(p, n, open);
     add_lights(irradiance, p, n);
     return irradiance;
 }

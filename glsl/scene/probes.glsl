@@ -82,8 +82,8 @@ vec3 probes_reflection(vec3 p, vec3 d, float alpha, vec3 world)
     return shares.sum > 0.0 ? mix(sum / shares.sum, world, shares.left) : world;
 }
 
-// [W/m^2] that surfaces around send to one at p with a normal of unit length.
-vec3 probes_irradiance(vec3 p, vec3 n)
+// [W/m^2] at p with a normal of unit length; world: of the world, as if nothing hid it.
+vec3 probes_irradiance(vec3 p, vec3 n, vec3 world)
 {
     ProbeShares shares = ProbeShares(1.0, 0.0);
     vec3 sum = vec3(0.0);
@@ -97,5 +97,5 @@ vec3 probes_irradiance(vec3 p, vec3 n)
                         light, u_probes.probes[i].newness);
         sum += share * light;
     }
-    return shares.sum > 0.0 ? sum * ((1.0 - shares.left) / shares.sum) : vec3(0.0);
+    return shares.sum > 0.0 ? mix(sum / shares.sum, world, shares.left) : world;
 }

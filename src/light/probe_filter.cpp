@@ -90,7 +90,7 @@ void ProbeFilter::filter_environment(const gl::Texture& map, const gl::Texture& 
 void ProbeFilter::filter_faces(const gl::Texture& faces, const gl::Texture& to,
                                const ProbeLayout& layout, int layer) const
 {
-    filter(faces, {{"FACES", ""}}, {{"kOfSurfaces", ""}}, to, layout, layer);
+    filter(faces, {{"FACES", ""}}, {}, to, layout, layer);
 }
 
 void ProbeFilter::filter(const gl::Texture& source, const gl::Defines& resolve,

@@ -51,8 +51,7 @@ public:
     /// From a latitude-longitude map. Changes GL state: call it under a StateGuard.
     void filter_environment(const gl::Texture& map, const gl::Texture& to,
                             const ProbeLayout& layout, int layer) const;
-    /// From six square pictures in the order of glsl/lib/cube_faces.glsl, whose alpha is 1 where
-    /// they show a surface: the harmonics are of surfaces alone.
+    /// From six square pictures in the order of glsl/lib/cube_faces.glsl.
     void filter_faces(const gl::Texture& faces, const gl::Texture& to, const ProbeLayout& layout,
                       int layer) const;
 
