@@ -187,6 +187,10 @@ std::vector<SettingInfo> make_table()
         automatic("bounces", "auto|0..64", "", &S::bounces, 0, 64,
                   "times that light scatters again in the media; auto: as the scene asks for; the "
                   "reference takes N or all, which is its default"),
+        automatic("surface-bounces", "auto|0..16", "", &S::surface_bounces, 0, 16,
+                  "times that surfaces send light on, onto each other and into the media; auto: "
+                  "where some are glossy or shine or there are probes; the reference takes N or "
+                  "all, 0 by default"),
         choice("probes", "light", "auto|off", &S::probes,
                {{"auto", as_int(S::Probes::automatic)}, {"off", as_int(S::Probes::off)}},
                "a scene's probes light its surfaces"),

@@ -75,7 +75,6 @@ void check_mode(const RenderOptions& options, const CLI::App& command)
     };
     if (!options.reference()) {
         refuse("--tolerance", "is for --mode reference");
-        refuse("--surface-bounces", "is for --mode reference");
         if (options.target == "error")
             throw UsageError("--target error: is for --mode reference, which estimates its error");
         return;
@@ -94,7 +93,7 @@ void check_mode(const RenderOptions& options, const CLI::App& command)
     if (!options.range)
         refuse("--frames", kWhy);
     for (const SettingInfo& info : setting_table())
-        if (info.name != "bounces")  // both have them
+        if (info.name != "bounces" && info.name != "surface-bounces")  // both have them
             refuse("--" + std::string(info.name), kWhy);
 }
 
@@ -841,10 +840,14 @@ void run(RenderOptions options, const CLI::App& command)
     if (options.outputs.empty())
         options.outputs.push_back(fs::path(options.input).stem().string() + ".png");
     const PictureFiles files = files_of(options);
-    if (!options.reference())
+    if (!options.reference()) {
         options.words.mode = options.mode;
-    else if (const auto bounces = options.words.changed.extract("bounces"))
-        options.bounces = bounces.mapped();
+    } else {
+        if (const auto bounces = options.words.changed.extract("bounces"))
+            options.bounces = bounces.mapped();
+        if (const auto bounces = options.words.changed.extract("surface-bounces"))
+            options.surface_bounces = bounces.mapped();
+    }
     const Settings settings = parse_settings(options.words);
     if (options.wish.asked())
         options.goal = parse_goal(options.wish);
@@ -941,7 +944,6 @@ void add_render(CLI::App& app, const std::string& line)
         ->add_option("--tolerance", o.tolerance,
                      "of the reference: relative error of each pixel [0.02, with no bounces 0.001]")
         ->check(CLI::Range(1e-6, 0.5));
-    command->add_option("--surface-bounces", o.surface_bounces, kSurfaceBouncesHelp);
     command->add_option("--region", o.region,
                         "this part alone: X,Y,WIDTH,HEIGHT in pixels from the top left; an .exr "
                         "keeps the whole picture's display window");

@@ -4,13 +4,9 @@
 //   out  coefficients [W/m^2/sr]; alpha of the first: 1 if any light gets there
 #include "light/field.glsl"
 #include "shared/spherical_harmonics.h"
-#include "scene/light_volumes.glsl"
-#include "light/trace.glsl"
+#include "light/dimmed_lights.glsl"
 
-// Variant
-const int kBands = 1;
-const bool kMarched = false;  // there is an extinction's volume
-const bool kDims = false;     // the media dim lights
+const int kBands = 1;  // variant
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
 layout(binding = 0) writeonly uniform image3D u_light_img;
@@ -19,16 +15,6 @@ const int kCount = kHarmonics[kBands - 1];
 
 vec3 g_light[kCount];
 float g_seen = 0.0;
-
-vec3 depth_at(int i, vec3 p, LightSample light)
-{
-    if (kDepthVolume)
-        return vec3(depth_to_light(i, p, light));
-    vec3 tau = vec3(closed_depth(p, light.wi, light.range));
-    if (kMarched)
-        tau += vec3(from_volume(traced_depth(p, light.wi, light.range, 1.0)));
-    return tau;
-}
 
 // The mean of what gets through over the part of a cell that a sample stands for, so that a thick medium scatters all
 // of the light that it takes in: exp(-tau), where tau grows evenly from the part's near end to its far one.

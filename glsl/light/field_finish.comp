@@ -24,7 +24,7 @@ void main()
         return;
     float seen = kField ? texelFetch(u_total_tx, node, 0).a : step(0.5, texelFetch(u_light_tx, node, 0).a);
     if (kWorld)
-        seen = max(seen, texelFetch(u_world_coefficients_tx, node, 0).a);
+        seen = max(seen, step(0.5, texelFetch(u_world_coefficients_tx, node, 0).a));
     if (kField && seen == 0.0) {
         // No lamp or sky is seen from here, but light may come by way of others: a place inside of a surface has no
         // more than what its neighbours let shine through.

@@ -23,7 +23,8 @@ void add_world_reflection(vec3 p, vec3 n, vec3 irradiance, vec3 open) {}
 #endif
 
 // What the media let through of light i.
-#ifdef THROUGH_MEDIA
+#if defined(OWN_THROUGH_MEDIA)  // the includer has it
+#elif defined(THROUGH_MEDIA)
 #include "scene/light_volumes.glsl"
 vec3 through_media(int i, vec3 p, LightSample light) { return vec3(exp(-depth_to_light(i, p, light))); }
 #else

@@ -12,6 +12,8 @@ struct FUM_STD140 DrawParams {
     vec3 emission;  // [W/m^2/sr]
     float metallic;
     ShadowDepth shadow_depth;  // light-centred
+    int number;                // of the surface, in the scene
+    int is_open;               // 1: a sheet, whose back is seen as its front is
 };
 
 FUM_SHARED_END

@@ -25,6 +25,7 @@ struct FUM_STD140 FieldWay {
     float forward;      // 1 where light goes up along the axis, else -1
     float solid_angle;  // that it stands for [sr]
     vec4 harmonics[4];  // of wi, bands 0 to 3
+    ivec2 first_line;   // across slice 0, of those that surfaces are drawn along
 };
 
 struct FUM_STD140 FieldParams {

@@ -37,6 +37,13 @@ void Framebuffer::attach_color(std::initializer_list<TextureView> colors)
                                 status));
 }
 
+void Framebuffer::attach_color_layer(TextureView color, int layer)
+{
+    const Device& gl = handle_.device();
+    gl->NamedFramebufferTextureLayer(id(), GL_COLOR_ATTACHMENT0, color.id, 0, layer);
+    gl->NamedFramebufferDrawBuffer(id(), GL_COLOR_ATTACHMENT0);
+}
+
 void Framebuffer::detach_color()
 {
     handle_.device()->NamedFramebufferTexture(id(), GL_COLOR_ATTACHMENT0, 0, 0);

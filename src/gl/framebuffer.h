@@ -18,6 +18,8 @@ public:
     void attach_color(std::initializer_list<TextureView> colors);
     /// Takes the colour away again, as textures of a host's are to be let go of.
     void detach_color();
+    /// Sets the one colour attachment.
+    void attach_color_layer(TextureView color, int layer);
     void attach_depth(TextureView depth);
     void attach_depth_layer(TextureView depth, int layer);
 

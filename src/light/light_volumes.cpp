@@ -33,6 +33,8 @@ constexpr double kSurfaceMargin = 0.5;
 /// What flames throw on surfaces is all that is there at night.
 constexpr double kSurfaceMarginOfFire = 1;
 constexpr int kSurfaceBands = 3;
+/// The last turns, which are made anew once it is known what the media throw on surfaces.
+constexpr int kTurnsAgain = 2;
 
 int clamp_to(int nodes, int layers, const gl::Device& gl)
 {
@@ -221,6 +223,33 @@ FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& me
     return {std::clamp(static_cast<int>(std::ceil(asked)), kFewest, kMost), true};
 }
 
+/// How often surfaces send light on.
+int surface_turns(const Scene& scene, const SceneSettings& settings)
+{
+    if (scene.surfaces.empty() || settings.world_cache == 0)
+        return 0;
+    if (settings.surface_bounces != kAutomatic)
+        return settings.surface_bounces;
+    // What is left out is a few per cent of what they send in a closed room, and less in an open
+    // one.
+    constexpr double kLeftOut = 0.05;
+    constexpr int kFewest = 2, kMost = 8;
+    bool asked = !scene.probes.empty();
+    float albedo = 0;
+    for (const Surface& surface : scene.surfaces)
+        std::visit(
+            [&](const auto& s) {
+                asked |= s.gloss.has_value() || s.emission != glm::vec3(0);
+                albedo = std::max(albedo, (s.albedo.r + s.albedo.g + s.albedo.b) / 3);
+            },
+            surface);
+    if (!asked)
+        return 0;
+    const double turns =
+        std::log(kLeftOut) / std::log(std::clamp(0.9 * double(albedo), 0.01, 0.99));
+    return std::clamp(static_cast<int>(std::ceil(turns)), kFewest, kMost);
+}
+
 }  // namespace
 
 void LightVolumes::clear()
@@ -240,6 +269,7 @@ void LightVolumes::clear_world()
     walls_ = {};
     on_surfaces_ = {};
     on_surfaces_dimmed_ = {};
+    bounced_ = {};
 }
 
 LightVolumes::DepthKey LightVolumes::key_of(const Lattice& lattice)
@@ -319,13 +349,17 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
     }
     const bool world = lights.world_radiance() != glm::vec3(0.0f);
     FieldKey field;
+    field.turns = surface_turns(scene, settings);
+    if (field.turns > 0)
+        field.surfaces = scene.surfaces;
     orders_why_.clear();
     if (settings.world_cache != 0 && (traits.scatters || traits.emission)) {
         if (traits.scatters)
             field.orders = orders_for(settings, media, orders_why_);
         field.glows = traits.emission;
-        field.filled = traits.scatters &&
-                       (field.glows || (field.orders.count > 0 && (world || lights.count() > 0)));
+        field.filled =
+            traits.scatters && (field.glows || field.turns > 0 ||
+                                (field.orders.count > 0 && (world || lights.count() > 0)));
         field.on_surfaces =
             (field.filled || field.glows) && settings.volume_shadows && !surfaces.empty();
         field.media = scene.media;
@@ -335,7 +369,8 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
     const bool has_field = field.filled;
     const bool scatters = traits.scatters && (settings.world_light || has_field);
     if (settings.world_cache != 0 && traits.media > 0 &&
-        ((world && (scatters || !surfaces.empty())) || has_field || field.on_surfaces)) {
+        ((world && (scatters || !surfaces.empty())) || has_field || field.on_surfaces ||
+         field.turns > 0)) {
         WorldKey key;
         key.dims = settings.volume_shadows;
         if (key.dims)
@@ -347,7 +382,7 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
         key.directions = settings.world_directions;
         if (scatters)
             key.bands = traits.isotropic ? 1 : 4;
-        const bool is_used = has_field || field.on_surfaces;
+        const bool is_used = has_field || field.on_surfaces || field.turns > 0;
         set_world(std::move(key), is_used ? field : FieldKey(), media, surfaces, lights);
     } else {
         clear_world();
@@ -565,16 +600,33 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
     const bool fills_field =
         key.bands > 0 && field.filled && (anew || !field_coefficients_ || !(field == field_key_));
     const Stopwatch watch(device_, timers_);
-    const bool fills_surfaces = field.on_surfaces && (anew || !(field == field_key_));
+    const bool turns = field.turns > 0;
+    const bool lights_surfaces = field.on_surfaces || turns;
+    const bool lit_surfaces = field_key_.on_surfaces || field_key_.turns > 0;
+    const bool fills_surfaces =
+        (lights_surfaces || lit_surfaces) && (anew || !(field == field_key_));
     gl::Texture scattered;
     if (anew) {
-        make_world(key, !surfaces.empty() && (shines || field.on_surfaces));
+        make_world(key, !surfaces.empty() && (shines || field.on_surfaces || field.turns > 0));
         world_key_ = std::move(key);
         turned_ = false;
         ++fills_.world;
     }
     if (!field.filled)
         field_coefficients_ = {};
+    if (!turns)
+        bounced_ = {};
+    if (turns && (anew || fills_surfaces)) {
+        const glm::dvec3 eye = centre_of(surface_lattice_);
+        begin_fill(eye, media, lights);
+        begin_field(field_on_surfaces_, surface_lattice_, field.on_surfaces, media, surfaces,
+                    lights, shines, true);
+        field_on_surfaces_.fill_world(world_key_.directions, kSurfaceBands, &on_surfaces_,
+                                      on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr);
+        bounced_ = make_volume(device_, "light of surfaces", surface_lattice_,
+                               kSurfaceBands * kSurfaceBands, GL_RGBA16F);
+        turn_surfaces(field.turns, surfaces, lights);
+    }
     if (coefficients_ && (anew || fills_field)) {
         if (fills_field &&
             (!field_coefficients_ || field_coefficients_.size() != coefficients_.size()))
@@ -584,12 +636,16 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
             fill_extinction(media, lights);
         const glm::dvec3 eye = centre_of(world_lattice_);
         begin_fill(eye, media, lights);
-        begin_field(world_lattice_, fills_field, media, surfaces, lights, shines);
+        begin_field(field_, world_lattice_, fills_field, media, surfaces, lights, shines);
         if (anew && shines)
             field_.fill_world(world_key_.directions, bands_, nullptr, &coefficients_);
         if (fills_field) {
-            scattered = field_.fill(bands_, field.orders, shines ? &coefficients_ : nullptr,
-                                    field_coefficients_, field.on_surfaces);
+            const OtherLight bounced{
+                &bounced_, to_shared(surface_lattice_, kSurfaceBands * kSurfaceBands, eye),
+                kSurfaceBands};
+            scattered =
+                field_.fill(bands_, field.orders, shines ? &coefficients_ : nullptr,
+                            field_coefficients_, field.on_surfaces, turns ? &bounced : nullptr);
             turned_ = false;
             ++fills_.field;
         }
@@ -598,7 +654,6 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
     if ((anew || fills_surfaces) && on_surfaces_) {
         const glm::dvec3 eye = centre_of(surface_lattice_);
         begin_fill(eye, media, lights);
-        begin_field(surface_lattice_, field.on_surfaces, media, surfaces, lights, shines);
         FieldLight light;
         light.glows = field.glows;
         if (scattered) {
@@ -606,11 +661,18 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
             light.at = to_shared(world_lattice_, bands_ * bands_, eye);
             light.bands = bands_;
         }
-        field_.fill_world(world_key_.directions, kSurfaceBands, &on_surfaces_,
-                          on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr,
-                          field.on_surfaces ? &light : nullptr);
-        walls_ = field_.take_walls();
-        field_.end();
+        if (!turns) {
+            begin_field(field_on_surfaces_, surface_lattice_, field.on_surfaces, media, surfaces,
+                        lights, shines);
+            field_on_surfaces_.fill_world(world_key_.directions, kSurfaceBands, &on_surfaces_,
+                                          on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr,
+                                          field.on_surfaces ? &light : nullptr);
+        } else if (field.on_surfaces && on_surfaces_dimmed_) {
+            field_on_surfaces_.add_light(kSurfaceBands, light, on_surfaces_dimmed_);
+            turn_surfaces(std::min(field.turns, kTurnsAgain), surfaces, lights);
+        }
+        walls_ = field_on_surfaces_.take_walls();
+        field_on_surfaces_.end();
     }
     if (anew || fills_field || fills_surfaces)
         world_ms_ = watch.ms();
@@ -627,6 +689,25 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
     turned_ &= (traits.mixed_g || turned_g_ == traits.g) && turned_at_ == origin;
     turned_g_ = traits.g;
     turned_at_ = origin;
+}
+
+void LightVolumes::turn_surfaces(int turns, const surface::SurfaceSet& surfaces,
+                                 const LightSet& lights)
+{
+    gl::Defines shading = surface_defines();
+    if (lights.has_environment())
+        shading.emplace_back("kEnvironment", "");
+    const gl::Texture& dimmed = on_surfaces_dimmed_ ? on_surfaces_dimmed_ : on_surfaces_;
+    for (int i = 0; i < turns; ++i) {
+        depth_.bind(DEPTH_VOLUME_UNIT);
+        dimmed.bind(WORLD_VOLUME_UNIT);
+        field_on_surfaces_.walls().bind(WALLS_UNIT);
+        if (lights.has_environment())
+            lights.bind_irradiance();
+        field_on_surfaces_.light_surfaces(shading, surfaces);
+        field_on_surfaces_.bounce(world_key_.directions, kSurfaceBands, &bounced_, &on_surfaces_,
+                                  on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr);
+    }
 }
 
 void LightVolumes::begin_fill(glm::dvec3 eye, medium::MediaSet& media, LightSet& lights)
@@ -763,9 +844,9 @@ void LightVolumes::fill_depth(const gl::Texture& depth, int layer, const LightPo
              {columns, slices, 1});
 }
 
-void LightVolumes::begin_field(const Lattice& lattice, bool scatters, const medium::MediaSet& media,
-                               const surface::SurfaceSet& surfaces, const LightSet& lights,
-                               bool world)
+void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice, bool scatters,
+                               const medium::MediaSet& media, const surface::SurfaceSet& surfaces,
+                               const LightSet& lights, bool world, bool bounces)
 {
     const medium::MediaTraits& traits = media.traits();
     const glm::dvec3 eye = centre_of(lattice);
@@ -780,18 +861,18 @@ void LightVolumes::begin_field(const Lattice& lattice, bool scatters, const medi
     write_block(eye);
     depth_.bind(DEPTH_VOLUME_UNIT);
     const bool marches = scatters && world_key_.dims && extinction_ && !depth_;
-    field_.begin({to_shared(lattice, 1, eye), eye,
-                  lattice.node_from_world * glm::translate(glm::dmat4(1.0), eye), lattice.count},
-                 {.defines = std::move(defines),
-                  .albedo = media.mean_albedo(),
-                  .scatters = scatters,
-                  .glows = scatters && traits.emission,
-                  .dims = world_key_.dims,
-                  .marched = traits.marched > 0,
-                  .closed = traits.media > traits.marched,
-                  .world = world ? &world_key_.world : nullptr,
-                  .extinction = marches ? &extinction_ : nullptr},
-                 surfaces);
+    field.begin({to_shared(lattice, 1, eye), eye,
+                 lattice.node_from_world * glm::translate(glm::dmat4(1.0), eye), lattice.count},
+                {.defines = std::move(defines),
+                 .albedo = media.mean_albedo(),
+                 .scatters = scatters,
+                 .glows = scatters && traits.emission,
+                 .dims = world_key_.dims,
+                 .marched = traits.marched > 0,
+                 .closed = traits.media > traits.marched,
+                 .world = world ? &world_key_.world : nullptr,
+                 .extinction = marches ? &extinction_ : nullptr},
+                surfaces, bounces);
 }
 
 void LightVolumes::turn_world(const medium::MediaSet& media)
@@ -871,6 +952,9 @@ std::vector<std::string> LightVolumes::describe() const
     if (world_ || on_surfaces_)
         lines.push_back(fmt::format("world's light: filled from {} directions{}",
                                     world_key_.directions, filled_in(world_ms_)));
+    if (bounced_)
+        lines.push_back(fmt::format("light that surfaces send on: {} turn{}", field_key_.turns,
+                                    field_key_.turns == 1 ? "" : "s"));
     if (!orders_why_.empty())
         lines.push_back(
             fmt::format("light that scatters again: {} order{}{} ({})", field_key_.orders.count,

@@ -52,7 +52,7 @@ class LightVolumes {
 public:
     LightVolumes(const gl::Device& device, gl::ProgramCache& programs, const gl::PassTimers& timers)
         : device_{device}, programs_{programs}, timers_{timers}, field_{device, programs},
-          block_{device, "light volumes"}
+          field_on_surfaces_{device, programs}, block_{device, "light volumes"}
     {
     }
 
@@ -118,6 +118,8 @@ private:
         bool on_surfaces = false;  ///< what they emit and scatter onto surfaces
         FieldOrders orders;
         bool glows = false;
+        int turns = 0;                  ///< that surfaces send light on
+        std::vector<Surface> surfaces;  ///< which, if they do
         std::vector<Medium> media;
         double time = 0;
         std::vector<Light> lights;
@@ -156,8 +158,10 @@ private:
     void plan_world(WorldKey& key, const medium::MediaSet& media,
                     const surface::SurfaceSet& surfaces, bool fire);
     void make_world(const WorldKey& key, bool surfaces);
-    void begin_field(const Lattice& lattice, bool scatters, const medium::MediaSet& media,
-                     const surface::SurfaceSet& surfaces, const LightSet& lights, bool world);
+    void begin_field(RadianceField& field, const Lattice& lattice, bool scatters,
+                     const medium::MediaSet& media, const surface::SurfaceSet& surfaces,
+                     const LightSet& lights, bool world, bool bounces = false);
+    void turn_surfaces(int turns, const surface::SurfaceSet& surfaces, const LightSet& lights);
     void turn_world(const medium::MediaSet& media);
     void begin_fill(glm::dvec3 eye, medium::MediaSet& media, LightSet& lights);
     void write_block(glm::dvec3 eye);
@@ -169,7 +173,7 @@ private:
     const gl::Device& device_;
     gl::ProgramCache& programs_;
     const gl::PassTimers& timers_;
-    RadianceField field_;
+    RadianceField field_, field_on_surfaces_;
     gl::UniformBuffer<shared::LightVolumesParams> block_;
     shared::LightVolumesParams params_{};
 
@@ -179,6 +183,7 @@ private:
     gl::Texture coefficients_;        ///< of the world's light
     gl::Texture field_coefficients_;  ///< of all light that is not direct
     gl::Texture world_;               ///< the latter, or else the former, turned to the eye
+    gl::Texture bounced_;             ///< of what surfaces send on, at the nodes of the next
     gl::Texture walls_;               ///< between the nodes of the latter
     gl::Texture on_surfaces_, on_surfaces_dimmed_;  ///< coefficients of the world's light
     int bands_ = 1;                                 ///< of the world's light in the media

@@ -120,10 +120,25 @@ glm::dmat4 clip_from_node(const shared::FieldWay& way, const Lines& lines, doubl
            glm::translate(glm::dmat4(1.0), glm::dvec3(0.5, 0.5, 0)) * lines_from_node;
 }
 
+/// Of the lines that what lies in the lattice is drawn along, and of the two that part from the way
+/// for what lies beyond it.
+constexpr std::array kTilts{0.0, 0.2, -0.2};
+
 bool contains(const Bounds& outer, const Bounds& inner)
 {
     return glm::all(glm::lessThanEqual(outer.min, inner.min)) &&
            glm::all(glm::lessThanEqual(inner.max, outer.max));
+}
+
+/// Metres, world: of a lattice, as far as light/line.glsl takes a surface to lie in it.
+Bounds rim_of(const FieldLattice& lattice)
+{
+    constexpr double kRim = 0.01;  // nodes
+    Bounds nodes;
+    nodes.add(glm::dvec3(-kRim));
+    nodes.add(glm::dvec3(lattice.count - 1) + kRim);
+    return nodes.transformed(
+        glm::inverse(lattice.node_from_eye * glm::translate(glm::dmat4(1.0), -lattice.eye)));
 }
 
 }  // namespace
@@ -140,10 +155,17 @@ struct RadianceField::Filling {
     Ways near, all;  ///< of kNearWays, kAllWays
     int batch = 0;   ///< ways that there is room for
     gl::Texture sigma_t, albedo, emission;
-    gl::Texture marched;  ///< sigma_t of the marched media, where there are others too
-    gl::Texture crossed;  ///< what surfaces cross, a bit a way; empty: none
-    gl::Texture walls;    ///< between nodes, as take_walls()
-    gl::Texture ways;     ///< radiance of each way of a batch
+    gl::Texture marched;        ///< sigma_t of the marched media, where there are others too
+    gl::Texture crossed;        ///< what surfaces cross, a bit a way; empty: none
+    gl::Texture walls;          ///< between nodes, as take_walls()
+    gl::Texture clear, dimmed;  ///< coefficients of the world's light
+    gl::Texture bounced;        ///< and of what surfaces send on
+    gl::Texture bounced_before, bounced_before_that;  ///< a turn and two turns ago
+    gl::Texture faces;       ///< light/faces.glsl, six layers; empty: surfaces send nothing on
+    gl::Texture materials;   ///< of each surface its albedo, and in row 1 its emission
+    gl::Texture face_light;  ///< what they send on
+    gl::Texture beyond;      ///< what surfaces beyond send in, two layers a way; alpha: metres
+    gl::Texture ways;        ///< radiance of each way of a batch
 };
 
 /// Some of a set of ways that are walked at once.
@@ -201,7 +223,7 @@ gl::Texture RadianceField::make_ways(const char* label, int ways) const
 }
 
 void RadianceField::begin(const FieldLattice& lattice, FieldMedium medium,
-                          const surface::SurfaceSet& surfaces)
+                          const surface::SurfaceSet& surfaces, bool bounces)
 {
     filling_ = std::make_unique<Filling>();
     filling_->lattice = lattice;
@@ -221,6 +243,8 @@ void RadianceField::begin(const FieldLattice& lattice, FieldMedium medium,
     filling_->ways = make_ways("field: ways", filling_->batch);
     if (!surfaces.empty())
         draw(surfaces);
+    if (!surfaces.empty() && bounces)
+        draw_faces(surfaces);
     sample_medium();
 }
 
@@ -231,16 +255,10 @@ void RadianceField::end()
 
 void RadianceField::draw(const surface::SurfaceSet& surfaces)
 {
-    const FieldLattice& lattice = filling_->lattice;
-    Bounds nodes;
-    constexpr double kRim = 0.01;  // as far as light/crossed.frag takes a surface to lie in it
-    nodes.add(glm::dvec3(-kRim));
-    nodes.add(glm::dvec3(lattice.count - 1) + kRim);
-    const Bounds box = nodes.transformed(
-        glm::inverse(lattice.node_from_eye * glm::translate(glm::dmat4(1.0), -lattice.eye)));
-    filling_->crossed = gl::Texture::make_3d(
-        device_, "field: surfaces", lattice.count * glm::ivec3(1, 1, 4 * FIELD_CROSSED_WORDS),
-        GL_R32UI, gl::Filter::nearest);
+    filling_->crossed =
+        gl::Texture::make_3d(device_, "field: surfaces",
+                             filling_->lattice.count * glm::ivec3(1, 1, 4 * FIELD_CROSSED_WORDS),
+                             GL_R32UI, gl::Filter::nearest);
     const GLuint none = 0;
     device_->ClearTexImage(filling_->crossed.id(), 0, GL_RED_INTEGER, GL_UNSIGNED_INT, &none);
     if (!framebuffer_)
@@ -250,24 +268,17 @@ void RadianceField::draw(const surface::SurfaceSet& surfaces)
     // What lies beyond the lattice is seen along two lines that part from the way: of ways along a
     // plain, one of them meets it.
     for (const int part : {0, 1, 2}) {
-        std::vector<surface::SurfaceSet::Instance> drawn;
-        for (const auto& instance : surfaces.instances()) {
-            const Bounds& bounds = instance.bounds;
-            const bool reaches_in = glm::all(glm::lessThanEqual(bounds.min, box.max)) &&
-                                    glm::all(glm::greaterThanEqual(bounds.max, box.min));
-            if (part == 0 ? reaches_in : !contains(box, bounds))
-                drawn.push_back(instance);
-        }
+        const std::vector<surface::SurfaceSet::Instance> drawn =
+            part == 0 ? within(surfaces) : beyond(surfaces);
         if (drawn.empty())
             continue;
         const gl::Defines defines = part == 0 ? gl::Defines{} : gl::Defines{{"kBeyond", ""}};
         device_->UseProgram(
             programs_.get({"pass/surface.vert", "light/crossed.frag"}, defines).id());
-        constexpr std::array kTilts{0.0, 0.2, -0.2};
         for (std::size_t i = 0; i < filling_->all.wi.size(); ++i)
             draw_along(surfaces, drawn, filling_->all.wi[i],
                        static_cast<int>(i) + 32 * FIELD_CROSSED_WORDS * part,
-                       kTilts[static_cast<std::size_t>(part)]);
+                       kTilts[static_cast<std::size_t>(part)], framebuffer_);
     }
     draw_walls(surfaces);
 }
@@ -280,9 +291,32 @@ void RadianceField::wait_for_drawing()
     device_->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT);
 }
 
+std::vector<surface::SurfaceSet::Instance>
+RadianceField::within(const surface::SurfaceSet& surfaces) const
+{
+    const Bounds box = rim_of(filling_->lattice);
+    std::vector<surface::SurfaceSet::Instance> out;
+    for (const auto& instance : surfaces.instances())
+        if (glm::all(glm::lessThanEqual(instance.bounds.min, box.max)) &&
+            glm::all(glm::greaterThanEqual(instance.bounds.max, box.min)))
+            out.push_back(instance);
+    return out;
+}
+
+std::vector<surface::SurfaceSet::Instance>
+RadianceField::beyond(const surface::SurfaceSet& surfaces) const
+{
+    const Bounds box = rim_of(filling_->lattice);
+    std::vector<surface::SurfaceSet::Instance> out;
+    for (const auto& instance : surfaces.instances())
+        if (!contains(box, instance.bounds))
+            out.push_back(instance);
+    return out;
+}
+
 void RadianceField::draw_along(const surface::SurfaceSet& surfaces,
                                const std::vector<surface::SurfaceSet::Instance>& drawn,
-                               glm::dvec3 wi, int first, double tilt)
+                               glm::dvec3 wi, int first, double tilt, const gl::Framebuffer& target)
 {
     const FieldLattice& lattice = filling_->lattice;
     shared::FieldWay& way = params_.ways[0];
@@ -293,8 +327,9 @@ void RadianceField::draw_along(const surface::SurfaceSet& surfaces,
     params_.columns = lines.first;
     params_.first = first;
     write_block();
-    framebuffer_.set_empty(lines.count);
-    framebuffer_.bind(lines.count);
+    if (&target == &framebuffer_)
+        target.set_empty(lines.count);
+    target.bind(lines.count);
     const glm::dmat4 clip = clip_from_node(way, lines, last.x, tilt) * lattice.node_from_eye;
     for (const auto& instance : drawn) {
         const glm::dmat4 eye_from_object =
@@ -302,38 +337,189 @@ void RadianceField::draw_along(const surface::SurfaceSet& surfaces,
         shared::DrawParams params{};
         params.clip_from_object = glm::mat4(clip * eye_from_object);
         params.world_from_object = glm::mat4(eye_from_object);
+        params.albedo = instance.albedo;
+        params.emission = instance.emission;
+        params.number = static_cast<int>(&instance - drawn.data());
+        params.is_open = instance.closed ? 0 : 1;
         draw_block_.write(params);
         surfaces.draw(instance, surface::SurfaceSet::Detail::coarse);
     }
 }
 
-void RadianceField::draw_walls(const surface::SurfaceSet& surfaces)
+void RadianceField::draw_along_axes(const surface::SurfaceSet& surfaces, const gl::Texture& to,
+                                    const char* variant)
 {
-    const FieldLattice& lattice = filling_->lattice;
-    const glm::dmat3 metres_from_node = glm::inverse(glm::dmat3(lattice.node_from_eye));
-    const gl::Texture steps =
-        gl::Texture::make_3d(device_, "field: steps to walls", lattice.count * glm::ivec3(1, 1, 6),
-                             GL_R32UI, gl::Filter::nearest);
+    const glm::dmat3 metres_from_node = glm::inverse(glm::dmat3(filling_->lattice.node_from_eye));
     const GLuint none = ~0u;
-    device_->ClearTexImage(steps.id(), 0, GL_RED_INTEGER, GL_UNSIGNED_INT, &none);
+    to.clear(GL_RED_INTEGER, GL_UNSIGNED_INT, &none);
     device_->BindBufferBase(GL_UNIFORM_BUFFER, DRAW_BLOCK, draw_block_.id());
-    bind_image(0, steps, GL_READ_WRITE, GL_R32UI);
+    bind_image(0, to, GL_READ_WRITE, GL_R32UI);
     device_->UseProgram(
-        programs_.get({"pass/surface.vert", "light/crossed.frag"}, {{"kWalls", ""}}).id());
+        programs_.get({"pass/surface.vert", "light/crossed.frag"}, {{variant, ""}}).id());
     const std::vector<surface::SurfaceSet::Instance> all(surfaces.instances().begin(),
                                                          surfaces.instances().end());
     for (int layer = 0; layer < 6; ++layer) {
         // Light that goes up an axis meets a node's wall below it.
         const glm::dvec3 up = glm::normalize(metres_from_node[layer / 2]);
-        draw_along(surfaces, all, layer % 2 == 0 ? -up : up, layer, 0);
+        draw_along(surfaces, all, layer % 2 == 0 ? -up : up, layer, 0, framebuffer_);
     }
     wait_for_drawing();
+}
+
+void RadianceField::draw_walls(const surface::SurfaceSet& surfaces)
+{
+    const glm::ivec3 count = filling_->lattice.count;
+    const gl::Texture steps =
+        gl::Texture::make_3d(device_, "field: steps to walls", count * glm::ivec3(1, 1, 6),
+                             GL_R32UI, gl::Filter::nearest);
+    draw_along_axes(surfaces, steps, "kWalls");
     filling_->walls =
-        gl::Texture::make_3d(device_, "walls between nodes", lattice.count * glm::ivec3(1, 1, 2),
+        gl::Texture::make_3d(device_, "walls between nodes", count * glm::ivec3(1, 1, 2),
                              GL_RGBA16F, gl::Filter::nearest);
     steps.bind(FIELD_CROSSED_UNIT);
     bind_image(0, filling_->walls, GL_WRITE_ONLY, GL_RGBA16F);
     dispatch_nodes("light/walls.comp", {});
+}
+
+void RadianceField::draw_faces(const surface::SurfaceSet& surfaces)
+{
+    Filling& filling = *filling_;
+    const glm::ivec3 six = filling.lattice.count * glm::ivec3(1, 1, 6);
+    filling.faces =
+        gl::Texture::make_3d(device_, "field: faces", six, GL_R32UI, gl::Filter::nearest);
+    draw_along_axes(surfaces, filling.faces, "kFaces");
+    filling.face_light = gl::Texture::make_3d(device_, "field: light of faces", six, GL_RGBA16F,
+                                              gl::Filter::nearest);
+    std::vector<glm::vec4> materials;
+    for (const auto& instance : surfaces.instances())
+        materials.emplace_back(instance.albedo, 1.0f);
+    for (const auto& instance : surfaces.instances())
+        materials.emplace_back(instance.emission, 1.0f);
+    filling.materials = gl::Texture::make_2d(device_, "field: what surfaces are made of",
+                                             {static_cast<int>(surfaces.instances().size()), 2},
+                                             GL_RGBA32F, gl::Filter::nearest);
+    filling.materials.upload(GL_RGBA, GL_FLOAT, materials.data());
+}
+
+void RadianceField::draw_beyond(const gl::Defines& shading, const surface::SurfaceSet& surfaces)
+{
+    Filling& filling = *filling_;
+    const std::vector<surface::SurfaceSet::Instance> drawn = beyond(surfaces);
+    const auto& ways = filling.all.wi;
+    glm::ivec2 size(0);
+    for (const glm::dvec3& wi : ways) {
+        shared::FieldWay way{};
+        set_course(way, wi, filling.lattice);
+        size = glm::max(
+            size, lines_of(way, to_axes(way.axis, glm::dvec3(filling.lattice.count - 1))).count);
+    }
+    filling.beyond = gl::Texture::make_2d_array(device_, "field: light from beyond",
+                                                {size, 2 * static_cast<int>(ways.size())},
+                                                GL_RGBA16F, gl::Filter::nearest);
+    const GLfloat none[4]{};
+    filling.beyond.clear(GL_RGBA, GL_FLOAT, none);
+    if (drawn.empty())
+        return;
+    const gl::Texture depth = gl::Texture::make_2d(device_, "field: depth beyond", size,
+                                                   GL_DEPTH_COMPONENT32F, gl::Filter::nearest);
+    if (!beyond_framebuffer_)
+        beyond_framebuffer_ = {device_, "field: light from beyond"};
+    beyond_framebuffer_.attach_depth(depth.view());
+    device_->BindBufferBase(GL_UNIFORM_BUFFER, DRAW_BLOCK, draw_block_.id());
+    gl::Defines defines = dimmed_defines();
+    defines += shading;
+    device_->UseProgram(programs_.get({"pass/surface.vert", "light/beyond.frag"}, defines).id());
+    device_->Enable(GL_DEPTH_TEST);
+    device_->DepthMask(GL_TRUE);
+    device_->DepthFunc(GL_GREATER);  // what lies nearest to the lattice comes last
+    for (std::size_t i = 0; i < ways.size(); ++i)
+        for (int part = 0; part < 2; ++part) {
+            beyond_framebuffer_.attach_color_layer(filling.beyond.view(),
+                                                   2 * static_cast<int>(i) + part);
+            const GLfloat far = 0;
+            device_->ClearNamedFramebufferfv(beyond_framebuffer_.id(), GL_DEPTH, 0, &far);
+            draw_along(surfaces, drawn, ways[i], static_cast<int>(i),
+                       kTilts[static_cast<std::size_t>(part + 1)], beyond_framebuffer_);
+        }
+    device_->Disable(GL_DEPTH_TEST);
+    beyond_framebuffer_.detach_color();
+    beyond_framebuffer_.attach_depth({});
+    wait_for_drawing();
+}
+
+gl::Defines RadianceField::dimmed_defines() const
+{
+    const FieldMedium& medium = filling_->medium;
+    gl::Defines defines = medium.defines;
+    if (medium.dims)
+        defines.emplace_back("kDims", "");
+    if (medium.extinction != nullptr)
+        defines.emplace_back("kMarched", "");
+    return defines;
+}
+
+void RadianceField::light_surfaces(const gl::Defines& shading, const surface::SurfaceSet& surfaces)
+{
+    Filling& filling = *filling_;
+    if (filling.medium.extinction != nullptr)
+        filling.medium.extinction->bind(EXTINCTION_VOLUME_UNIT);
+    if (!filling.beyond)
+        draw_beyond(shading, surfaces);
+    write_block();
+    filling.faces.bind(FACES_UNIT);
+    filling.materials.bind(FACE_MATERIALS_UNIT);
+    bind_image(0, filling.face_light, GL_WRITE_ONLY, GL_RGBA16F);
+    gl::Defines defines = dimmed_defines();
+    defines += shading;
+    dispatch("light/face_light.comp", defines, filling.lattice.count * glm::ivec3(1, 1, 6),
+             kVolumeGroup);
+}
+
+void RadianceField::bounce(int ways, int bands, const gl::Texture* alone, const gl::Texture* clear,
+                           const gl::Texture* dimmed)
+{
+    Filling& filling = *filling_;
+    const FieldMedium& medium = filling.medium;
+    gl::Defines defines = medium.defines;
+    if (!medium.dims)
+        defines.emplace_back("kClear", "");
+    if (medium.dims && medium.marched)
+        defines.emplace_back("kMarched", "");
+    filling.bounced_before_that = std::move(filling.bounced_before);
+    filling.bounced_before = std::move(filling.bounced);
+    filling.bounced = make("field: bounced", bands * bands);
+    const gl::Texture& sum = filling.bounced;
+    for (const Batch& batch : batches(ways)) {
+        set_batch(batch);
+        (filling.marched ? filling.marched : filling.sigma_t).bind(FIELD_SIGMA_T_UNIT);
+        filling.walls.bind(WALLS_UNIT);
+        filling.faces.bind(FACES_UNIT);
+        filling.face_light.bind(FACE_LIGHT_UNIT);
+        filling.beyond.bind(BEYOND_UNIT);
+        walk("light/bounce.comp", defines, batch.count);
+        gather(bands, batch.first > 0, Of::dimmed, filling.ways, sum);
+    }
+    if (alone != nullptr)
+        finish(bands, sum, nullptr, nullptr, *alone);
+    if (clear != nullptr)
+        finish(bands, sum, &filling.clear, nullptr, *clear);
+    if (dimmed != nullptr)
+        finish(bands, sum, &filling.dimmed, nullptr, *dimmed);
+}
+
+void RadianceField::take_over(const OtherLight& other, int bands, const gl::Texture& to)
+{
+    params_.other = other.at;
+    write_block();
+    other.light->bind(FIELD_LIGHT_UNIT);
+    bind_image(0, to, GL_READ_WRITE);
+    dispatch_nodes("light/field_other.comp",
+                   {{"kBands", fmt::format("{}", std::min(bands, other.bands))}});
+}
+
+const gl::Texture& RadianceField::walls() const
+{
+    return filling_->walls;
 }
 
 gl::Texture RadianceField::take_walls()
@@ -384,6 +570,8 @@ void RadianceField::set_batch(const Batch& batch)
         shared::FieldWay& way = params_.ways[k];
         set_course(way, set.wi[i], filling_->lattice);
         way.entry = set.entry[i];
+        const glm::dvec3 last = to_axes(way.axis, glm::dvec3(filling_->lattice.count - 1));
+        way.first_line = lines_of(way, last).first;
         way.wi = glm::vec3(set.wi[i]);
         way.solid_angle = static_cast<float>(set.ways[i].solid_angle);
         for (int j = 0; j < 16; ++j)
@@ -471,8 +659,8 @@ void RadianceField::fill_world(int ways, int bands, const gl::Texture* clear,
     const auto made = [&](const gl::Texture* to, const char* label) {
         return to != nullptr ? make(label, bands * bands) : gl::Texture();
     };
-    const gl::Texture of_clear = made(clear, "field: clear"),
-                      of_dimmed = made(dimmed, "field: dimmed");
+    gl::Texture &of_clear = filling_->clear = made(clear, "field: clear"),
+                &of_dimmed = filling_->dimmed = made(dimmed, "field: dimmed");
     for (const Batch& batch : batches(ways)) {
         carry_world(batch, false);
         if (of_clear)
@@ -486,6 +674,15 @@ void RadianceField::fill_world(int ways, int bands, const gl::Texture* clear,
         finish(bands, of_clear, nullptr, nullptr, *clear);
     if (of_dimmed)
         finish(bands, of_dimmed, nullptr, nullptr, *dimmed);
+}
+
+void RadianceField::add_light(int bands, const FieldLight& light, const gl::Texture& dimmed)
+{
+    add(light, bands, filling_->dimmed);
+    if (filling_->bounced_before_that)
+        finish(bands, filling_->bounced_before_that, &filling_->dimmed, nullptr, dimmed);
+    else
+        finish(bands, filling_->dimmed, nullptr, nullptr, dimmed);
 }
 
 void RadianceField::sweep(bool emits, const gl::Texture* source, bool means)
@@ -525,7 +722,8 @@ void RadianceField::finish(int bands, const gl::Texture& light, const gl::Textur
 }
 
 gl::Texture RadianceField::fill(int bands, FieldOrders orders, const gl::Texture* world,
-                                const gl::Texture& field, bool gives_scattered)
+                                const gl::Texture& field, bool gives_scattered,
+                                const OtherLight* bounced)
 {
     sums_ = {};
     orders_ = 0;
@@ -552,11 +750,15 @@ gl::Texture RadianceField::fill(int bands, FieldOrders orders, const gl::Texture
         sweep(true, nullptr, true);
         gather(bands, true, Of::field, filling_->ways, first);
     }
+    if (bounced != nullptr)
+        take_over(*bounced, bands, first);
     const gl::Texture source = orders.count > 0 ? scatter(bands, orders, first) : gl::Texture();
     // What is looked up is the light at the nodes, not the means that went from order to order.
     sweep(medium.glows, source ? &source : nullptr, false);
     const gl::Texture light = make("field: light", bands * bands);
     gather(bands, false, Of::field, filling_->ways, light);
+    if (bounced != nullptr)
+        take_over(*bounced, bands, light);
     finish(bands, light, world, &first, field);
     if (!source || !gives_scattered)
         return {};

@@ -41,6 +41,13 @@ struct FieldOrders {
     bool operator==(const FieldOrders&) const = default;
 };
 
+/// Light at the nodes of another lattice, as coefficients.
+struct OtherLight {
+    const gl::Texture* light = nullptr;  ///< alpha of the first: 0 in nodes inside of surfaces
+    shared::LatticeParams at{};          ///< that lattice, for an eye amid the one that takes it
+    int bands = 0;
+};
+
 /// Light of the media's own that a lattice's nodes are to have besides the world's.
 struct FieldLight {
     bool glows = false;  ///< what they emit
@@ -66,8 +73,9 @@ public:
 
     /// Takes up a lattice: what the media are at its nodes, and what surfaces hide from them.
     /// Media, lights and their volumes are bound, here and until end().
-    void begin(const FieldLattice& lattice, FieldMedium medium,
-               const surface::SurfaceSet& surfaces);
+    /// @param bounces surfaces send light on: light_surfaces() and bounce() are called
+    void begin(const FieldLattice& lattice, FieldMedium medium, const surface::SurfaceSet& surfaces,
+               bool bounces = false);
 
     /// Coefficients, bands^2 layers each, of the world's light, summed over kNearWays or
     /// kAllWays directions: `dimmed` by the media, and `clear`: hidden by surfaces alone. Either
@@ -75,12 +83,27 @@ public:
     void fill_world(int ways, int bands, const gl::Texture* clear, const gl::Texture* dimmed,
                     const FieldLight* light = nullptr);
 
+    /// Adds what the media send to what fill_world() gave for `dimmed`, and takes back the last two
+    /// of bounce(), which are to be made anew with it.
+    void add_light(int bands, const FieldLight& light, const gl::Texture& dimmed);
+
+    /// Works out what surfaces send on of all light that reaches them now, as if they were
+    /// Lambertian. What glsl/scene/irradiance.glsl needs is bound but for the media's part, and the
+    /// lines for it are `shading`.
+    void light_surfaces(const gl::Defines& shading, const surface::SurfaceSet& surfaces);
+    /// Carries that along `ways` directions, dimmed by the media: its coefficients, bands^2 layers,
+    /// alone, and with the world's light that fill_world() gave. Any may be null.
+    void bounce(int ways, int bands, const gl::Texture* alone, const gl::Texture* clear,
+                const gl::Texture* dimmed);
+    [[nodiscard]] const gl::Texture& walls() const;
+
     /// Coefficients, bands^2 layers of `field`, of the world's light, whose own are `world` if
-    /// there is any, of what media emit, and of what they scatter again. Gives, if asked for, what
-    /// they scatter at the nodes, as coefficients of the radiance that a thick medium would have;
-    /// empty where no order is followed.
+    /// there is any, of what media emit, and of what they scatter again, and of `bounced`, what
+    /// surfaces send on. Gives, if asked for, what they scatter at the nodes, as coefficients of
+    /// the radiance that a thick medium would have; empty where no order is followed.
     gl::Texture fill(int bands, FieldOrders orders, const gl::Texture* world,
-                     const gl::Texture& field, bool gives_scattered);
+                     const gl::Texture& field, bool gives_scattered,
+                     const OtherLight* bounced = nullptr);
 
     /// How far from each node the nearest surface lies along each of the lattice's axes, down and
     /// then up, a layer each; empty where there is none. Before end().
@@ -101,10 +124,21 @@ private:
     void draw(const surface::SurfaceSet& surfaces);
     void draw_walls(const surface::SurfaceSet& surfaces);
     void wait_for_drawing();
+    void draw_faces(const surface::SurfaceSet& surfaces);
+    void draw_beyond(const gl::Defines& shading, const surface::SurfaceSet& surfaces);
+    void draw_along_axes(const surface::SurfaceSet& surfaces, const gl::Texture& to,
+                         const char* variant);
+    void take_over(const OtherLight& other, int bands, const gl::Texture& to);
     /// Along a way, into the image that is bound.
     void draw_along(const surface::SurfaceSet& surfaces,
                     const std::vector<surface::SurfaceSet::Instance>& drawn, glm::dvec3 wi,
-                    int first, double tilt);
+                    int first, double tilt, const gl::Framebuffer& target);
+    /// The surfaces of which some lies within the lattice, and some beyond it.
+    [[nodiscard]] std::vector<surface::SurfaceSet::Instance>
+    within(const surface::SurfaceSet& surfaces) const;
+    [[nodiscard]] std::vector<surface::SurfaceSet::Instance>
+    beyond(const surface::SurfaceSet& surfaces) const;
+    [[nodiscard]] gl::Defines dimmed_defines() const;
     void sample_medium();
     [[nodiscard]] std::vector<Batch> batches(int set) const;
     void set_batch(const Batch& batch);
@@ -132,7 +166,7 @@ private:
     gl::ProgramCache& programs_;
     gl::UniformBuffer<shared::FieldParams> block_;
     gl::UniformBuffer<shared::DrawParams> draw_block_;
-    gl::Framebuffer framebuffer_;
+    gl::Framebuffer framebuffer_, beyond_framebuffer_;
     shared::FieldParams params_{};
     std::unique_ptr<Filling> filling_;
     gl::Texture sums_;

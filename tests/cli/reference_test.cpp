@@ -136,7 +136,7 @@ TEST(RenderReference, SurfaceBouncesBrightenTheCorner)
     }
     for (const Outcome& wrong :
          {run({"--surface-bounces=-1"}), run({"--surface-bounces=some"}),
-          run_program(folder.path(), {"render", "corner.json", "--surface-bounces=1"}),
+          run_program(folder.path(), {"render", "corner.json", "--surface-bounces=17"}),
           run_program(folder.path(), {"compare", "corner.json", "--surface-bounces=1.5"})}) {
         EXPECT_EQ(wrong.code, 2) << wrong;
         EXPECT_NE(wrong.err.find("--surface-bounces"), std::string::npos) << wrong.err;

@@ -257,7 +257,8 @@ TEST_F(ParamLayout, Draw)
 {
     Offsets expected{MEMBER(DrawParams, clip_from_object), MEMBER(DrawParams, world_from_object),
                      MEMBER(DrawParams, albedo),           MEMBER(DrawParams, roughness),
-                     MEMBER(DrawParams, emission),         MEMBER(DrawParams, metallic)};
+                     MEMBER(DrawParams, emission),         MEMBER(DrawParams, metallic),
+                     MEMBER(DrawParams, number),           MEMBER(DrawParams, is_open)};
     add_struct(expected, "shadow_depth", offsetof(DrawParams, shadow_depth), kDepth);
     expect_same(layout("draw_params.h", "DrawParams"), expected, sizeof(DrawParams));
 }
@@ -333,7 +334,8 @@ TEST_F(ParamLayout, Field)
         MEMBER(FieldWay, entry),       MEMBER(FieldWay, axis),
         MEMBER(FieldWay, wi),          MEMBER(FieldWay, metres),
         MEMBER(FieldWay, slope),       MEMBER(FieldWay, forward),
-        MEMBER(FieldWay, solid_angle), {"harmonics[0]", offsetof(FieldWay, harmonics)}};
+        MEMBER(FieldWay, solid_angle), {"harmonics[0]", offsetof(FieldWay, harmonics)},
+        MEMBER(FieldWay, first_line)};
     Offsets expected{MEMBER(FieldParams, albedo), MEMBER(FieldParams, count),
                      MEMBER(FieldParams, columns), MEMBER(FieldParams, first),
                      MEMBER(FieldParams, order)};

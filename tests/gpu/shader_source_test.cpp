@@ -267,6 +267,13 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         }
         variants.add("light/field_medium.comp",
                      media + kLights[0] + stored + flags(set >> 1, {"kGlows", "kMarched"}));
+        variants.add("light/bounce.comp",
+                     media + kLights[0] + stored + flags(set >> 1, {"kMarched", "kClear"}));
+        for (const char* file : {"light/face_light.comp", "light/beyond.frag"})
+            variants.add(
+                file, media + kLights[set % kLights.size()] + stored +
+                          flags(set >> 1, {"kDims", "kMarched", "kDepthVolume", "kEnvironment"}) +
+                          Defines{{"kWorldIrradiance", ""}});
         variants.add("light/world.comp",
                      media + kLights[0] + stored +
                          flags(set >> 1, {"kMarched", "kSurfaces", "kMeans", "kClear"}));
@@ -280,6 +287,9 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     variants.add("light/crossed.frag", {{"kBeyond", ""}});
     variants.add("light/crossed.frag", {{"kWalls", ""}});
     variants.add("light/walls.comp", {});
+    variants.add("light/crossed.frag", {{"kFaces", ""}});
+    for (const char* bands : {"1", "3"})
+        variants.add("light/field_other.comp", {{"kBands", bands}});
     variants.add("light/field_sum.comp", {});
     variants.add("light/field_sum.comp", {{"kFinish", ""}});
     for (const char* bands : {"1", "3", "4"}) {

@@ -48,6 +48,10 @@ struct SceneSettings {
     /// the media's albedo and optical depth ask for. Those that are left out are guessed from the
     /// last two.
     int bounces = kAutomatic;
+    /// Times that surfaces send light on, onto each other and into the media, 0..16; kAutomatic:
+    /// as often as their albedo asks for where some are glossy or shine or there are probes, else
+    /// 0. Needs a world_cache.
+    int surface_bounces = kAutomatic;
 
     // light from all around on surfaces
     enum class Probes { automatic, off };

@@ -1,0 +1,19 @@
+// How the media dim lights, before there is a frame.
+#include "scene/light_volumes.glsl"
+#include "light/trace.glsl"
+
+// Variant
+const bool kMarched = false;  // there is an extinction's volume
+const bool kDims = false;     // the media dim lights
+
+vec3 depth_at(int i, vec3 p, LightSample light)
+{
+    if (kDepthVolume)
+        return vec3(depth_to_light(i, p, light));
+    vec3 tau = vec3(closed_depth(p, light.wi, light.range));
+    if (kMarched)
+        tau += vec3(from_volume(traced_depth(p, light.wi, light.range, 1.0)));
+    return tau;
+}
+
+vec3 through_media(int i, vec3 p, LightSample light) { return kDims ? exp(-depth_at(i, p, light)) : vec3(1.0); }
