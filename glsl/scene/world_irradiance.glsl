@@ -43,8 +43,8 @@ bool is_walled_off(Walls walls, vec3 n)
     return min(wall.x, min(wall.y, wall.z)) <= 1.0;
 }
 
-// Of the nodes around a place.
-vec3 irradiance_of_nodes(vec3 q, vec3 n)
+// Of the nodes around a place; alpha: what part of them does not lie inside of surfaces, which are left out.
+vec4 sum_of_nodes(vec3 q, vec3 n)
 {
     const float kCosine[3] = float[3](kPi, 2.0 / 3.0 * kPi, 0.25 * kPi);
     LatticeParams lattice = u_volumes.surfaces;
@@ -56,7 +56,21 @@ vec3 irradiance_of_nodes(vec3 q, vec3 n)
             vec4 light = textureLod(u_world_on_surfaces_tx, in_layer(lattice, uvw, i), 0.0);
             sum += vec4(light.rgb * (kCosine[l] * spherical_harmonic(i, n)), light.a);
         }
-    // Nodes inside of surfaces have alpha 0 and are left out; if all are, it is dark.
+    return sum;
+}
+
+vec3 irradiance_of_nodes(vec3 q, vec3 n)
+{
+    const float kFewest = 0.01;
+    vec4 sum = sum_of_nodes(q, n);
+    if (sum.a < kFewest)  // as under a ball: what stands around it, not what lies behind the surface
+        for (int i = 0; i < 6; ++i) {
+            vec3 way = vec3(0.0);
+            way[i >> 1] = (i & 1) != 0 ? 1.0 : -1.0;
+            if (dot(way, n) > -0.5)
+                sum += sum_of_nodes(q + way, n);
+        }
+    // If all are inside, it is dark.
     return max(sum.rgb, vec3(0.0)) / max(sum.a, 1e-3);
 }
 
