@@ -78,7 +78,7 @@ std::vector<Mode> parse_modes(const ModesOptions& options)
 }
 
 /// A target's picture, of a Still or of a ReferenceStill.
-template <class AnyStill> Image image_of(const AnyStill& still, std::string_view target)
+template <class AnyStill> Image image_of_target(const AnyStill& still, std::string_view target)
 {
     const std::vector<float>& pixels = target == "composite"    ? still.composite
                                        : target == "scattering" ? still.scattering
@@ -97,7 +97,7 @@ template <class AnyStill> Rendered rendered(std::string name, const AnyStill& st
 {
     Rendered one{std::move(name), {}, {}};
     for (std::size_t t = 0; t < kTargets.size(); ++t)
-        one.pictures[t] = image_of(still, kTargets[t]);
+        one.pictures[t] = image_of_target(still, kTargets[t]);
     return one;
 }
 
