@@ -62,15 +62,19 @@ vec4 sum_of_nodes(vec3 q, vec3 n)
 vec3 irradiance_of_nodes(vec3 q, vec3 n)
 {
     const float kFewest = 0.01;
-    vec4 sum = sum_of_nodes(q, n);
-    if (sum.a < kFewest)  // as under a ball: what stands around it, not what lies behind the surface
-        for (int i = 0; i < 6; ++i) {
-            vec3 way = vec3(0.0);
-            way[i >> 1] = (i & 1) != 0 ? 1.0 : -1.0;
-            if (dot(way, n) > -0.5)
-                sum += sum_of_nodes(q + way, n);
-        }
-    // If all are inside, it is dark.
+    const vec3 kWays[7] = vec3[7](vec3(0.0), vec3(-1.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, -1.0, 0.0),
+                                  vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, -1.0), vec3(0.0, 0.0, 1.0));
+    vec4 sum = vec4(0.0);
+    // Where all are inside, as under a ball, what stands around the place counts, not what lies behind the surface. The
+    // place itself is the loop's first turn: llvmpipe works out both sides of a branch for all pixels, while a loop
+    // ends with the last pixel that goes on.
+    for (int i = 0; i < 7; ++i) {
+        if (dot(kWays[i], n) > -0.5)
+            sum += sum_of_nodes(q + kWays[i], n);
+        if (i == 0 && sum.a >= kFewest)
+            break;
+    }
+    // If those are inside too, it is dark.
     return max(sum.rgb, vec3(0.0)) / max(sum.a, 1e-3);
 }
 
