@@ -9,7 +9,7 @@
 #include "bench_programs.h"
 #include "bench_table.h"
 #include "command.h"
-#include "context/headless_context.h"
+#include "device_options.h"
 #include "interruption.h"
 #include "machine.h"
 #include "output_folder.h"
@@ -42,7 +42,8 @@ constexpr double kReferenceTolerance = 1e-2;
 
 struct BenchOptions {
     std::vector<std::string> inputs, presets;
-    std::string output = "bench", group, backend = "osmesa";
+    std::string output = "bench", group;
+    DeviceOptions device;
     std::optional<int> rounds, frames;
     std::optional<double> time_limit;  ///< seconds
     bool quick = false, list = false, errors = false, json = false;
@@ -136,10 +137,8 @@ class BenchRun {
 public:
     explicit BenchRun(const BenchOptions& options)
         : options_{options}, folder_{options.output}, effort_{effort_of(options)},
-          context_{gl::HeadlessContext::make(options.backend == "egl"
-                                                 ? gl::HeadlessContext::Backend::egl
-                                                 : gl::HeadlessContext::Backend::osmesa)},
-          renderer_{context_->get_proc()}, texel_rate_{renderer_.renderer().device()}
+          context_{make_context(options.device)}, renderer_{context_->get_proc()},
+          texel_rate_{renderer_.renderer().device()}
     {
     }
 
@@ -207,8 +206,8 @@ private:
         progress_.show("whole programs");
         for (const VdbUse& use : vdbs_of(report_.scenes))
             if (wanted("programs"))
-                add(program_figures(use.file, *use.scene, options_.backend, folder_, effort_.runs,
-                                    report_.notes));
+                add(program_figures(use.file, *use.scene, device_words(options_.device), folder_,
+                                    effort_.runs, report_.notes));
     }
 
     void measure_loading()
@@ -342,10 +341,11 @@ private:
     {
         progress_.show("writing");
         const gl::Capabilities& gl = renderer_.renderer().device().capabilities();
-        report_.machine =
-            fmt::format("{}; {}; {}; {} rounds of {} frames, 480 x 270 unless said", gl.renderer,
-                        processor_name(), timing_name(renderer_.renderer().measuring_timing()),
-                        effort_.rounds, effort_.frames);
+        report_.machine = fmt::format(
+            "{}; {}; {}; {} rounds of {} frames, 480 x 270 unless said",
+            chosen_text(*context_, renderer_.renderer().device()), processor_name(),
+            timing_name(renderer_.renderer().measuring_timing()), effort_.rounds, effort_.frames);
+        report_.device = chosen_json(*context_, renderer_.renderer().device());
         report_.goals = study::bench_goals(report_.figures, report_.scenes);
         report_.files = {folder_ / "bench.csv"};
         study::write_whole(report_.files.front(), study::bench_csv(report_.figures));
@@ -426,8 +426,7 @@ void add_bench(CLI::App& app)
                       "the presets' errors too, against references to 1 %, which take minutes and "
                       "stay in the folder");
     command->add_flag("--json", o.json, "print JSON");
-    command->add_option("--backend", o.backend, "OpenGL without a window [osmesa]")
-        ->check(CLI::IsMember({"osmesa", "egl"}));
+    add_device_options(*command, o.device);
     command->footer("Interrupted, it writes what was measured until then.\n"
                     "Exit code: 0 all written, 1 not, 2 wrong command line.");
     command->callback([options] { run(*options); });

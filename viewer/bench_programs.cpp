@@ -73,16 +73,18 @@ std::string other_scene(const Scene& scene, const GridMedium* medium)
 }  // namespace
 
 std::vector<study::BenchFigure> program_figures(const fs::path& vdb, const Scene& scene,
-                                                const std::string& backend, const fs::path& folder,
-                                                int rounds, std::vector<std::string>& notes)
+                                                const std::vector<std::string>& device_words,
+                                                const fs::path& folder, int rounds,
+                                                std::vector<std::string>& notes)
 {
     const study::UnfinishedFile picture(folder / "picture.png");
     const GridMedium* medium = nullptr;
     for (const Medium& m : scene.media)
         if (medium == nullptr)
             medium = std::get_if<GridMedium>(&m);
-    const std::vector<std::string> own{"/proc/self/exe",        "render",    vdb.string(), "-o",
-                                       picture.path().string(), "--backend", backend};
+    std::vector<std::string> own{"/proc/self/exe", "render", vdb.string(), "-o",
+                                 picture.path().string()};
+    own.insert(own.end(), device_words.begin(), device_words.end());
     std::string refusal = other_scene(scene, medium);
     std::vector<double> own_ms, other_ms, trace_ms;
     for (int round = 0; round < rounds; ++round) {

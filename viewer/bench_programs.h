@@ -12,10 +12,12 @@ namespace fumarole::command {
 /// Whole runs of programs on one .vdb, in turn, from start to end: `fumarole render` of the bare
 /// file, with its picture written; and OpenVDB's `vdb_render` from the same camera, with shadows,
 /// in steps of one voxel, through media as dense. Rows of the group `programs`.
-/// @param scene shows the file's grid @param folder holds the pictures for a moment
+/// @param scene shows the file's grid @param device_words of `fumarole render` @param folder holds
+/// the pictures for a moment
 /// @param notes what could not be run, and why
 std::vector<study::BenchFigure> program_figures(const std::filesystem::path& vdb,
-                                                const Scene& scene, const std::string& backend,
+                                                const Scene& scene,
+                                                const std::vector<std::string>& device_words,
                                                 const std::filesystem::path& folder, int rounds,
                                                 std::vector<std::string>& notes);
 

@@ -187,10 +187,11 @@ void print_bench_json(const BenchReport& report)
                           {"ms_per_unit", c.growth.slope}});
     for (const std::filesystem::path& file : report.files)
         files.push_back(file.string());
-    const Json json{{"machine", report.machine}, {"figures", figures},
-                    {"growth", growth},          {"goals", goals},
-                    {"notes", report.notes},     {"outputs", files},
-                    {"seconds", report.seconds}};
+    Json json{{"machine", report.machine}, {"figures", figures},
+              {"growth", growth},          {"goals", goals},
+              {"notes", report.notes},     {"outputs", files},
+              {"seconds", report.seconds}};
+    json.update(report.device);
     fmt::print("{}\n", json.dump(1, ' ', false, Json::error_handler_t::replace));
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -10,7 +11,8 @@ namespace fumarole::command {
 
 /// All that a bench found.
 struct BenchReport {
-    std::string machine;  ///< a line: renderer, processor, how times were taken
+    std::string machine;            ///< a line: renderer, processor, how times were taken
+    nlohmann::ordered_json device;  ///< what was drawn with, and why
     std::vector<study::BenchScene> scenes;
     std::vector<study::BenchFigure> figures;
     std::vector<study::BenchGoal> goals;

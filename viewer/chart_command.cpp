@@ -9,7 +9,7 @@
 #include "bounce_count.h"
 #include "chart_log.h"
 #include "command.h"
-#include "context/headless_context.h"
+#include "device_options.h"
 #include "gl/device.h"
 #include "interruption.h"
 #include "machine.h"
@@ -41,8 +41,9 @@ constexpr const char* kLogName = "chart.partial.jsonl";
 
 struct ChartOptions {
     std::string input, output, size, grid,
-        up = "auto", backend = "osmesa", target = "composite", bounces = "all",
+        up = "auto", target = "composite", bounces = "all",
         surface_bounces = bounces_text(study::kMeasuredSurfaceBounces);
+    DeviceOptions device;
     std::optional<double> tolerance;
     std::optional<int> frames;
     std::optional<double> time_limit;  ///< seconds
@@ -90,7 +91,7 @@ std::string render_command(const ChartOptions& options, const Scene& scene)
     return fmt::format("fumarole render {} --size {}x{}", shell_word(options.input),
                        scene.resolution.x, scene.resolution.y) +
            option_text("--grid", options.grid) + option_text("--up", options.up, "auto") +
-           option_text("--backend", options.backend, "osmesa");
+           device_text(options.device);
 }
 
 /// The command that goes on with an interrupted chart: all that was said but --fresh.
@@ -106,8 +107,7 @@ std::string continue_command(const ChartOptions& options)
            option_text("--surface-bounces", options.surface_bounces,
                        bounces_text(study::kMeasuredSurfaceBounces)) +
            option_text("--size", options.size) + option_text("--grid", options.grid) +
-           option_text("--up", options.up, "auto") +
-           option_text("--backend", options.backend, "osmesa") +
+           option_text("--up", options.up, "auto") + device_text(options.device) +
            number("--tolerance", options.tolerance) + number("--frames", options.frames) +
            number("--time-limit", options.time_limit) + (options.json ? " --json" : "");
 }
@@ -130,6 +130,8 @@ std::string build_hash()
 struct Made {
     fs::path csv, svg, png, report;
     std::string plot_failure;  ///< why there is no picture
+    std::string device;        ///< what was drawn with, and why
+    Json device_json;
     double seconds = 0;
 };
 
@@ -172,27 +174,28 @@ void print_json(const study::Chart& chart, const study::KeptReference& reference
                            {"time_ratio", e.time_ratio},
                            {"error_ratio", e.error_ratio},
                            {"verdict", e.verdict(chart.target)}});
-    const Json json{{"input", options.input},
-                    {"size", {chart.size.x, chart.size.y}},
-                    {"target", options.target},
-                    {"quick", options.quick},
-                    {"floor", chart.floor},
-                    {"reference",
-                     {{"file", reference.file.string()},
-                      {"reused", reference.reused},
-                      {"seconds", reference.seconds},
-                      {"bounces", options.once() ? Json(0) : Json("all")},
-                      {"surface_bounces", bounces_json(options.reflections())},
-                      {"tolerance", tolerance}}},
-                    {"timing", chart.timing_method},
-                    {"rounds", chart.rounds},
-                    {"visits_made", chart.visited},
-                    {"seconds", made.seconds},
-                    {"points", points},
-                    {"left_out", chart.left_out},
-                    {"effects", effects},
-                    {"limits", chart.limits},
-                    {"outputs", outputs}};
+    Json json{{"input", options.input},
+              {"size", {chart.size.x, chart.size.y}},
+              {"target", options.target},
+              {"quick", options.quick},
+              {"floor", chart.floor},
+              {"reference",
+               {{"file", reference.file.string()},
+                {"reused", reference.reused},
+                {"seconds", reference.seconds},
+                {"bounces", options.once() ? Json(0) : Json("all")},
+                {"surface_bounces", bounces_json(options.reflections())},
+                {"tolerance", tolerance}}},
+              {"timing", chart.timing_method},
+              {"rounds", chart.rounds},
+              {"visits_made", chart.visited},
+              {"seconds", made.seconds},
+              {"points", points},
+              {"left_out", chart.left_out},
+              {"effects", effects},
+              {"limits", chart.limits},
+              {"outputs", outputs}};
+    json.update(made.device_json);
     fmt::print("{}\n", json.dump(1, ' ', false, Json::error_handler_t::replace));
 }
 
@@ -206,9 +209,10 @@ void print_row(const std::string& number, const study::Chart& chart, const study
 void print_table(const study::Chart& chart, const study::KeptReference& reference,
                  const ChartOptions& options, const Made& made, double tolerance)
 {
-    fmt::print("{} at {} x {}: {} points, {} visit{} each ({} made now), reference to {:g} {}\n",
-               options.input, chart.size.x, chart.size.y, chart.points.size(), chart.rounds,
-               chart.rounds == 1 ? "" : "s", chart.visited, tolerance,
+    fmt::print("{} at {} x {} on {}: {} points, {} visit{} each ({} made now), reference to {:g} "
+               "{}\n",
+               options.input, chart.size.x, chart.size.y, made.device, chart.points.size(),
+               chart.rounds, chart.rounds == 1 ? "" : "s", chart.visited, tolerance,
                reference.reused ? "reused" : "in " + duration(reference.seconds));
     fmt::print("{:>3}  {:<52}{:>9}{:>11}{:>11}{:>10}{:>9}\n", "no.",
                fmt::format("the front, by the {}", options.target), "ms", "relMSE", "bias part",
@@ -248,12 +252,13 @@ double own_relmse(const study::ReferenceStill& still, bool integrated)
 }
 
 std::vector<std::pair<std::string, std::string>>
-machine_of(const Renderer& renderer, const study::Chart& chart, const ChartOptions& options,
-           const ChartEffort& effort, const study::KeptReference& reference,
-           double reference_relmse)
+machine_of(const Renderer& renderer, const std::string& reason, const study::Chart& chart,
+           const ChartOptions& options, const ChartEffort& effort,
+           const study::KeptReference& reference, double reference_relmse)
 {
     const gl::Capabilities& gl = renderer.device().capabilities();
     return {{"renderer", gl.renderer},
+            {"drawn by", reason},
             {"OpenGL", gl.version},
             {"processor", processor_name()},
             {"system", system_name()},
@@ -288,10 +293,7 @@ public:
         : options_{options}, scene_{loaded.scene}, folder_{std::move(folder)}, effort_{effort_of(
                                                                                    options)},
           // Before the reference: a machine without OpenGL says so at once.
-          context_{gl::HeadlessContext::make(options.backend == "egl"
-                                                 ? gl::HeadlessContext::Backend::egl
-                                                 : gl::HeadlessContext::Backend::osmesa)},
-          renderer_{context_->get_proc()}
+          context_{make_context(options.device)}, renderer_{context_->get_proc()}
     {
     }
 
@@ -362,7 +364,7 @@ private:
         ChartLog log(folder_ / kLogName, study::text_hash(fmt::format(
                                              "{} {} {} {} {} {}", reference_.key, build_hash(),
                                              renderer_.renderer().device().capabilities().renderer,
-                                             options_.backend, effort_.frames, effort_.seeds)));
+                                             context_->name(), effort_.frames, effort_.seeds)));
         if (!options_.fresh)
             chosen.known = log.read();
         chosen.keep = [&](const study::ChartVisit& visit) { log.append(visit); };
@@ -384,8 +386,8 @@ private:
         study::ReportFacts facts;
         facts.title = fs::path(options_.input).filename().string();
         facts.command = render_command(options_, scene_);
-        facts.machine = machine_of(renderer_.renderer(), chart_, options_, effort_, reference_,
-                                   reference_relmse_);
+        facts.machine = machine_of(renderer_.renderer(), context_->choice().reason, chart_,
+                                   options_, effort_, reference_, reference_relmse_);
         facts.reference_file = reference_.file;
         try {
             study::plot_chart(chart_,
@@ -403,6 +405,8 @@ private:
             study::report_html(chart_, facts,
                                study::front_pictures(chart_, scene_, reference_.still, renderer_,
                                                      folder_, Interruption::flag())));
+        made_.device = chosen_text(*context_, renderer_.renderer().device());
+        made_.device_json = chosen_json(*context_, renderer_.renderer().device());
         made_.seconds = seconds_since(begin_);
     }
 
@@ -483,8 +487,7 @@ void add_chart(CLI::App& app)
         ->check(CLI::Range(1, 1000));
     command->add_flag("--fresh", o.fresh, "measure again what an earlier run measured");
     command->add_flag("--json", o.json, "print JSON");
-    command->add_option("--backend", o.backend, "OpenGL without a window [osmesa]")
-        ->check(CLI::IsMember({"osmesa", "egl"}));
+    add_device_options(*command, o.device);
     command->footer("An interrupted chart goes on where it was; the reference and the points stay "
                     "in the folder.\nExit code: 0 all written, 1 not, 2 wrong command line.");
     command->callback([options] { run(*options); });

@@ -38,7 +38,7 @@ constexpr std::array kOfPictures{"B.exr", "--target", "--max-relmse", "--differe
 constexpr std::array kOfScenes{"--modes",        "--size",    "--grid",
                                "--up",           "--aa",      "--frames",
                                "--tolerance",    "--bounces", "--surface-bounces",
-                               "--no-reference", "--backend"};
+                               "--no-reference", "--backend", "--device"};
 
 template <class Names> void refuse(const CLI::App& command, const Names& names, const char* why)
 {
@@ -415,9 +415,7 @@ void add_compare(CLI::App& app)
         ->add_flag("--no-reference", m.no_reference,
                    "compare the modes with each other alone; the reference may take minutes")
         ->group(scenes);
-    command->add_option("--backend", m.backend, "OpenGL without a window [osmesa]")
-        ->check(CLI::IsMember({"osmesa", "egl"}))
-        ->group(scenes);
+    add_device_options(*command, m.device, scenes);
     command->footer("Exit code: 0 compared, 1 over --max-relmse, not finite or not comparable, "
                     "2 wrong command line.");
     command->callback([options, command] { run_either(*options, *command); });

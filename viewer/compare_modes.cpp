@@ -9,7 +9,6 @@
 
 #include "bounce_count.h"
 #include "command.h"
-#include "context/headless_context.h"
 #include "interruption.h"
 #include "picture_distance.h"
 #include "picture_files.h"
@@ -201,11 +200,10 @@ public:
 private:
     void render()
     {
-        const auto context = gl::HeadlessContext::make(options_.backend == "egl"
-                                                           ? gl::HeadlessContext::Backend::egl
-                                                           : gl::HeadlessContext::Backend::osmesa);
+        const auto context = make_context(options_.device);
         SceneRenderer renderer(context->get_proc());
-        device_ = renderer.renderer().device().capabilities().renderer;
+        device_ = chosen_text(*context, renderer.renderer().device());
+        device_json_ = chosen_json(*context, renderer.renderer().device());
         for (const Mode& mode : modes_) {
             StillReport report;
             const StillOptions still_options{.aa = options_.aa,
@@ -350,11 +348,11 @@ private:
                                  {"flip", d.is.flip}});
         Json json{{"input", options_.scene.file},
                   {"size", {scene_.resolution.x, scene_.resolution.y}},
-                  {"device", device_},
                   {"aa", options_.aa},
                   {"frames", options_.frames},
                   {"modes", modes},
                   {"distances", distances}};
+        json.update(device_json_);
         json["surface_bounces"] = reference_ ? bounces_json(surface_bounces_) : Json();
         json["tolerance"] = reference_ ? Json(tolerance_) : Json();
         json["output"] = options_.output.empty() ? Json() : Json(options_.output);
@@ -366,7 +364,8 @@ private:
     const std::optional<float> exposure_;
     const Scene scene_;
     Progress progress_;
-    std::string device_;
+    std::string device_;  ///< and why it is this one
+    Json device_json_;
     std::vector<Rendered> rendered_;
     std::optional<Rendered> reference_;
     std::array<study::NoiseShare, kTargets.size()> noise_;  ///< the reference's

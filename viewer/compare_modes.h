@@ -4,6 +4,7 @@
 #include <string>
 
 #include "bounce_count.h"
+#include "device_options.h"
 #include "scene_input.h"
 #include "study/reference.h"
 
@@ -14,7 +15,8 @@ struct ModesOptions {
     SceneInput scene{.file = "", .size = "", .grid = "", .up = "auto"};
     std::string modes = "raymarch,froxel";  ///< modes, presets, `reference`
     std::string output;                     ///< x.png with all pictures, or ""
-    std::string backend = "osmesa", exposure = "auto";
+    std::string exposure = "auto";
+    DeviceOptions device;
     int aa = 1;
     int frames = 16;                  ///< timed; froxels gather over them
     std::optional<double> tolerance;  ///< of the reference; else study::usual_tolerance()

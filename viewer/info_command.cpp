@@ -8,6 +8,7 @@
 #include "asset/grid_names.h"
 #include "blackbody.h"
 #include "command.h"
+#include "device_options.h"
 #include "medium/grid_layout.h"
 #include <fumarole/asset/animation.h>
 #include <fumarole/asset/sequence.h>
@@ -225,16 +226,83 @@ void run(const std::string& name, bool json)
     fmt::print("{}\n", all.dump(1, ' ', false, Json::error_handler_t::replace));
 }
 
+// ------------------------------------------------------------------------------------- devices
+
+std::string kind_of(const gl::DeviceDescription& device)
+{
+    return !device.refusal.empty() ? "can't be used: " + device.refusal
+           : device.software       ? "software"
+                                   : "GPU";
+}
+
+Json device_json(const gl::DeviceDescription& device)
+{
+    return {{"name", device.name},
+            {"vendor", device.vendor},
+            {"version", device.version},
+            {"software", device.software},
+            {"refusal", device.refusal.empty() ? Json() : Json(device.refusal)}};
+}
+
+/// EGL's devices by number, OSMesa, and which of them is taken where nothing is said.
+void run_devices(bool json)
+{
+    const std::vector<gl::DeviceDescription> egl = gl::HeadlessContext::egl_devices();
+    const gl::DeviceDescription osmesa = gl::HeadlessContext::osmesa_device();
+    std::vector<bool> software;
+    for (const gl::DeviceDescription& device : egl)
+        software.push_back(device.software);
+    const gl::DeviceChoice choice =
+        gl::choose_device({}, software, [&](std::size_t i) { return egl[i]; });
+    if (json) {
+        Json devices = Json::array();
+        for (std::size_t i = 0; i < egl.size(); ++i) {
+            devices.push_back({{"device", i}, {"backend", "egl"}});
+            devices.back().update(device_json(egl[i]));
+        }
+        devices.push_back({{"device", nullptr}, {"backend", "osmesa"}});
+        devices.back().update(device_json(osmesa));
+        const Json all{{"devices", devices},
+                       {"automatic",
+                        {{"device", choice.egl_device ? Json(*choice.egl_device) : Json()},
+                         {"backend", choice.egl_device ? "egl" : "osmesa"},
+                         {"reason", choice.reason}}}};
+        fmt::print("{}\n", all.dump(1, ' ', false, Json::error_handler_t::replace));
+        return;
+    }
+    fmt::print("{:<8}{:<40}{:<22}{:<40}\n", "device", "name", "vendor", "OpenGL");
+    const auto row = [](const std::string& number, const gl::DeviceDescription& device) {
+        fmt::print("{:<8}{:<40}{:<22}{:<40}{}\n", number, device.name, device.vendor,
+                   device.version, kind_of(device));
+    };
+    for (std::size_t i = 0; i < egl.size(); ++i)
+        row(fmt::format("{}", i), egl[i]);
+    row("osmesa", osmesa);
+    fmt::print("--backend auto takes {}\n", choice.reason);
+}
+
 }  // namespace
 
 void add_info(CLI::App& app)
 {
-    CLI::App* command = app.add_subcommand("info", "What a .vdb file holds, and what it will take");
+    CLI::App* command = app.add_subcommand(
+        "info", "What a .vdb file holds, and what it will take; or what there is to draw with");
     auto file = std::make_shared<std::string>();
-    auto json = std::make_shared<bool>(false);
-    command->add_option("FILE", *file, "a .vdb file, or a sequence: smoke_####.vdb")->required();
+    auto json = std::make_shared<bool>(false), devices = std::make_shared<bool>(false);
+    CLI::Option* input =
+        command->add_option("FILE", *file, "a .vdb file, or a sequence: smoke_####.vdb");
+    command
+        ->add_flag("--devices", *devices, "what OpenGL can draw with here, for --device, instead")
+        ->excludes(input);
     command->add_flag("--json", *json, "print JSON");
-    command->callback([=] { run(*file, *json); });
+    command->callback([=] {
+        if (*devices)
+            run_devices(*json);
+        else if (file->empty())
+            throw UsageError("info: FILE is required, or --devices");
+        else
+            run(*file, *json);
+    });
 }
 
 }  // namespace fumarole::command

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
-#include "context/headless_context.h"
+#include "device_options.h"
 #include "interruption.h"
 #include "planning.h"
 #include "progress.h"
@@ -24,7 +24,8 @@ using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 
 struct PlanOptions {
-    std::string input, size, grid, up = "auto", backend = "osmesa";
+    std::string input, size, grid, up = "auto";
+    DeviceOptions device;
     SettingsInput words;
     PlanWish wish;
     double time_limit = 10;  ///< seconds
@@ -36,8 +37,8 @@ std::string render_command(const PlanOptions& options, const study::Plan& plan)
     const std::string& name = plan.chosen().name;
     return fmt::format("fumarole render {}", shell_word(options.input)) +
            option_text("--size", options.size) + option_text("--grid", options.grid) +
-           option_text("--up", options.up, "auto") +
-           option_text("--backend", options.backend, "osmesa") + (name.empty() ? "" : " " + name);
+           option_text("--up", options.up, "auto") + device_text(options.device) +
+           (name.empty() ? "" : " " + name);
 }
 
 /// Those on the front, fastest first, and the choice and the start, if they are not on it.
@@ -69,8 +70,10 @@ std::string fact_text(const study::PlanFact& fact)
                        *fact.saving > 0 ? "less" : "more");
 }
 
-void print_plan(const study::Plan& plan, const Scene& scene, const PlanOptions& options)
+void print_plan(const study::Plan& plan, const Scene& scene, const PlanOptions& options,
+                const std::string& device)
 {
+    fmt::print("on {}\n", device);
     fmt::print("what this scene needs:\n");
     for (const study::PlanFact& fact : plan.facts)
         fmt::print("  {}\n", fact_text(fact));
@@ -111,7 +114,8 @@ Json point_json(const study::PlanPoint& point)
             {"settings", settings}};
 }
 
-void print_json(const study::Plan& plan, const Scene& scene, const PlanOptions& options)
+void print_json(const study::Plan& plan, const Scene& scene, const PlanOptions& options,
+                const Json& device)
 {
     Json facts = Json::array(), points = Json::array();
     for (const study::PlanFact& fact : plan.facts)
@@ -126,19 +130,20 @@ void print_json(const study::Plan& plan, const Scene& scene, const PlanOptions& 
     Json choice = point_json(plan.chosen());
     choice["ms"] = plan.ms;
     choice["command"] = render_command(options, plan);
-    const Json json{{"input", options.input},
-                    {"size", {scene.resolution.x, scene.resolution.y}},
-                    {for_error ? "max_error" : "budget_ms", plan.goal.value},
-                    {"met", plan.met},
-                    {"choice", choice},
-                    {"start_ms", plan.start_ms},
-                    {"facts", facts},
-                    {"points", points},
-                    {"pixels", plan.pixels},
-                    {"tolerance", plan.tolerance},
-                    {"timing", plan.timing_method},
-                    {"notes", plan.notes},
-                    {"seconds", plan.seconds}};
+    Json json{{"input", options.input},
+              {"size", {scene.resolution.x, scene.resolution.y}},
+              {for_error ? "max_error" : "budget_ms", plan.goal.value},
+              {"met", plan.met},
+              {"choice", choice},
+              {"start_ms", plan.start_ms},
+              {"facts", facts},
+              {"points", points},
+              {"pixels", plan.pixels},
+              {"tolerance", plan.tolerance},
+              {"timing", plan.timing_method},
+              {"notes", plan.notes},
+              {"seconds", plan.seconds}};
+    json.update(device);
     fmt::print("{}\n", json.dump(1, ' ', false, Json::error_handler_t::replace));
 }
 
@@ -148,13 +153,13 @@ void run(const PlanOptions& options)
         throw UsageError("give what to plan for: --max-error 0.01, or --budget 8ms");
     const study::PlanGoal goal = parse_goal(options.wish);
     parse_settings(options.words);  // before the scene is read
+    check_device(options.device);
     const Clock::time_point begin = Clock::now();
     const asset::LoadedScene loaded =
         load_input({options.input, options.size, options.grid, options.up});
-    const auto context =
-        gl::HeadlessContext::make(options.backend == "egl" ? gl::HeadlessContext::Backend::egl
-                                                           : gl::HeadlessContext::Backend::osmesa);
+    const auto context = make_context(options.device);
     SceneRenderer renderer(context->get_proc());
+    const gl::Device& device = renderer.renderer().device();
     // What the file took to read is not there any more, but a look at it must be.
     constexpr double kLeastShare = 0.5;
     const double seconds = std::max(options.time_limit - study::seconds_since(begin),
@@ -163,9 +168,9 @@ void run(const PlanOptions& options)
     const study::Plan plan =
         plan_settings(loaded.scene, renderer, goal, options.words, seconds, true);
     if (options.json)
-        print_json(plan, loaded.scene, options);
+        print_json(plan, loaded.scene, options, chosen_json(*context, device));
     else
-        print_plan(plan, loaded.scene, options);
+        print_plan(plan, loaded.scene, options, chosen_text(*context, device));
 }
 
 }  // namespace
@@ -187,8 +192,7 @@ void add_plan(CLI::App& app)
                      "seconds; references and tries are cut to fit [10]")
         ->check(CLI::Range(0.1, 1e6));
     command->add_flag("--json", o.json, "print JSON");
-    command->add_option("--backend", o.backend, "OpenGL without a window [osmesa]")
-        ->check(CLI::IsMember({"osmesa", "egl"}));
+    add_device_options(*command, o.device);
     command->add_option("--mode", o.words.mode, "raymarch or froxel alone [both are tried]")
         ->check(CLI::IsMember({"raymarch", "froxel"}));
     add_settings(*command, o.words);

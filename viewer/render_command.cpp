@@ -11,7 +11,7 @@
 
 #include "bounce_count.h"
 #include "command.h"
-#include "context/headless_context.h"
+#include "device_options.h"
 #include "gl/device.h"
 #include "inspection_options.h"
 #include "interruption.h"
@@ -40,8 +40,8 @@ using Json = nlohmann::ordered_json;
 struct RenderOptions {
     std::string input;
     std::vector<std::string> outputs;
-    std::string size, grid, up = "auto", backend = "osmesa", exposure = "auto", display = "filmic",
-                            target, save_scene, mode, region, bounces, surface_bounces = "0";
+    std::string size, grid, up = "auto", exposure = "auto", display = "filmic", target, save_scene,
+                            mode, region, bounces, surface_bounces = "0";
     std::string frames = "1", missing_frames = "fail";
     std::string aa_text = "auto";
     int aa = 1;                ///< frames averaged, or the most of them:
@@ -50,6 +50,7 @@ struct RenderOptions {
     std::optional<double> tolerance;  ///< of the reference
     bool alpha = false, half = false, explain = false, json = false;
     std::string line;  ///< the command line itself
+    DeviceOptions device;
     InspectionOptions inspection;
     SettingsInput words;
     PlanWish wish;
@@ -87,8 +88,8 @@ void check_mode(const RenderOptions& options, const CLI::App& command)
     constexpr const char* kWhy =
         "is for OpenGL; --mode reference has no such thing, it "
         "takes --tolerance, --region, --bounces, --surface-bounces and --aa";
-    for (const char* name :
-         {"--preset", "--seed", "--backend", "--alpha", "--explain", "--max-error", "--budget"})
+    for (const char* name : {"--preset", "--seed", "--backend", "--device", "--alpha", "--explain",
+                             "--max-error", "--budget"})
         refuse(name, kWhy);
     if (!options.range)
         refuse("--frames", kWhy);
@@ -222,11 +223,11 @@ Json settings_json(const Settings& settings)
     return json;
 }
 
-void print_report(const StillReport& report, const gl::Device& gl, const Scene& scene,
+void print_report(const StillReport& report, const std::string& device, const Scene& scene,
                   const RenderOptions& options)
 {
-    fmt::print("{} x {} on {} ({}), {}\n", scene.resolution.x, scene.resolution.y,
-               gl.capabilities().renderer, report.timing_method, preset_line(options));
+    fmt::print("{} x {} on {} ({}), {}\n", scene.resolution.x, scene.resolution.y, device,
+               report.timing_method, preset_line(options));
     fmt::print("{:<26}{:>10}{:>10}{:>10}   ms over {} frames\n", "pass", "min", "median", "max",
                options.timed_frames);
     std::vector<PassTime> rows = report.passes;
@@ -303,13 +304,6 @@ PictureFiles files_of(const RenderOptions& options)
 }
 
 // -------------------------------------------------------------------------------------- OpenGL
-
-std::unique_ptr<gl::HeadlessContext> make_context(const RenderOptions& options)
-{
-    return gl::HeadlessContext::make(options.backend == "egl"
-                                         ? gl::HeadlessContext::Backend::egl
-                                         : gl::HeadlessContext::Backend::osmesa);
-}
 
 /// Has the settings planned that were not given, for a single frame, and says what was chosen.
 /// @returns the line that says it
@@ -445,8 +439,9 @@ void run_still(RenderOptions options, const PictureFiles& files, Settings settin
                const std::optional<PictureRegion>& region, const asset::LoadedScene& loaded)
 {
     const Scene& scene = loaded.scene;
-    const auto context = make_context(options);
+    const auto context = make_context(options.device);
     SceneRenderer renderer(context->get_proc());
+    const gl::Device& device = renderer.renderer().device();
     std::string planned;
     if (options.goal) {
         const Interruption interruption;
@@ -489,8 +484,8 @@ void run_still(RenderOptions options, const PictureFiles& files, Settings settin
                      {"seed", options.seed},
                      {"preset", options.words.preset},
                      {"settings", settings_json(settings)},
-                     {"device", renderer.renderer().device().capabilities().renderer},
                      {"explain", explained}});
+        json.update(chosen_json(*context, device));
         if (options.goal)
             json["plan"] = planned;
         json.update(report_json(report));
@@ -502,7 +497,7 @@ void run_still(RenderOptions options, const PictureFiles& files, Settings settin
         for (const std::string& line : explained)
             fmt::print("  {}\n", line);
     }
-    print_report(report, renderer.renderer().device(), scene, options);
+    print_report(report, chosen_text(*context, device), scene, options);
     if (options.until_clear)
         fmt::print("{}\n", grain.line(still.frames));
     if (raised)
@@ -536,30 +531,31 @@ void run_inspection(const RenderOptions& options, const PictureFiles& files,
                     const Settings& settings, const Inspection& inspection,
                     const asset::LoadedScene& loaded)
 {
-    const auto context = make_context(options);
+    const auto context = make_context(options.device);
     SceneRenderer renderer(context->get_proc());
     const InspectionStill still =
         renderer.inspect(loaded.scene, settings, inspection, options.seed);
     const std::optional<float> exposure_ev = write_inspection(still, inspection, files);
     const InspectionLegend& legend = still.legend;
     if (options.json) {
-        print_json({{"input", options.input},
-                    {"outputs", options.outputs},
-                    {"size", {still.width, still.height}},
-                    {"mode", options.mode},
-                    {"show", options.inspection.show},
-                    {"legend",
-                     {{"low", legend.low},
-                      {"high", legend.high},
-                      {"unit", legend.unit},
-                      {"caption", legend.caption},
-                      {"false_color", legend.false_color}}},
-                    {"exposure_ev", exposure_ev ? Json(*exposure_ev) : Json()},
-                    {"notes", loaded.notes},
-                    {"seed", options.seed},
-                    {"preset", options.words.preset},
-                    {"settings", settings_json(settings)},
-                    {"device", renderer.renderer().device().capabilities().renderer}});
+        Json json{{"input", options.input},
+                  {"outputs", options.outputs},
+                  {"size", {still.width, still.height}},
+                  {"mode", options.mode},
+                  {"show", options.inspection.show},
+                  {"legend",
+                   {{"low", legend.low},
+                    {"high", legend.high},
+                    {"unit", legend.unit},
+                    {"caption", legend.caption},
+                    {"false_color", legend.false_color}}},
+                  {"exposure_ev", exposure_ev ? Json(*exposure_ev) : Json()},
+                  {"notes", loaded.notes},
+                  {"seed", options.seed},
+                  {"preset", options.words.preset},
+                  {"settings", settings_json(settings)}};
+        json.update(chosen_json(*context, renderer.renderer().device()));
+        print_json(json);
         return;
     }
     fmt::print("{}\n", legend_line(inspection, legend));
@@ -696,7 +692,7 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
     std::optional<SceneRenderer> renderer;
     std::optional<CoverRenderer> cover;
     if (!options.reference()) {
-        context = make_context(options);
+        context = make_context(options.device);
         renderer.emplace(context->get_proc());
         cover.emplace(options, files, context->get_proc());
     }
@@ -753,15 +749,21 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
     }
     progress.clear();
     if (options.json) {
-        print_json({{"input", options.input},
-                    {"mode", options.mode},
-                    {"preset", options.words.preset},
-                    {"aa", options.aa},
-                    {"exposure_ev", files.exposure.value_or(0)},
-                    {"notes", notes},
-                    {"frames", rows}});
+        Json json{{"input", options.input},
+                  {"mode", options.mode},
+                  {"preset", options.words.preset},
+                  {"aa", options.aa},
+                  {"exposure_ev", files.exposure.value_or(0)},
+                  {"notes", notes},
+                  {"frames", rows}};
+        if (renderer)
+            json.update(chosen_json(*context, renderer->renderer().device()));
+        print_json(json);
         return;
     }
+    if (renderer)
+        fmt::print("on {}, {}\n", chosen_text(*context, renderer->renderer().device()),
+                   preset_line(options));
     for (const std::string& note : notes)
         fmt::print("{}\n", note);
     if (!volume.empty()) {
@@ -776,6 +778,7 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
 void check_words(const RenderOptions& options, const CLI::App& command)
 {
     check_mode(options, command);
+    check_device(options.device);
     if (options.alpha && !options.target.empty())
         throw UsageError("--alpha goes with the composite; leave out --target");
     if (options.half && std::all_of(options.outputs.begin(), options.outputs.end(), is_png))
@@ -933,8 +936,7 @@ void add_render(CLI::App& app, const std::string& line)
     command->add_option("--save-scene", o.save_scene, "write the scene that is rendered");
     command->add_flag("--explain", o.explain, "which variant was chosen for the scene, and why");
     command->add_flag("--json", o.json, "print JSON");
-    command->add_option("--backend", o.backend, "OpenGL without a window [osmesa]")
-        ->check(CLI::IsMember({"osmesa", "egl"}));
+    add_device_options(*command, o.device);
     command
         ->add_option("--mode", o.mode,
                      "raymarch or froxel on OpenGL, or reference: to a tolerance, on the "

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
-#include "context/headless_context.h"
+#include "device_options.h"
 #include "output_folder.h"
 #include "progress.h"
 #include "study/stability.h"
@@ -27,7 +27,8 @@ using study::StabilityResult;
 using study::StabilityRun;
 
 struct StabilityOptions {
-    std::string output = "stability", backend = "osmesa", held;
+    std::string output = "stability", held;
+    DeviceOptions device;
     study::StabilityChoice choice;
     bool list = false, explain = false, json = false, accept = false;
 };
@@ -73,6 +74,12 @@ std::vector<StabilityRun> chosen_runs(const StabilityOptions& options)
     return runs;
 }
 
+struct Measured {
+    std::vector<StabilityResult> results;
+    std::string device;  ///< and why it is this one
+    Json device_json;
+};
+
 /// A heading wherever another group begins.
 class Headings {
 public:
@@ -102,8 +109,10 @@ void print_list(const std::vector<StabilityRun>& runs)
     }
 }
 
-void print_table(const std::vector<StabilityResult>& results, bool explain)
+void print_table(const Measured& measured, bool explain)
 {
+    fmt::print("on {}\n", measured.device);
+    const std::vector<StabilityResult>& results = measured.results;
     Headings headings;
     for (const StabilityResult& r : results) {
         headings.at(r.run);
@@ -149,11 +158,11 @@ std::vector<fs::path> write_pictures(const std::vector<StabilityResult>& results
     return files;
 }
 
-void print_json(const std::vector<StabilityResult>& results, const study::HeldChanges& changes,
+void print_json(const Measured& measured, const study::HeldChanges& changes,
                 const std::vector<fs::path>& files, double seconds)
 {
     Json cases = Json::array(), outputs = Json::array();
-    for (const StabilityResult& r : results) {
+    for (const StabilityResult& r : measured.results) {
         const StabilityCase& c = *r.run.what;
         Json one{{"group", c.group},
                  {"case", c.name},
@@ -172,31 +181,33 @@ void print_json(const std::vector<StabilityResult>& results, const study::HeldCh
     }
     for (const fs::path& file : files)
         outputs.push_back(file.string());
-    const Json json{{"seconds", seconds},
-                    {"cases", cases},
-                    {"no_longer_hold", changes.lost},
-                    {"worse", changes.worse},
-                    {"newly_hold", changes.gained},
-                    {"added", changes.added},
-                    {"outputs", outputs}};
+    Json json = measured.device_json;
+    json.update({{"seconds", seconds},
+                 {"cases", cases},
+                 {"no_longer_hold", changes.lost},
+                 {"worse", changes.worse},
+                 {"newly_hold", changes.gained},
+                 {"added", changes.added},
+                 {"outputs", outputs}});
     fmt::print("{}\n", json.dump(1, ' ', false, Json::error_handler_t::replace));
 }
 
-std::vector<StabilityResult> measure(const std::vector<StabilityRun>& runs,
-                                     const StabilityOptions& options)
+Measured measure(const std::vector<StabilityRun>& runs, const StabilityOptions& options)
 {
-    const auto context =
-        gl::HeadlessContext::make(options.backend == "egl" ? gl::HeadlessContext::Backend::egl
-                                                           : gl::HeadlessContext::Backend::osmesa);
+    const auto context = make_context(options.device);
     SceneRenderer renderer(context->get_proc());
+    const gl::Device& device = renderer.renderer().device();
+    Measured measured{{}, chosen_text(*context, device), chosen_json(*context, device)};
     Progress progress;
-    return study::measure_stability(runs, renderer, options.output,
-                                    [&](int done, int all, const StabilityRun& next, double left) {
-                                        const std::string what = fmt::format(
-                                            "case {} of {}, {}", done + 1, all, next.what->name);
-                                        const double share = static_cast<double>(done) / all;
-                                        progress.show(what, share, left);
-                                    });
+    measured.results =
+        study::measure_stability(runs, renderer, options.output,
+                                 [&](int done, int all, const StabilityRun& next, double left) {
+                                     const std::string what = fmt::format(
+                                         "case {} of {}, {}", done + 1, all, next.what->name);
+                                     const double share = static_cast<double>(done) / all;
+                                     progress.show(what, share, left);
+                                 });
+    return measured;
 }
 
 void print_changes(const study::HeldChanges& changes)
@@ -228,6 +239,7 @@ void run(const StabilityOptions& options)
 {
     const auto begin = std::chrono::steady_clock::now();
     const std::vector<StabilityRun> runs = chosen_runs(options);
+    check_device(options.device);
     if (options.list) {
         print_list(runs);
         return;
@@ -239,7 +251,8 @@ void run(const StabilityOptions& options)
     const fs::path folder = options.output;
     make_folder(folder);
 
-    const std::vector<StabilityResult> results = measure(runs, options);
+    const Measured measured = measure(runs, options);
+    const std::vector<StabilityResult>& results = measured.results;
     std::vector<fs::path> files{folder / "stability.csv"};
     study::write_whole(files[0], study::stability_csv(results));
     const std::vector<fs::path> pictures = write_pictures(results, folder);
@@ -249,9 +262,9 @@ void run(const StabilityOptions& options)
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     if (options.json) {
-        print_json(results, changes, files, seconds);
+        print_json(measured, changes, files, seconds);
     } else {
-        print_table(results, options.explain);
+        print_table(measured, options.explain);
         print_changes(changes);
         fmt::print("wrote {}{}, in {}\n", files[0].string(),
                    pictures.empty() ? "" : fmt::format(" and {} pictures", pictures.size()),
@@ -290,8 +303,7 @@ void add_stability(CLI::App& app)
                    "write this run's figures into the file given to --held instead of failing")
         ->needs(held);
     command->add_flag("--json", o.json, "print JSON");
-    command->add_option("--backend", o.backend, "OpenGL without a window [osmesa]")
-        ->check(CLI::IsMember({"osmesa", "egl"}));
+    add_device_options(*command, o.device);
     command->footer("Cases that fall short are listed, and are no failure of the command.\n"
                     "Exit code: 0 measured, 1 not, or --held was not kept, 2 wrong command line.");
     command->callback([options] { run(*options); });

@@ -663,7 +663,8 @@ TEST(Render, OtherBackendsDrawTheSameOrSayWhyNot)
 {
     const TempFolder folder;
     const std::string input = sample("smoke_plume.vdb");
-    must(folder, with_little_light({"render", "--aa=1", input, kSmall, "-o", "osmesa.exr"}));
+    must(folder, with_little_light(
+                     {"render", "--aa=1", input, kSmall, "--backend=osmesa", "-o", "osmesa.exr"}));
     const Outcome egl = run_program(
         folder.path(),
         with_little_light({"render", "--aa=1", input, kSmall, "--backend=egl", "-o", "egl.exr"}));
@@ -678,6 +679,35 @@ TEST(Render, OtherBackendsDrawTheSameOrSayWhyNot)
     for (std::size_t i = 0; i < a.size(); ++i)
         difference += std::abs(a[i] - b[i]) / double(a.size());
     EXPECT_LT(difference, 2e-3 * range_of(a).mean);
+}
+
+TEST(Render, TakesTheDeviceThatInfoNamesAndSaysWhy)
+{
+    const TempFolder folder;
+    const std::string input = sample("smoke_plume.vdb");
+    const Json info = Json::parse(must(folder, {"info", "--devices", "--json"}).out);
+    const Json& automatic = info.at("automatic");
+    // All that EGL lists, and OSMesa.
+    ASSERT_GE(info.at("devices").size(), 1u);
+    EXPECT_EQ(info.at("devices").back().at("backend"), "osmesa");
+    const Json still = Json::parse(
+        must(folder,
+             with_little_light({"render", "--aa=1", input, kSmall, "-o", "a.png", "--json"}))
+            .out);
+    EXPECT_EQ(still.at("backend"), automatic.at("backend"));
+    EXPECT_EQ(still.at("device_reason"), automatic.at("reason"));
+    const std::string table =
+        must(folder, with_little_light({"render", "--aa=1", input, kSmall, "-o", "a.png"})).out;
+    EXPECT_NE(table.find(" by " + automatic.at("reason").get<std::string>()), std::string::npos)
+        << table;
+
+    const Outcome missing = run_program(folder.path(), {"render", input, "--device", "99"});
+    EXPECT_EQ(missing.code, 2) << missing;
+    EXPECT_EQ(missing.error_lines(), 1) << missing;
+    const Json& first = info.at("devices").front();
+    const std::string named =
+        first.at("device").is_null() ? "no device" : first.at("name").get<std::string>();
+    EXPECT_NE(missing.err.find(named), std::string::npos) << missing;
 }
 
 }  // namespace

@@ -89,8 +89,7 @@ GlTest::GlTest()
     if (s.context == nullptr) {
         const char* backend = std::getenv("FUM_TEST_BACKEND");
         const bool egl = backend != nullptr && std::string_view(backend) == "egl";
-        s.context = gl::HeadlessContext::make(egl ? gl::HeadlessContext::Backend::egl
-                                                  : gl::HeadlessContext::Backend::osmesa);
+        s.context = gl::HeadlessContext::make(egl ? gl::Backend::egl : gl::Backend::osmesa);
         s.device = std::make_unique<gl::Device>(s.context->get_proc());
         const gl::Device& device = *s.device;
         device->Enable(GL_DEBUG_OUTPUT);

@@ -31,9 +31,8 @@ void Planner::start(const Scene& scene, const Settings& settings, const std::str
     task_.run([=, shared = shared_](const Background::Stop& stop) {
         Answer answer;
         try {
-            using Backend = gl::HeadlessContext::Backend;
             const auto context =
-                gl::HeadlessContext::make(software ? Backend::osmesa : Backend::egl);
+                gl::HeadlessContext::make(software ? gl::Backend::osmesa : gl::Backend::automatic);
             SceneRenderer renderer(context->get_proc());
             study::PlanOptions options;
             options.preset = preset;
