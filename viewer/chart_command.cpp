@@ -458,7 +458,8 @@ void add_chart(CLI::App& app)
                  "chart.svg, chart.png, report.html");
     auto options = std::make_shared<ChartOptions>();
     ChartOptions& o = *options;
-    command->add_option("INPUT", o.input, "a .vdb file, or a scene file (.json)")->required();
+    command->add_option("INPUT", o.input, "a .vdb or .nvdb file, or a scene file (.json)")
+        ->required();
     command->add_option("-o,--output", o.output, "folder, made if need be [INPUT's name_chart]");
     command->add_flag("--quick", o.quick,
                       "fewer points and a coarser reference, for a minute instead of ten");

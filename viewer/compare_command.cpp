@@ -318,7 +318,7 @@ void run(const CompareOptions& options)
 
 bool is_scene(const std::string& input)
 {
-    return is_scene_file(input) || has_extension(input, ".vdb");
+    return is_scene_file(input) || has_extension(input, ".vdb") || has_extension(input, ".nvdb");
 }
 
 void run_either(CompareOptions& options, const CLI::App& command)

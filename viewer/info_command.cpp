@@ -290,7 +290,7 @@ void add_info(CLI::App& app)
     auto file = std::make_shared<std::string>();
     auto json = std::make_shared<bool>(false), devices = std::make_shared<bool>(false);
     CLI::Option* input =
-        command->add_option("FILE", *file, "a .vdb file, or a sequence: smoke_####.vdb");
+        command->add_option("FILE", *file, "a .vdb or .nvdb file, or a sequence: smoke_####.vdb");
     command
         ->add_flag("--devices", *devices, "what OpenGL can draw with here, for --device, instead")
         ->excludes(input);

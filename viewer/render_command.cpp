@@ -891,7 +891,8 @@ void add_render(CLI::App& app, const std::string& line)
     auto options = std::make_shared<RenderOptions>();
     RenderOptions& o = *options;
     o.line = line;
-    command->add_option("INPUT", o.input, "a .vdb file, or a scene file (.json)")->required();
+    command->add_option("INPUT", o.input, "a .vdb or .nvdb file, or a scene file (.json)")
+        ->required();
     command
         ->add_option("-o,--output", o.outputs,
                      "x.exr: linear, all targets; x.png: for a screen; may be repeated "

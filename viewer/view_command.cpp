@@ -108,8 +108,9 @@ void add_view(CLI::App& app)
         "view", "A window on a .vdb file, a scene or a sequence: orbit, light, compare");
     auto options = std::make_shared<ViewOptions>();
     ViewOptions& o = *options;
-    command->add_option("INPUT", o.scene.file,
-                        "a .vdb file, smoke_####.vdb, or a scene file (.json) [an empty window]");
+    command->add_option(
+        "INPUT", o.scene.file,
+        "a .vdb or .nvdb file, smoke_####.vdb, or a scene file (.json) [an empty window]");
     command->add_option("--size", o.size, "WIDTHxHEIGHT of the window [the last one's]");
     command->add_option("--grid", o.scene.grid,
                         "of a .vdb: name or name[n] [the first fog volume]");

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <istream>
 #include <limits>
 #include <map>
@@ -20,13 +21,15 @@
 #include <type_traits>
 
 #include "asset/grid_names.h"
+#include "asset/nanovdb_layout.h"
 #include "asset/printable.h"
 #include "asset/vdb_layout.h"
 #include <fumarole/asset/load_limits.h>
 #include <fumarole/errors.h>
 
-// vdb_layout.h finds the trees in a file and proves that they are whole; OpenVDB expands them; here
-// they become bricks and tiles, which are 0 outside of what is stored, finite, and >= 0.
+// vdb_layout.h finds the trees in a file and proves that they are whole; OpenVDB expands them
+// (those of NanoVDB are made its own); here they become bricks and tiles, which are 0 outside of
+// what is stored, finite, and >= 0.
 
 namespace fumarole::asset {
 
@@ -156,11 +159,52 @@ private:
     const std::filesystem::path& file_;
 };
 
+/// Makes OpenVDB's tree of a NanoVDB one.
+template <class T> class NanoTree : public NanoVisitor {
+public:
+    std::unique_ptr<RootOf<T>> root;
+
+    void background(const void* value) override
+    {
+        root = std::make_unique<RootOf<T>>(number(value));
+    }
+    void tile(glm::ivec3 origin, int dim, const void* value, bool active) override
+    {
+        const T number = this->number(value);
+        if (active || number != root->background())
+            root->addTile(dim == 4096 ? 3 : dim == 128 ? 2 : 1, to_coord(origin), number, active);
+    }
+    void leaf(glm::ivec3 origin, const void* values, const std::uint64_t* active) override
+    {
+        auto leaf = std::make_unique<LeafOf<T>>(to_coord(origin));
+        std::memcpy(leaf->buffer().data(), values, sizeof(T) * LeafOf<T>::SIZE);
+        typename LeafOf<T>::NodeMaskType mask;
+        for (openvdb::Index i = 0; i < LeafOf<T>::SIZE; ++i)
+            if (active[i / 64] >> (i % 64) & 1)
+                mask.setOn(i);
+        leaf->setValueMask(mask);
+        root->addLeaf(leaf.release());
+    }
+
+private:
+    static T number(const void* value)
+    {
+        T result;
+        std::memcpy(&result, value, sizeof(T));
+        return result;
+    }
+};
+
 template <class T>
 std::unique_ptr<RootOf<T>> read_tree(const VdbLayout& file, const VdbGridLayout& grid)
 {
     check_memory(file.file, file.size + grid.tree_bytes);
     try {
+        if (grid.nano) {
+            NanoTree<T> tree;
+            visit_nanovdb(file, grid, tree);
+            return std::move(tree.root);
+        }
         auto root = std::make_unique<RootOf<T>>();
         constexpr std::size_t kBufferCount = sizeof(std::int32_t);  // Tree's, before the root's own
         const std::size_t begin = grid.tree_begin + kBufferCount;

@@ -15,6 +15,8 @@
 #include <optional>
 #include <string_view>
 
+#include "asset/lazy_bytes.h"
+#include "asset/nanovdb_layout.h"
 #include "asset/printable.h"
 #include <fumarole/asset/load_limits.h>
 #include <fumarole/errors.h>
@@ -52,40 +54,6 @@ struct ZipChunk {
     std::size_t begin;
     std::size_t compressed;
     std::size_t expanded;
-};
-
-/// The bytes of a file, read from the disk where they are asked for first.
-class LazyBytes {
-public:
-    LazyBytes(std::ifstream file, VdbLayout& layout) : file_(std::move(file)), layout_(layout) {}
-
-    void read_all() { read(0, layout_.size); }
-    void need(std::size_t begin, std::size_t end)
-    {
-        constexpr std::size_t kAtLeast = 1 << 14;
-        if (begin < begin_ || end > end_)
-            read(begin, std::min(layout_.size, std::max(end, begin + kAtLeast)));
-    }
-
-private:
-    void read(std::size_t begin, std::size_t end)
-    {
-        constexpr std::size_t kAtOnce = std::size_t(1) << 24;  // some milliseconds of a slow disk
-        file_.seekg(std::streamoff(begin));
-        for (std::size_t at = begin; at < end; at += std::min(kAtOnce, end - at)) {
-            check_cancelled(layout_.file);
-            const std::size_t part = std::min(kAtOnce, end - at);
-            file_.read(layout_.bytes.get() + at, std::streamsize(part));
-            if (std::size_t(file_.gcount()) != part)
-                throw Error(fmt::format("{}: can't be read to its end", layout_.file.string()));
-        }
-        begin_ = begin;
-        end_ = end;
-    }
-
-    std::ifstream file_;
-    VdbLayout& layout_;
-    std::size_t begin_ = 0, end_ = 0;  ///< what was read last
 };
 
 class Walk {
@@ -176,10 +144,6 @@ void Walk::header()
     const std::string file = layout_.file.string();
     if (layout_.size < 8)
         throw Error(fmt::format("{}: not an OpenVDB file: {} bytes", file, layout_.size));
-    if (std::memcmp(layout_.bytes.get(), "NanoVDB", 7) == 0)
-        throw Error(fmt::format("{}: a NanoVDB file, and only OpenVDB is read: turn it into a .vdb "
-                                "with nanovdb_convert",
-                                file));
     if (get<std::uint32_t>("header") != kMagic)
         throw Error(fmt::format("{}: not an OpenVDB file", file));
     get<std::uint32_t>("header");
@@ -254,20 +218,7 @@ void Walk::transform(VdbGridLayout& grid)
         fail(fmt::format("transform of unknown type '{}'", printable(grid.transform)));
     grid.world_from_index = *matrix;
 
-    double product = 1;
-    for (int column = 0; column < 4; ++column) {
-        for (int row = 0; row < 4; ++row)
-            if (!std::isfinite((*matrix)[column][row]))
-                grid.transform_refusal = "its transform is not finite";
-        if ((*matrix)[column][3] != (column == 3 ? 1.0 : 0.0))
-            grid.transform_refusal = "its transform is not affine";
-        if (column < 3)
-            product *= glm::length(glm::dvec3((*matrix)[column]));
-    }
-    // Relative to the voxel's edges, so that voxels of a micrometre are as good as any.
-    const double volume = std::abs(glm::determinant(glm::dmat3(*matrix)));
-    if (grid.transform_refusal.empty() && !(volume > 1e-12 * product && std::isnormal(volume)))
-        grid.transform_refusal = "its transform can't be inverted";
+    grid.transform_refusal = transform_refusal(*matrix);
 }
 
 void Walk::chunk(const Values& values, std::size_t count)
@@ -468,6 +419,20 @@ void split_type(const std::string& full, VdbGridLayout& grid)
         grid.value = VdbValue::vec3d;
 }
 
+/// Tells grids of one name, or of none, apart by a number.
+void give_addresses(std::vector<VdbGridLayout>& grids)
+{
+    std::map<std::string, int> repeats, seen;
+    for (const VdbGridLayout& grid : grids)
+        ++repeats[grid.name];
+    for (VdbGridLayout& grid : grids) {
+        const int index = seen[grid.name]++;
+        grid.address = repeats[grid.name] > 1 || grid.name.empty()
+                           ? fmt::format("{}[{}]", grid.name, index)
+                           : grid.name;
+    }
+}
+
 void Walk::run()
 {
     end_ = layout_.size;
@@ -484,7 +449,6 @@ void Walk::run()
     if (count < 0)
         fail(fmt::format("{} grids", count));
     std::map<std::string, std::size_t> unique_names;
-    std::map<std::string, int> repeats;
     for (std::int32_t i = 0; i < count; ++i) {
         VdbGridLayout grid;
         const std::string unique_name = get_string("grid descriptor");
@@ -557,21 +521,34 @@ void Walk::run()
             end_ = layout_.size;
         }
         unique_names.emplace(unique_name, layout_.grids.size());
-        ++repeats[grid.name];
         layout_.grids.push_back(std::move(grid));
     }
 
-    std::map<std::string, int> seen;
-    for (VdbGridLayout& grid : layout_.grids) {
-        const int index = seen[grid.name]++;
-        grid.address = repeats[grid.name] > 1 || grid.name.empty()
-                           ? fmt::format("{}[{}]", grid.name, index)
-                           : grid.name;
-    }
+    give_addresses(layout_.grids);
     check_zip_chunks();
 }
 
 }  // namespace
+
+std::string transform_refusal(const glm::dmat4& world_from_index)
+{
+    std::string refusal;
+    double product = 1;
+    for (int column = 0; column < 4; ++column) {
+        for (int row = 0; row < 4; ++row)
+            if (!std::isfinite(world_from_index[column][row]))
+                refusal = "its transform is not finite";
+        if (world_from_index[column][3] != (column == 3 ? 1.0 : 0.0))
+            refusal = "its transform is not affine";
+        if (column < 3)
+            product *= glm::length(glm::dvec3(world_from_index[column]));
+    }
+    // Relative to the voxel's edges, so that voxels of a micrometre are as good as any.
+    const double volume = std::abs(glm::determinant(glm::dmat3(world_from_index)));
+    if (refusal.empty() && !(volume > 1e-12 * product && std::isnormal(volume)))
+        refusal = "its transform can't be inverted";
+    return refusal;
+}
 
 VdbLayout read_vdb_layout(const std::filesystem::path& file, VdbDepth depth)
 {
@@ -596,7 +573,12 @@ VdbLayout read_vdb_layout(const std::filesystem::path& file, VdbDepth depth)
     LazyBytes bytes(std::move(in), layout);
     if (depth == VdbDepth::all)
         bytes.read_all();
-    Walk(layout, bytes, depth).run();
+    if (is_nanovdb(layout, bytes)) {
+        read_nanovdb_layout(layout, bytes, depth);
+        give_addresses(layout.grids);
+    } else {
+        Walk(layout, bytes, depth).run();
+    }
     return layout;
 }
 

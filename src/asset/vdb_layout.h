@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-// What lies where in a .vdb file, with every size, count and offset checked against the bytes that
-// are there.
+// What lies where in a .vdb file (or a .nvdb: nanovdb_layout.h), with every size, count and offset
+// checked against the bytes that are there.
 //
 // OpenVDB believes what a file says: a forged length makes it write past its buffers or ask for
 // gigabytes, and a file cut short is read as zeros. So a file is walked here first, with no OpenVDB
@@ -20,6 +20,8 @@ namespace fumarole::asset {
 
 /// The type of a tree's values, as far as it can be loaded.
 enum class VdbValue { float32, float64, vec3f, vec3d, other };
+
+struct NanoGrid;  // nanovdb_layout.h
 
 /// One grid of a file.
 struct VdbGridLayout {
@@ -45,6 +47,8 @@ struct VdbGridLayout {
     std::size_t tree_end = 0;       ///< == tree_begin for `other`
     std::uint64_t leaves = 0;
     std::uint64_t tree_bytes = 0;  ///< of memory that OpenVDB takes for it, expanded
+
+    std::shared_ptr<NanoGrid> nano;  ///< the tree of a NanoVDB file; null for a .vdb
 };
 
 /// A whole file in memory and its map.
@@ -52,7 +56,7 @@ struct VdbLayout {
     std::filesystem::path file;
     std::unique_ptr<char[]> bytes;
     std::size_t size = 0;
-    std::uint32_t file_version = 0;  ///< 222..224
+    std::uint32_t file_version = 0;  ///< 222..224; 0 for NanoVDB
     std::uint32_t library_major = 0;
     std::uint32_t library_minor = 0;
     std::string creator;
@@ -63,9 +67,13 @@ struct VdbLayout {
 /// then; the bytes between them are not read at all.
 enum class VdbDepth { headers, all };
 
-/// Reads a file and walks all of it. Memory: the file's size, and little else.
+/// Reads a file and walks all of it. Memory: the file's size, and little else; a compressed .nvdb
+/// is held expanded too.
 /// @throws Error naming the file and the byte: not there, no VDB, of another version, damaged, cut
 /// short; larger than memory_limit(). LoadCancelled.
 VdbLayout read_vdb_layout(const std::filesystem::path& file, VdbDepth depth = VdbDepth::all);
+
+/// Why a transform is of no use, or "": not finite, not affine, not to be inverted.
+std::string transform_refusal(const glm::dmat4& world_from_index);
 
 }  // namespace fumarole::asset

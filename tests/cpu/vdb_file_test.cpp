@@ -841,7 +841,7 @@ TEST(VdbFile, WhatIsNoVdbIsNamed)
     EXPECT_THAT(load_error(folder.write("b.vdb", "a picture, more likely")),
                 HasSubstr("b.vdb: not an OpenVDB file"));
     EXPECT_THAT(load_error(folder.write("c.vdb", "NanoVDB0........")),
-                HasSubstr("nanovdb_convert"));
+                HasSubstr("c.vdb: NanoVDB "));
     const auto sparse = folder.write("sparse.vdb", "x");
     std::filesystem::resize_file(sparse, std::uintmax_t(1) << 42);
     EXPECT_THAT(load_error(sparse), HasSubstr("too large"));
@@ -1113,7 +1113,6 @@ TEST_F(ExternalFiles, AreSaidToBeWhatTheyAre)
                 ElementsAre(HasSubstr("level set")));
     EXPECT_EQ(load_grid(folder_ / "nebula_rgb.vdb", "color").grid.channels, 3);
     EXPECT_THAT(load_error(folder_ / "sphere_points.vdb", "points"), HasSubstr("ptdataidx32"));
-    EXPECT_THAT(load_error(folder_ / "batch.nvdb"), HasSubstr("NanoVDB"));
     EXPECT_THAT(load_error(folder_ / "damaged_truncated.vdb"), HasSubstr("damaged or cut short"));
     EXPECT_TRUE(load_grid(folder_ / "damaged_bad-bbox-empty.vdb", "empty").grid.empty());
     EXPECT_TRUE(load_grid(folder_ / "damaged_bad-bbox-inverted.vdb", "inverted").grid.empty());
