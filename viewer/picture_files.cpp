@@ -159,6 +159,12 @@ bool is_png(const std::string& output)
     return has_extension(output, ".png");
 }
 
+bool is_deep(const std::string& output)
+{
+    return has_extension(output, ".exr") &&
+           has_extension(fs::path(output).stem().string(), ".deep");
+}
+
 Picture picture_of(const Still& still)
 {
     Picture picture = common_targets(still);
@@ -191,8 +197,8 @@ void check_outputs(const std::vector<std::string>& outputs)
 {
     for (const std::string& output : outputs)
         if (!has_extension(output, ".exr") && !is_png(output))
-            throw UsageError(fmt::format("-o: '{}' ends in neither .exr (linear, all targets) nor "
-                                         ".png (for a screen)",
+            throw UsageError(fmt::format("-o: '{}' ends in neither .exr (linear, all targets), "
+                                         ".deep.exr (samples in depth) nor .png (for a screen)",
                                          output));
     for (const std::string& output : outputs)
         check_folder(output);
@@ -208,7 +214,7 @@ float write_picture(const Picture& picture, const PictureFiles& files)
         if (is_png(output))
             write::write_png(picture.cover != nullptr ? image_with_cover(picture) : image, display,
                              output);
-        else
+        else if (!is_deep(output))
             write_linear(files.target.empty() ? image_of_all(picture) : image, output, files);
     }
     return display.exposure_ev;

@@ -46,6 +46,10 @@ std::string capture_date();
 /// Of a file for a screen, by its name.
 bool is_png(const std::string& output);
 
+/// Of a file of samples in depth: x.deep.exr. write_picture() leaves those to whoever has a
+/// DeepImage.
+bool is_deep(const std::string& output);
+
 /// @throws UsageError if the name given to `option` is not one of a file for a screen
 void check_png(std::string_view option, const std::string& file);
 

@@ -20,6 +20,7 @@
 #include "progress.h"
 #include "scene_input.h"
 #include "settings_input.h"
+#include "study/deep_still.h"
 #include "study/grain.h"
 #include "study/reference.h"
 #include <fumarole/asset/animation.h>
@@ -74,6 +75,12 @@ void check_mode(const RenderOptions& options, const CLI::App& command)
         if (command.get_option(name)->count() > 0)
             throw UsageError(fmt::format("{}: {}", name, why));
     };
+    const bool deep = std::any_of(options.outputs.begin(), options.outputs.end(), is_deep);
+    if (deep && (options.reference() || !options.target.empty() || !options.region.empty() ||
+                 !options.inspection.show.empty()))
+        throw UsageError(
+            "-o: a .deep.exr is the whole picture by OpenGL; not for --mode reference, "
+            "--target, --region or --show");
     if (!options.reference()) {
         refuse("--tolerance", "is for --mode reference");
         if (options.target == "error")
@@ -392,6 +399,27 @@ bool needs_layers(const PictureFiles& files)
            !std::all_of(files.outputs.begin(), files.outputs.end(), is_png);
 }
 
+bool has_deep(const PictureFiles& files)
+{
+    return std::any_of(files.outputs.begin(), files.outputs.end(), is_deep);
+}
+
+/// Writes those of the files that have samples in depth.
+/// @returns a line that says how many, or "" where there are none
+std::string write_deep(SceneRenderer& renderer, const Scene& scene, const Settings& settings,
+                       const Still& still, std::uint32_t seed, const PictureFiles& files)
+{
+    if (!has_deep(files))
+        return "";
+    const DeepImage image =
+        study::deep_still(renderer, scene, settings, still, {.frames = still.frames, .seed = seed});
+    for (const std::string& output : files.outputs)
+        if (is_deep(output))
+            write::write_deep_exr(image, output, files.exr);
+    return fmt::format("deep: {:.1f} samples a pixel",
+                       static_cast<double>(image.samples.size()) / (image.width * image.height));
+}
+
 /// The grain of a still while its frames are averaged, in steps of the files' formats.
 class Grain {
 public:
@@ -471,6 +499,7 @@ void run_still(RenderOptions options, const PictureFiles& files, Settings settin
     const bool raised = cover.add_to(picture, scene, settings, still_options);
     progress.clear();
     const float exposure_ev = write_picture(picture, files);
+    const std::string deep = write_deep(renderer, scene, settings, still, options.seed, files);
 
     const std::vector<std::string> explained =
         renderer.renderer().explain(renderer.settled(scene, settings));
@@ -502,6 +531,8 @@ void run_still(RenderOptions options, const PictureFiles& files, Settings settin
         fmt::print("{}\n", grain.line(still.frames));
     if (raised)
         fmt::print("{}\n", kRaisedAlpha);
+    if (!deep.empty())
+        fmt::print("{}\n", deep);
     print_written(files.outputs, exposure_ev);
 }
 
@@ -743,6 +774,8 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
             std::find(notes.begin(), notes.end(), kRaisedAlpha) == notes.end())
             notes.emplace_back(kRaisedAlpha);
         const float exposure_ev = write_picture(picture, of_frame);
+        if (renderer)
+            write_deep(*renderer, now.scene, settings, still, options.seed, of_frame);
         if (!files.exposure)
             files.exposure = exposure_ev;
         rows.push_back(row);
@@ -894,9 +927,11 @@ void add_render(CLI::App& app, const std::string& line)
     command->add_option("INPUT", o.input, "a .vdb or .nvdb file, or a scene file (.json)")
         ->required();
     command
-        ->add_option("-o,--output", o.outputs,
-                     "x.exr: linear, all targets; x.png: for a screen; may be repeated "
-                     "[INPUT's name.png]")
+        ->add_option(
+            "-o,--output", o.outputs,
+            "x.exr: linear, all targets; x.deep.exr: samples in depth; x.png: for a screen; "
+            "may be repeated "
+            "[INPUT's name.png]")
         ->allow_extra_args(false);
     command->add_option("--size", o.size, "WIDTHxHEIGHT in pixels [480x270, or the scene's]");
     command->add_option("--grid", o.grid, "of a .vdb: name or name[n] [the first fog volume]");

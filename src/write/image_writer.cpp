@@ -5,11 +5,13 @@
 #include <fumarole/write/image_writer.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cassert>
 #include <cerrno>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <set>
@@ -19,15 +21,18 @@
 #include <utility>
 
 #include <fcntl.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <OpenImageIO/deepdata.h>
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <fumarole/errors.h>
+#include <fumarole/write/deep_image.h>
 
 namespace fumarole::write {
 namespace {
@@ -261,6 +266,60 @@ std::vector<unsigned char> encode(const char* format, const OIIO::ImageSpec& spe
     return bytes;
 }
 
+// What is brighter would be stored as infinite.
+constexpr float kLargestHalf = 65504;
+
+void describe(OIIO::ImageSpec& spec, const ExrOptions& options)
+{
+    spec.attribute("oiio:ColorSpace", "Linear");
+    spec.attribute("Software", options.software);
+    // OIIO calls capDate so, and puts the time of day there where nothing is said: the same picture
+    // would not give the same bytes.
+    spec.attribute("DateTime", options.captured);
+    if (!options.command.empty()) {
+        spec.attribute("commandLine", options.command);
+    }
+}
+
+// A file that has a path and no place on a disk: OIIO (2.4) writes deep pixels into no memory of
+// ours, but into a file called memory.exr.
+class MemoryFile {
+public:
+    MemoryFile() : descriptor_{::memfd_create("fumarole", MFD_CLOEXEC)} {}
+    MemoryFile(const MemoryFile&) = delete;
+    MemoryFile& operator=(const MemoryFile&) = delete;
+    ~MemoryFile()
+    {
+        if (descriptor_ >= 0) {
+            ::close(descriptor_);
+        }
+    }
+
+    [[nodiscard]] std::string path() const { return fmt::format("/proc/self/fd/{}", descriptor_); }
+
+    // All of it; nothing if it can't be read.
+    [[nodiscard]] std::vector<unsigned char> read() const
+    {
+        struct stat status {};
+        if (::fstat(descriptor_, &status) != 0) {
+            return {};
+        }
+        std::vector<unsigned char> bytes(static_cast<std::size_t>(status.st_size));
+        for (std::size_t done = 0; done < bytes.size();) {
+            const ssize_t read =
+                ::pread(descriptor_, &bytes[done], bytes.size() - done, static_cast<off_t>(done));
+            if (read <= 0 && errno != EINTR) {
+                return {};
+            }
+            done += static_cast<std::size_t>(std::max<ssize_t>(read, 0));
+        }
+        return bytes;
+    }
+
+private:
+    int descriptor_;
+};
+
 struct OpenedExr {
     std::unique_ptr<OIIO::ImageInput> input;
     OIIO::ImageSpec spec;  ///< of the first part
@@ -344,14 +403,7 @@ void write_exr(const Image& image, const fs::path& file, const ExrOptions& optio
         spec.full_height = image.whole.y;
     }
     spec.attribute("compression", "zip");
-    spec.attribute("oiio:ColorSpace", "Linear");
-    spec.attribute("Software", options.software);
-    // OIIO calls capDate so, and puts the time of day there where nothing is said: the same picture
-    // would not give the same bytes.
-    spec.attribute("DateTime", options.captured);
-    if (!options.command.empty()) {
-        spec.attribute("commandLine", options.command);
-    }
+    describe(spec, options);
     if (!options.half) {
         write_whole(file, encode(".exr", spec, OIIO::TypeDesc::FLOAT, image.pixels.data(), file));
         return;
@@ -360,8 +412,6 @@ void write_exr(const Image& image, const fs::path& file, const ExrOptions& optio
         spec.channelformats.push_back(name.starts_with("depth") ? OIIO::TypeDesc::FLOAT
                                                                 : OIIO::TypeDesc::HALF);
     }
-    // What is brighter would be stored as infinite.
-    constexpr float kLargestHalf = 65504;
     std::vector<float> pixels = image.pixels;
     for (std::size_t i = 0; i < pixels.size(); ++i) {
         if (spec.channelformats[i % image.channels.size()] == OIIO::TypeDesc::HALF) {
@@ -369,6 +419,70 @@ void write_exr(const Image& image, const fs::path& file, const ExrOptions& optio
         }
     }
     write_whole(file, encode(".exr", spec, OIIO::TypeDesc::FLOAT, pixels.data(), file));
+}
+
+void write_deep_exr(const DeepImage& image, const fs::path& file, const ExrOptions& options)
+{
+    const auto pixels =
+        static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+    if (pixels == 0) {
+        throw Error(fmt::format("{}: the picture is empty ({} x {} pixels); give it a size",
+                                file.string(), image.width, image.height));
+    }
+    assert(image.first.size() == pixels + 1 && image.first.back() == image.samples.size());
+    const OIIO::TypeDesc color = options.half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT;
+    OIIO::ImageSpec spec(image.width, image.height, 6, color);
+    spec.channelnames = {"R", "G", "B", "A", "Z", "ZBack"};
+    spec.channelformats = {
+        color, color, color, color, OIIO::TypeDesc::FLOAT, OIIO::TypeDesc::FLOAT};
+    spec.deep = true;
+    spec.alpha_channel = 3;
+    spec.z_channel = 4;
+    spec.attribute("compression", "zips");  // the one zip that deep scanlines have
+    describe(spec, options);
+
+    OIIO::DeepData data(spec);
+    for (std::size_t i = 0; i < pixels; ++i) {
+        data.set_samples(static_cast<std::int64_t>(i),
+                         static_cast<int>(image.first[i + 1] - image.first[i]));
+    }
+    const float most = options.half ? kLargestHalf : std::numeric_limits<float>::max();
+    for (std::size_t i = 0; i < pixels; ++i) {
+        for (std::size_t s = image.first[i]; s < image.first[i + 1]; ++s) {
+            const DeepSample& sample = image.samples[s];
+            const std::array<float, 6> values{sample.color.r, sample.color.g, sample.color.b,
+                                              sample.alpha,   sample.front,   sample.back};
+            for (int c = 0; c < 6; ++c) {
+                const float value = values.at(static_cast<std::size_t>(c));
+                if (!std::isfinite(value)) {
+                    const auto width = static_cast<std::size_t>(image.width);
+                    throw Error(fmt::format(
+                        "{}: channel '{}' is {} at pixel ({}, {}), nothing was written; look "
+                        "there for the light or density that is out of range",
+                        file.string(), spec.channelnames[static_cast<std::size_t>(c)],
+                        std::isnan(value) ? "NaN" : "infinite", i % width, i / width));
+                }
+                data.set_deep_value(static_cast<std::int64_t>(i), c,
+                                    static_cast<int>(s - image.first[i]),
+                                    c < 4 ? std::clamp(value, -most, most) : value);
+            }
+        }
+    }
+
+    const MemoryFile memory;
+    const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create("openexr");
+    if (!output || !output->open(memory.path(), spec) || !output->write_deep_image(data) ||
+        !output->close()) {
+        throw Error(fmt::format("{}: cannot encode {} x {} deep pixels: {}; try a smaller picture",
+                                file.string(), spec.width, spec.height,
+                                one_line(output ? output->geterror() : OIIO::geterror())));
+    }
+    const std::vector<unsigned char> bytes = memory.read();
+    if (bytes.empty()) {
+        throw Error(fmt::format("{}: cannot encode {} x {} deep pixels; try a smaller picture",
+                                file.string(), spec.width, spec.height));
+    }
+    write_whole(file, bytes);
 }
 
 void write_png(const Image& image, const Display& display, const fs::path& file)

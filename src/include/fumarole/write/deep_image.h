@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include <fumarole/export.h>
+#include <fumarole/write/image_writer.h>
+
+namespace fumarole {
+
+/// What lies between two depths of a pixel. In between it is uniform: a part of it, the share f of
+/// its length, has alpha 1 - (1 - alpha)^f.
+struct DeepSample {
+    float front = 0;     ///< view_z [m] where it begins
+    float back = 0;      ///< and where it ends; == front: a surface
+    float alpha = 0;     ///< of what is behind it, the share that it hides, 0..1
+    glm::vec3 color{0};  ///< radiance [W/m^2/sr], premultiplied, as if nothing lay before it
+};
+
+/// A picture of samples in depth: rows from the top, each pixel's from near to far, none within
+/// another.
+struct DeepImage {
+    int width = 0;
+    int height = 0;
+    std::vector<std::size_t> first;  ///< a pixel's first sample, and of one past the last pixel
+    std::vector<DeepSample> samples;
+};
+
+namespace write {
+
+/// Writes R, G, B, A, Z and ZBack of a deep scanline EXR, as "Interpreting OpenEXR Deep Pixels" has
+/// them; Z and ZBack keep 32 bits. Whole or not there, as write_exr.
+/// @throws Error as write_exr does
+FUMAROLE_API void write_deep_exr(const DeepImage& image, const std::filesystem::path& file,
+                                 const ExrOptions& options = {});
+
+}  // namespace write
+}  // namespace fumarole
