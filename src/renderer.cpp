@@ -88,8 +88,8 @@ shared::HostTransparentParams host_params(const PreparedFrame& frame, std::size_
 }  // namespace
 
 struct Renderer::Parts {
-    Parts(gl::GetProc get_proc, Log log)
-        : shared_device{std::make_shared<gl::Device>(get_proc, std::move(log))},
+    Parts(gl::GetProc get_proc, Log log, ProgramStore store)
+        : shared_device{std::make_shared<gl::Device>(get_proc, std::move(log), std::move(store))},
           device{*shared_device}, programs{device}, timers{device}, surfaces{device}, media{device},
           lights{device, programs}, volumes{device, programs, timers}, probes{device, programs},
           fullscreen{device, "fullscreen"}, picture{device, "picture"}, color{device, "colour"},
@@ -350,8 +350,8 @@ private:
     gl::Framebuffer& framebuffer_;
 };
 
-Renderer::Renderer(gl::GetProc get_proc, Log log)
-    : parts_{std::make_unique<Parts>(get_proc, std::move(log))}
+Renderer::Renderer(gl::GetProc get_proc, Log log, ProgramStore programs)
+    : parts_{std::make_unique<Parts>(get_proc, std::move(log), std::move(programs))}
 {
 }
 

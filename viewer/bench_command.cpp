@@ -11,6 +11,7 @@
 #include "command.h"
 #include "device_options.h"
 #include "interruption.h"
+#include "kept_programs.h"
 #include "machine.h"
 #include "output_folder.h"
 #include "progress.h"
@@ -137,7 +138,9 @@ class BenchRun {
 public:
     explicit BenchRun(const BenchOptions& options)
         : options_{options}, folder_{options.output}, effort_{effort_of(options)},
-          context_{make_context(options.device)}, renderer_{context_->get_proc()},
+          context_{make_context(options.device)}, renderer_{context_->get_proc(),
+                                                            {},
+                                                            kept_programs()},
           texel_rate_{renderer_.renderer().device()}
     {
     }

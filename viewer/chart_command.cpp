@@ -12,6 +12,7 @@
 #include "device_options.h"
 #include "gl/device.h"
 #include "interruption.h"
+#include "kept_programs.h"
 #include "machine.h"
 #include "output_folder.h"
 #include "progress.h"
@@ -293,7 +294,8 @@ public:
         : options_{options}, scene_{loaded.scene}, folder_{std::move(folder)}, effort_{effort_of(
                                                                                    options)},
           // Before the reference: a machine without OpenGL says so at once.
-          context_{make_context(options.device)}, renderer_{context_->get_proc()}
+          context_{make_context(options.device)}, renderer_{
+                                                      context_->get_proc(), {}, kept_programs()}
     {
     }
 

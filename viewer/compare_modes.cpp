@@ -1,5 +1,7 @@
 #include "compare_modes.h"
+
 #include "gl/device.h"
+#include "kept_programs.h"
 
 #include <algorithm>
 #include <cmath>
@@ -201,7 +203,7 @@ private:
     void render()
     {
         const auto context = make_context(options_.device);
-        SceneRenderer renderer(context->get_proc());
+        SceneRenderer renderer(context->get_proc(), {}, kept_programs());
         device_ = chosen_text(*context, renderer.renderer().device());
         device_json_ = chosen_json(*context, renderer.renderer().device());
         for (const Mode& mode : modes_) {

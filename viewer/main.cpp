@@ -11,6 +11,7 @@
 
 #include "asset/printable.h"
 #include "command.h"
+#include "kept_programs.h"
 #include "shell_words.h"
 #include "study/flag_names.h"
 #include <fumarole/asset/load_limits.h>
@@ -123,6 +124,8 @@ int main(int argc, char** argv)
            "machine has")
         ->transform(CLI::AsSizeValue(false))
         ->type_name("SIZE");
+    app.add_flag_callback("--no-program-cache", command::keep_no_programs,
+                          "compile all shaders anew, and keep none in $XDG_CACHE_HOME/fumarole");
     app.failure_message(usage_message);
     command::add_info(app);
     command::add_render(app, command::command_text({argv + 1, argv + argc}));

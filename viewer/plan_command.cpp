@@ -9,6 +9,7 @@
 #include "command.h"
 #include "device_options.h"
 #include "interruption.h"
+#include "kept_programs.h"
 #include "planning.h"
 #include "progress.h"
 #include "scene_input.h"
@@ -158,7 +159,7 @@ void run(const PlanOptions& options)
     const asset::LoadedScene loaded =
         load_input({options.input, options.size, options.grid, options.up});
     const auto context = make_context(options.device);
-    SceneRenderer renderer(context->get_proc());
+    SceneRenderer renderer(context->get_proc(), {}, kept_programs());
     const gl::Device& device = renderer.renderer().device();
     // What the file took to read is not there any more, but a look at it must be.
     constexpr double kLeastShare = 0.5;

@@ -15,6 +15,7 @@
 #include "gl/device.h"
 #include "inspection_options.h"
 #include "interruption.h"
+#include "kept_programs.h"
 #include "picture_files.h"
 #include "planning.h"
 #include "progress.h"
@@ -376,7 +377,7 @@ public:
             return false;
         // One of its own, or the two would take each other's history for theirs.
         if (!renderer_)
-            renderer_.emplace(get_proc_);
+            renderer_.emplace(get_proc_, Log{}, kept_programs());
         options.timed_frames = 1;
         options.layers = false;
         options.progress = {};
@@ -468,7 +469,7 @@ void run_still(RenderOptions options, const PictureFiles& files, Settings settin
 {
     const Scene& scene = loaded.scene;
     const auto context = make_context(options.device);
-    SceneRenderer renderer(context->get_proc());
+    SceneRenderer renderer(context->get_proc(), {}, kept_programs());
     const gl::Device& device = renderer.renderer().device();
     std::string planned;
     if (options.goal) {
@@ -525,6 +526,7 @@ void run_still(RenderOptions options, const PictureFiles& files, Settings settin
         fmt::print("what this scene needs:\n");
         for (const std::string& line : explained)
             fmt::print("  {}\n", line);
+        fmt::print("  {}\n", kept_programs_text());
     }
     print_report(report, chosen_text(*context, device), scene, options);
     if (options.until_clear)
@@ -563,7 +565,7 @@ void run_inspection(const RenderOptions& options, const PictureFiles& files,
                     const asset::LoadedScene& loaded)
 {
     const auto context = make_context(options.device);
-    SceneRenderer renderer(context->get_proc());
+    SceneRenderer renderer(context->get_proc(), {}, kept_programs());
     const InspectionStill still =
         renderer.inspect(loaded.scene, settings, inspection, options.seed);
     const std::optional<float> exposure_ev = write_inspection(still, inspection, files);
@@ -724,7 +726,7 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
     std::optional<CoverRenderer> cover;
     if (!options.reference()) {
         context = make_context(options.device);
-        renderer.emplace(context->get_proc());
+        renderer.emplace(context->get_proc(), Log{}, kept_programs());
         cover.emplace(options, files, context->get_proc());
     }
     Progress progress;

@@ -9,6 +9,7 @@
 
 #include "command.h"
 #include "device_options.h"
+#include "kept_programs.h"
 #include "output_folder.h"
 #include "progress.h"
 #include "study/stability.h"
@@ -195,7 +196,7 @@ void print_json(const Measured& measured, const study::HeldChanges& changes,
 Measured measure(const std::vector<StabilityRun>& runs, const StabilityOptions& options)
 {
     const auto context = make_context(options.device);
-    SceneRenderer renderer(context->get_proc());
+    SceneRenderer renderer(context->get_proc(), {}, kept_programs());
     const gl::Device& device = renderer.renderer().device();
     Measured measured{{}, chosen_text(*context, device), chosen_json(*context, device)};
     Progress progress;

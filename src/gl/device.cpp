@@ -26,7 +26,8 @@ bool is_software(std::string_view renderer)
 
 }  // namespace
 
-Device::Device(GetProc get_proc, Log log) : log_{std::move(log)}
+Device::Device(GetProc get_proc, Log log, ProgramStore programs)
+    : log_{std::move(log)}, programs_{std::move(programs)}
 {
     const int version = gladLoadGLContext(&gl_, get_proc);
     if (version == 0)
@@ -56,7 +57,15 @@ Device::Device(GetProc get_proc, Log log) : log_{std::move(log)}
                      .max_texture_2d = limit(GL_MAX_TEXTURE_SIZE),
                      .max_texture_3d = limit(GL_MAX_3D_TEXTURE_SIZE),
                      .max_storage_bytes = large(GL_MAX_SHADER_STORAGE_BLOCK_SIZE),
-                     .max_texture_units = limit(GL_MAX_TEXTURE_IMAGE_UNITS)};
+                     .max_texture_units = limit(GL_MAX_TEXTURE_IMAGE_UNITS),
+                     .program_formats = {},
+                     .vendor = text(GL_VENDOR),
+                     .shading_language = text(GL_SHADING_LANGUAGE_VERSION)};
+    if (const int count = limit(GL_NUM_PROGRAM_BINARY_FORMATS); count > 0) {
+        std::vector<GLint> formats(static_cast<std::size_t>(count));
+        gl_.GetIntegerv(GL_PROGRAM_BINARY_FORMATS, formats.data());
+        capabilities_.program_formats.assign(formats.begin(), formats.end());
+    }
     if (capabilities_.renderer.find("llvmpipe") != std::string::npos)
         capabilities_.max_loop_turns = 65535;
 }

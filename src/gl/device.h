@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <fumarole/gl.h>
 #include <fumarole/log.h>
+#include <fumarole/program_store.h>
 
 namespace fumarole::gl {
 
@@ -23,6 +25,9 @@ struct Capabilities {
     /// Turns that all loops of one invocation take together before they are cut off without a word
     /// (Mesa's llvmpipe); 0: as many as they like.
     int max_loop_turns = 0;
+    /// GL_PROGRAM_BINARY_FORMATS; empty where the driver gives no program away.
+    std::vector<GLenum> program_formats;
+    std::string vendor, shading_language;
 };
 
 /// The functions and limits of the host's current context. Owns no GL object and no context. One
@@ -30,7 +35,7 @@ struct Capabilities {
 class Device {
 public:
     /// @throws Error if the current context is older than OpenGL 4.5 or there is none.
-    explicit Device(GetProc get_proc, Log log = {});
+    explicit Device(GetProc get_proc, Log log = {}, ProgramStore programs = {});
     Device(const Device&) = delete;
     Device& operator=(const Device&) = delete;
 
@@ -42,6 +47,13 @@ public:
     {
         if (log_)
             log_(level, line);
+    }
+
+    [[nodiscard]] const ProgramStore& programs() const { return programs_; }
+    /// Whether programs can be kept between runs: a host wants it, and the driver can.
+    [[nodiscard]] bool keeps_programs() const
+    {
+        return programs_ && !capabilities_.program_formats.empty();
     }
 
     /// Bytes in textures and buffers that objects of this device hold now.
@@ -62,6 +74,7 @@ public:
 private:
     GladGLContext gl_{};
     Log log_;
+    ProgramStore programs_;
     Capabilities capabilities_;
     mutable std::uint64_t bytes_ = 0, allocations_ = 0;
 };

@@ -11,6 +11,7 @@
 #include <set>
 
 #include "gl/label.h"
+#include "gl/program_binary.h"
 #include <fumarole/errors.h>
 
 namespace fumarole::gl {
@@ -186,6 +187,10 @@ GLenum stage_of(std::string_view file)
                                      : GL_COMPUTE_SHADER;
 }
 
+/// A program's key tells its stages by them.
+const std::map<GLenum, std::string_view> kStageNames{
+    {GL_VERTEX_SHADER, "vertex"}, {GL_FRAGMENT_SHADER, "fragment"}, {GL_COMPUTE_SHADER, "compute"}};
+
 }  // namespace
 
 void Defines::emplace_back(std::string name, std::string value)
@@ -264,28 +269,54 @@ ExpandedSource expand_text(std::string_view name, std::string_view text, const D
 Program::Program(const Device& gl, const std::vector<std::string>& files, const Defines& defines)
     : handle_{gl, gl->CreateProgram()}
 {
-    std::vector<Shader> shaders;
-    std::vector<GLuint> ids;
-    for (const std::string& file : files) {
-        shaders.emplace_back(gl, stage_of(file), file, expand_shader(file, defines));
-        ids.push_back(shaders.back().id());
-    }
-    link(files.back(), ids);
+    std::vector<ExpandedSource> sources;
+    for (const std::string& file : files)
+        sources.push_back(expand_shader(file, defines));
+    build(files, sources);
 }
 
 Program Program::compute(const Device& gl, std::string_view name, const ExpandedSource& source)
 {
     Program program;
     program.handle_ = {gl, gl->CreateProgram()};
-    const Shader shader(gl, GL_COMPUTE_SHADER, name, source);
-    program.link(name, {shader.id()});
+    program.build({std::string(name)}, {source});
     return program;
+}
+
+void Program::build(const std::vector<std::string>& files,
+                    const std::vector<ExpandedSource>& sources)
+{
+    const Device& gl = handle_.device();
+    set_label(gl, GL_PROGRAM, id(), files.back());
+    std::string key;
+    if (gl.keeps_programs()) {
+        const Capabilities& driver = gl.capabilities();
+        std::vector<std::string_view> texts{driver.vendor, driver.renderer, driver.version,
+                                            driver.shading_language};
+        for (std::size_t i = 0; i < files.size(); ++i)
+            texts.insert(texts.end(), {kStageNames.at(stage_of(files[i])), sources[i].text});
+        key = program_key(texts);
+        if (load_program(gl, id(), key)) {
+            for (std::size_t i = 0; i < files.size(); ++i)
+                keep_text(files[i], sources[i].text);
+            return;
+        }
+        gl->ProgramParameteri(id(), GL_PROGRAM_BINARY_RETRIEVABLE_HINT, GL_TRUE);
+    }
+    std::vector<Shader> shaders;
+    std::vector<GLuint> ids;
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        shaders.emplace_back(gl, stage_of(files[i]), files[i], sources[i]);
+        ids.push_back(shaders.back().id());
+    }
+    link(files.back(), ids);
+    if (!key.empty())
+        store_program(gl, id(), key);
 }
 
 void Program::link(std::string_view name, const std::vector<GLuint>& shaders) const
 {
     const Device& gl = handle_.device();
-    set_label(gl, GL_PROGRAM, id(), name);
     for (const GLuint shader : shaders)
         gl->AttachShader(id(), shader);
     gl->LinkProgram(id());

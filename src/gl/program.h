@@ -82,6 +82,8 @@ public:
 
 private:
     static void destroy(const Device& gl, GLuint id) { gl->DeleteProgram(id); }
+    /// Compiles and links, or takes what is kept of an earlier run (Device::programs()).
+    void build(const std::vector<std::string>& files, const std::vector<ExpandedSource>& sources);
     void link(std::string_view name, const std::vector<GLuint>& shaders) const;
     Handle<&Program::destroy> handle_;
 };

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "context/headless_context.h"
+#include "kept_programs.h"
 #include "planning.h"
 #include "window/glfw_window.h"
 
@@ -33,7 +34,7 @@ void Planner::start(const Scene& scene, const Settings& settings, const std::str
         try {
             const auto context =
                 gl::HeadlessContext::make(software ? gl::Backend::osmesa : gl::Backend::automatic);
-            SceneRenderer renderer(context->get_proc());
+            SceneRenderer renderer(context->get_proc(), {}, command::kept_programs());
             study::PlanOptions options;
             options.preset = preset;
             options.start = settings;

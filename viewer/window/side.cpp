@@ -2,12 +2,14 @@
 
 #include "gl/program.h"
 #include "gl/state_guard.h"
+#include "kept_programs.h"
 #include "shared/bindings.h"
 
 namespace fumarole::window {
 
 Side::Side(gl::GetProc get_proc)
-    : renderer_{get_proc}, stills_{renderer_.renderer().make_view(View::History::none)},
+    : renderer_{get_proc, {}, command::kept_programs()}, stills_{renderer_.renderer().make_view(
+                                                             View::History::none)},
       live_{renderer_.renderer().make_view()}, programs_{renderer_.renderer().device()},
       fullscreen_{renderer_.renderer().device(), "window"}, framebuffer_{
                                                                 renderer_.renderer().device(),

@@ -13,6 +13,7 @@
 #include <fumarole/host_glsl.h>
 #include <fumarole/inspection.h>
 #include <fumarole/log.h>
+#include <fumarole/program_store.h>
 #include <fumarole/scene.h>
 #include <fumarole/settings.h>
 #include <fumarole/timing.h>
@@ -81,8 +82,9 @@ struct FrameReport {
 class FUMAROLE_API Renderer {
 public:
     /// @param log hears what is done otherwise than asked, and why
+    /// @param programs keeps compiled programs between runs
     /// @throws Error if the context is older than OpenGL 4.5.
-    explicit Renderer(gl::GetProc get_proc, Log log = {});
+    explicit Renderer(gl::GetProc get_proc, Log log = {}, ProgramStore programs = {});
     ~Renderer();
     Renderer(Renderer&&) noexcept;
     Renderer& operator=(Renderer&&) noexcept;

@@ -113,9 +113,9 @@ struct Glance {
 /// line, the tests, the studies. A host to Renderer as any other.
 class FUMAROLE_API SceneRenderer {
 public:
-    explicit SceneRenderer(gl::GetProc get_proc, Log log = {})
-        : renderer_{get_proc, std::move(log)}, stills_{renderer_.make_view(View::History::none)},
-          moving_{renderer_.make_view()}
+    explicit SceneRenderer(gl::GetProc get_proc, Log log = {}, ProgramStore programs = {})
+        : renderer_{get_proc, std::move(log), std::move(programs)},
+          stills_{renderer_.make_view(View::History::none)}, moving_{renderer_.make_view()}
     {
     }
 
