@@ -25,5 +25,9 @@ void add_plan(CLI::App& app);
 void add_stability(CLI::App& app);
 void add_bench(CLI::App& app);
 void add_view(CLI::App& app);
+/// What no one types: `thumbnail` for a file manager, `completion` and `manual` for a package. They
+/// are in no help.
+void add_thumbnail(CLI::App& app);
+void add_manual(CLI::App& app);
 
 }  // namespace fumarole::command

@@ -74,7 +74,8 @@ void check_words(const CLI::App& app, const std::vector<std::string>& words)
     std::vector<std::string> commands;
     const CLI::App* command = nullptr;
     for (const CLI::App* one : app.get_subcommands({})) {
-        commands.push_back(one->get_name());
+        if (!one->get_group().empty())  // or it is hidden
+            commands.push_back(one->get_name());
         if (one->get_name() == asked)
             command = one;
     }
@@ -135,6 +136,8 @@ int main(int argc, char** argv)
     command::add_stability(app);
     command::add_bench(app);
     command::add_view(app);
+    command::add_thumbnail(app);
+    command::add_manual(app);
     try {
         check_words(app, {argv + 1, argv + argc});
         try {

@@ -1,0 +1,118 @@
+// What a package has of the program: its manual page, what shells complete, thumbnails, and the
+// files of a desktop.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <regex>
+#include <set>
+
+#include "run_program.h"
+#include "support/temp_folder.h"
+
+namespace fumarole::test {
+namespace {
+
+using testing::HasSubstr;
+
+const std::filesystem::path kPackaging =
+    std::filesystem::path(FUM_TEST_DATA).parent_path() / "packaging";
+
+/// Every `--option` of a text.
+std::set<std::string> options_in(const std::string& text)
+{
+    static const std::regex kOption("--[a-z][-a-z0-9]*");
+    return {std::sregex_token_iterator(text.begin(), text.end(), kOption),
+            std::sregex_token_iterator()};
+}
+
+/// What bash completes a command line with.
+std::string completed(const std::filesystem::path& script, const std::string& words, int at)
+{
+    const auto out = script.parent_path() / "completed";
+    const std::string line = "bash -c 'source " + script.string() + "; COMP_WORDS=(" + words +
+                             "); COMP_CWORD=" + std::to_string(at) +
+                             "; _fumarole; echo ${COMPREPLY[*]}' > " + out.string();
+    EXPECT_EQ(std::system(line.c_str()), 0);
+    return read_bytes(out);
+}
+
+TEST(Packaging, ManualAndCompletionHaveEveryOptionOfEveryCommand)
+{
+    const TempFolder folder;
+    const std::string bash = run_program(folder.path(), {"completion", "bash"}).out,
+                      zsh = run_program(folder.path(), {"completion", "zsh"}).out;
+    std::string page = run_program(folder.path(), {"manual"}).out;
+    page = std::regex_replace(page, std::regex("\\\\-"), "-");
+    const std::string help = run_program(folder.path(), {"--help"}).out;
+    for (const char* command :
+         {"info", "render", "compare", "chart", "plan", "stability", "bench", "view"}) {
+        ASSERT_THAT(help, HasSubstr(command));
+        for (const std::string& option :
+             options_in(run_program(folder.path(), {command, "--help"}).out)) {
+            EXPECT_TRUE(options_in(bash).contains(option)) << command << " " << option;
+            EXPECT_TRUE(options_in(zsh).contains(option)) << command << " " << option;
+            EXPECT_TRUE(options_in(page).contains(option)) << command << " " << option;
+        }
+    }
+    for (const char* hidden : {"completion", "thumbnail", "manual"})
+        EXPECT_THAT(help, testing::Not(HasSubstr(hidden)));
+    const auto script = folder.write("fumarole.bash", bash);
+    EXPECT_EQ(completed(script, "fumarole re", 1), "render\n");
+    EXPECT_EQ(completed(script, "fumarole render --mod", 2), "--mode\n");
+    EXPECT_EQ(completed(script, "fumarole render --mode \"\"", 3), "raymarch froxel reference\n");
+    EXPECT_EQ(completed(script, "fumarole render --jitter b", 3), "blue\n");
+    EXPECT_EQ(run_program(folder.path(), {"completion", "fish"}).code, 2);
+    if (std::system("command -v zsh > /dev/null") == 0) {
+        EXPECT_EQ(std::system(("zsh -n " + folder.write("_fumarole", zsh).string()).c_str()), 0);
+    }
+    if (std::system("command -v man > /dev/null") == 0) {
+        const auto file = folder.write("fumarole.1", run_program(folder.path(), {"manual"}).out);
+        EXPECT_EQ(std::system(("test -z \"$(MANWIDTH=80 man --warnings -E UTF-8 -l -Tutf8 -Z " +
+                               file.string() + " 2>&1 >/dev/null)\"")
+                                  .c_str()),
+                  0);
+    }
+}
+
+TEST(Packaging, AThumbnailIsOfTheSizeThatIsAskedFor)
+{
+    const TempFolder folder;
+    const auto file = folder.path() / "thumbnail-without-extension";
+    const auto smoke = std::filesystem::path(FUM_TEST_DATA) / "smoke_seq" / "smoke_0006.vdb";
+    ASSERT_EQ(
+        run_program(folder.path(), {"thumbnail", "--size", "32", smoke.string(), file.string()})
+            .code,
+        0);
+    const std::string bytes = read_bytes(file);
+    ASSERT_GT(bytes.size(), 24u);
+    EXPECT_EQ(bytes.substr(1, 3), "PNG");
+    EXPECT_EQ(int(bytes[19]), 32);
+    EXPECT_EQ(int(bytes[23]), 24);
+    EXPECT_EQ(run_program(folder.path(), {"thumbnail", "none.vdb", file.string()}).code, 1);
+}
+
+/// What checks them is installed where packages are made.
+TEST(Packaging, FilesOfADesktopAreWhatTheirCheckersTake)
+{
+    for (const auto& [checker, command] :
+         {std::pair{"desktop-file-validate",
+                    "desktop-file-validate " + (kPackaging / "fumarole.desktop").string()},
+          {"appstreamcli", "appstreamcli validate --no-net " +
+                               (kPackaging / "org.fumarole.Fumarole.metainfo.xml").string()},
+          {"xmllint", "xmllint --noout " + (kPackaging / "fumarole-mime.xml").string() + " " +
+                          (kPackaging / "fumarole.svg").string()}}) {
+        if (std::system((std::string("command -v ") + checker + " > /dev/null").c_str()) != 0) {
+            std::cout << checker << " is not installed, and checks nothing here\n";
+            continue;
+        }
+        EXPECT_EQ(std::system((command + " > /dev/null").c_str()), 0) << command;
+    }
+    for (const char* name : {"fumarole.desktop", "fumarole.thumbnailer", "fumarole-mime.xml"})
+        for (const char* type : {"application/x-openvdb", "application/x-nanovdb"})
+            EXPECT_THAT(read_bytes(kPackaging / name), HasSubstr(type)) << name;
+}
+
+}  // namespace
+}  // namespace fumarole::test
