@@ -29,6 +29,8 @@ namespace fumarole::asset {
 
 static_assert(std::endian::native == std::endian::little, "a .nvdb is read as it lies in memory");
 
+namespace nanovdb_file {  // apart from vdb_layout.cpp's, which has some of these names too
+
 namespace {
 
 constexpr std::string_view kMagic = "NanoVDB";  // then 0; since version 32.6 files have 2, grids 1
@@ -681,22 +683,25 @@ void Reader::run()
 
 }  // namespace
 
+}  // namespace nanovdb_file
+
 bool is_nanovdb(const VdbLayout& layout, LazyBytes& bytes)
 {
-    if (layout.size < kMagic.size())
+    if (layout.size < nanovdb_file::kMagic.size())
         return false;
-    bytes.need(0, kMagic.size());
-    return std::memcmp(layout.bytes.get(), kMagic.data(), kMagic.size()) == 0;
+    bytes.need(0, nanovdb_file::kMagic.size());
+    return std::memcmp(layout.bytes.get(), nanovdb_file::kMagic.data(),
+                       nanovdb_file::kMagic.size()) == 0;
 }
 
 void read_nanovdb_layout(VdbLayout& layout, LazyBytes& bytes, VdbDepth depth)
 {
-    Reader(layout, bytes, depth).run();
+    nanovdb_file::Reader(layout, bytes, depth).run();
 }
 
 void visit_nanovdb(const VdbLayout& layout, const VdbGridLayout& grid, NanoVisitor& visitor)
 {
-    TreeWalk(layout, grid).run(visitor);
+    nanovdb_file::TreeWalk(layout, grid).run(visitor);
 }
 
 }  // namespace fumarole::asset
