@@ -26,7 +26,8 @@ void begin_gloss(vec3 n)
     gloss.f0 = ggx_f0(u_draw.albedo, u_draw.metallic);
     // Texels' middles are the table's ends.
     float n_wo = clamp(dot(n, gloss.wo), 0.0, 1.0);
-    vec2 at = vec2(sqrt(1.0 - sqrt(n_wo)), u_draw.roughness);
+    // The root of 1 may be a little more than 1: GLSL lets it be off by some units in the last place.
+    vec2 at = vec2(sqrt(max(1.0 - sqrt(n_wo), 0.0)), u_draw.roughness);
     const vec2 kSize = vec2(LTC_COLUMNS, LTC_ROWS);
     vec2 uv = (at * (kSize - 1.0) + 0.5) / kSize;
     gloss.ab = textureLod(u_ltc_tx, vec3(uv, 1.0), 0.0).xy;

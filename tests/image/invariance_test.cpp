@@ -168,6 +168,11 @@ TEST_F(Invariance, DenseOrBricks)
 {
     Scene scene = lit_scene();
     GridMedium smoke = ragged_smoke();
+    // A GPU rounds a lookup's place. The layouts' places differ by the rounding of floats, some
+    // 6e-6 of a texel in an atlas of 54, which tips the former over in one of 200 samples: that one
+    // is then off by twice filter_rounding() of the difference between two voxels, which is 1 at
+    // most, for a step of 2.7 m / 64 at an extinction of 1.5/m. A third of the rays have one.
+    const double tipped = 2 * filter_rounding() * 1.5 * 2.7 / 64;
     for (const bool colored : {false, true}) {
         if (colored)
             smoke.sigma_a_per_density = {0.1f, 0.3f, 0.9f};
@@ -178,9 +183,9 @@ TEST_F(Invariance, DenseOrBricks)
         settings.layout = medium::Layout::bricks;
         const Still bricks = render(scene, settings);
         for (const auto layer : {&Still::scattering, &Still::transmittance, &Still::composite}) {
-            EXPECT_TRUE(images_near(picture_of(bricks, bricks.*layer),
-                                    picture_of(dense, dense.*layer), 1e-5, 2e-6,
-                                    "32-bit texel coordinates, larger in the atlas"));
+            EXPECT_TRUE(images_near(
+                picture_of(bricks, bricks.*layer), picture_of(dense, dense.*layer), 1e-5 + tipped,
+                2e-6 + 0.1 * tipped, "32-bit texel coordinates, larger in the atlas"));
             figure("bricks - dense", max_difference(picture_of(bricks, bricks.*layer),
                                                     picture_of(dense, dense.*layer)));
         }

@@ -279,7 +279,10 @@ TEST_F(Lighting, WhiteFurnace)
                 << "there is a medium to see";
             // The froxels' 16-bit values are of a straight ray; the corner's is 1.13 times as long.
             const double slant = settings.mode == Settings::Mode::froxel ? 1.13 : 1;
-            const double tolerance = plain ? 64 * 0x1p-24 : 5e-4 * slant;
+            // OpenGL leaves open how what is stored in 16 bits is rounded, and in how many bits it
+            // is filtered: cut off, a value under 1 is off by 2^-11 and not 2^-12.
+            const double rounding = is_software() ? 5e-4 : 1e-3;
+            const double tolerance = plain ? 64 * 0x1p-24 : rounding * slant;
             EXPECT_TRUE(images_near(picture_of(still, still.composite), one, tolerance, tolerance,
                                     "rounding: of 64 steps' 32-bit sums, 2^-24 each, or of two "
                                     "16-bit values under 1"))
@@ -416,7 +419,11 @@ TEST_F(Lighting, SpotConeOnTheGround)
         return glm::dvec3(0.6f, 0.4f, 0.2f) / kPi * 20.0 / (d * d) * (to_light.z / d) * share;
     });
     EXPECT_GT(std::min({inside, outside, blend}), 20) << "pixels inside, outside, between";
-    EXPECT_TRUE(images_near(picture_of(still, still.surface), truth, 5e-6, 2e-6,
+    // GLSL 4.50, section 4.7.1: a division may be off by 2.5 units in the last place and an inverse
+    // square root by 2, where a rasteriser on the processor rounds both to half a unit. With the
+    // three sums of the product the cosine is off by 6 units and not 2.5.
+    EXPECT_TRUE(images_near(picture_of(still, still.surface), truth,
+                            is_software() ? 5e-6 : 5e-6 * 6 / 2.5, 2e-6,
                             "32-bit cosine near 1, over (1 - cos 15 deg) / 2"));
 }
 
@@ -558,13 +565,14 @@ TEST_F(NoiseMedium, EndsAtItsBoxInsideALargerMedium)
     EXPECT_GT(past, 100);
 }
 
-// Seven thousand nodes along x, of seven million, are more than a texture has.
+// Along x are more nodes than a texture has: 14 a metre, of a thousand in each layer.
 TEST_F(NoiseMedium, IsWorkedOutWhereItsGridWouldNotFit)
 {
     Scene scene = noisy_scene();
     auto& box = std::get<BoxMedium>(scene.media[0]);
-    box.min.x = -250;
-    box.max.x = 250;
+    const double reach = std::max(250.0, 0.05 * gl().capabilities().max_texture_3d);
+    box.min.x = -reach;
+    box.max.x = reach;
     auto& noise = std::get<NoiseProfile>(box.profile);
     noise.octaves = 1;
     noise.drift = glm::dvec3(0);

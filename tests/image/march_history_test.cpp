@@ -159,8 +159,15 @@ TEST_F(MarchHistory, AGlowIsTheMeanOfItsFrames)
                                          mean[mean.size() / 2] * kFrames));
     }
     run(renderer, view, scene, settings, kFrames);
+    // With history it is another program, and a GPU's compiler may fuse other sums: places differ
+    // by a float's rounding, which now and then tips that of a lookup in the noise over. One sample
+    // of all frames is then off by 2 filter_rounding() of the difference between two nodes, under
+    // 0.5, of what glows along a step of 3.5 m / 8.
+    const double tipped = 2 * filter_rounding() * 0.5 * 3.5 / 8 / kFrames;
     for (std::size_t k = 0; k < mean.size(); ++k)
-        ASSERT_NEAR(layers.scattering[k], mean[k], 1e-5 * (1 + mean[k])) << k;
+        ASSERT_NEAR(layers.scattering[k], mean[k],
+                    1e-5 * (1 + mean[k]) + cloud.emission[int(k % 3)] * tipped)
+            << k;
     EXPECT_GT(moved, 0.01) << "or there was nothing to average";
 }
 

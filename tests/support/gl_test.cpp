@@ -8,6 +8,7 @@
 #include <fstream>
 #include <string_view>
 
+#include "support/gl_limits.h"
 #include "support/temp_folder.h"
 
 namespace fumarole::test {
@@ -42,7 +43,8 @@ struct Shared {
     std::unique_ptr<gl::HeadlessContext> context;
     std::unique_ptr<gl::Device> device;
     std::unique_ptr<SceneRenderer> renderer;
-    std::vector<std::string> errors;
+    std::vector<std::string> errors, excess;
+    gl::GetProc get_proc = nullptr;
 };
 
 Shared& shared()
@@ -90,24 +92,28 @@ GlTest::GlTest()
         const char* backend = std::getenv("FUM_TEST_BACKEND");
         const bool egl = backend != nullptr && std::string_view(backend) == "egl";
         s.context = gl::HeadlessContext::make(egl ? gl::Backend::egl : gl::Backend::osmesa);
-        s.device = std::make_unique<gl::Device>(s.context->get_proc());
+        s.get_proc = with_limits(s.context->get_proc(), s.excess);
+        s.device = std::make_unique<gl::Device>(s.get_proc);
         const gl::Device& device = *s.device;
         device->Enable(GL_DEBUG_OUTPUT);
         device->Enable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
         device->DebugMessageCallback(on_message, nullptr);
     }
     s.errors.clear();
+    s.excess.clear();
 }
 
 GlTest::~GlTest()
 {
     for (const std::string& error : shared().errors)
         ADD_FAILURE() << "OpenGL reports: " << error;
+    for (const std::string& excess : shared().excess)
+        ADD_FAILURE() << excess;
 }
 
 gl::GetProc GlTest::get_proc()
 {
-    return shared().context->get_proc();
+    return shared().get_proc;
 }
 const gl::Device& GlTest::gl()
 {

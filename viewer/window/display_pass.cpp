@@ -1,5 +1,6 @@
 #include "window/display_pass.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "shared/bindings.h"
@@ -35,7 +36,8 @@ void DisplayPass::draw(const DisplayRequest& request)
     params.tone_b = tone_of(request.b.display);
     params.wipe = static_cast<float>(request.wipe) * static_cast<float>(request.size.x);
     params.largest_difference = static_cast<float>(request.scale);
-    params.tenth_mean_square = static_cast<float>(request.tenth_of_mean_square);
+    // Of two black pictures too: the inverse square root of 0 is undefined.
+    params.tenth_mean_square = std::max(static_cast<float>(request.tenth_of_mean_square), 1e-30f);
     block_.write(params);
     const gl::Device& gl = device_;
     gl->BindBufferBase(GL_UNIFORM_BUFFER, FRAME_BLOCK, block_.id());
