@@ -2,6 +2,8 @@
 
 #include <OpenImageIO/imageio.h>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -679,6 +681,63 @@ TEST(Render, OtherBackendsDrawTheSameOrSayWhyNot)
     for (std::size_t i = 0; i < a.size(); ++i)
         difference += std::abs(a[i] - b[i]) / double(a.size());
     EXPECT_LT(difference, 2e-3 * range_of(a).mean);
+}
+
+/// Our cache in a folder of the test, Mesa's where it is, for all that is run while this lives.
+class CacheIn {
+public:
+    explicit CacheIn(const fs::path& folder)
+    {
+        const char* cache = std::getenv("XDG_CACHE_HOME");
+        const char* home = std::getenv("HOME");
+        had_ = cache != nullptr;
+        old_ = had_ ? cache : "";
+        const fs::path mesa = had_ ? fs::path(old_) : fs::path(home ? home : ".") / ".cache";
+        setenv("MESA_SHADER_CACHE_DIR", mesa.c_str(), 0);
+        setenv("XDG_CACHE_HOME", folder.c_str(), 1);
+    }
+    ~CacheIn()
+    {
+        if (had_)
+            setenv("XDG_CACHE_HOME", old_.c_str(), 1);
+        else
+            unsetenv("XDG_CACHE_HOME");
+    }
+    CacheIn(const CacheIn&) = delete;
+    CacheIn& operator=(const CacheIn&) = delete;
+
+private:
+    bool had_ = false;
+    std::string old_;
+};
+
+TEST(Render, KeepsCompiledProgramsAndDoesWithoutThem)
+{
+    const TempFolder folder;
+    const fs::path cache = folder.path() / "cache";
+    const CacheIn of_test(cache);
+    const auto programs = [&](const Arguments& more) {
+        Arguments command = with_little_light(
+            {"render", "--aa=1", sample("smoke_plume.vdb"), "--size=16x9", "--explain"});
+        command.insert(command.end(), more.begin(), more.end());
+        const std::string text = must(folder, command).out;
+        const std::size_t at = text.find("compiled programs: ");
+        return at == std::string::npos ? "" : text.substr(at, text.find('\n', at) - at);
+    };
+    EXPECT_EQ(programs({"--no-program-cache"}), "compiled programs: not kept: --no-program-cache");
+    EXPECT_FALSE(fs::exists(cache));
+    const std::string first = programs({});
+    int kept = 0;
+    if (std::sscanf(first.c_str(), "compiled programs: 0 of an earlier run, %d kept", &kept) != 1 ||
+        kept == 0)
+        GTEST_SKIP() << "this driver gives no program away: " << first;
+    EXPECT_EQ(kept, static_cast<int>(list(cache / "fumarole").size()));
+    EXPECT_NE(programs({}).find(fmt::format("{} of an earlier run, 0 kept", kept)),
+              std::string::npos);
+    // What was cut off is written anew.
+    for (const std::string& name : list(cache / "fumarole"))
+        fs::resize_file(cache / "fumarole" / name, 100);
+    EXPECT_NE(programs({}).find(fmt::format(", {} kept", kept)), std::string::npos);
 }
 
 TEST(Render, TakesTheDeviceThatInfoNamesAndSaysWhy)
