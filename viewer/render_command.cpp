@@ -8,10 +8,12 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
+#include <thread>
 
 #include "bounce_count.h"
 #include "command.h"
 #include "device_options.h"
+#include "frame_claim.h"
 #include "gl/device.h"
 #include "inspection_options.h"
 #include "interruption.h"
@@ -50,7 +52,7 @@ struct RenderOptions {
     bool until_clear = false;  ///< no more than the grain of the picture asks for
     std::uint32_t seed = 0;
     std::optional<double> tolerance;  ///< of the reference
-    bool alpha = false, half = false, explain = false, json = false;
+    bool alpha = false, half = false, explain = false, json = false, resume = false;
     std::string line;  ///< the command line itself
     DeviceOptions device;
     InspectionOptions inspection;
@@ -703,6 +705,26 @@ void check_moving_outputs(const RenderOptions& options)
                                          fs::path(output).extension().string()));
 }
 
+/// Frames that several processes draw are each to be the same whoever draws them.
+void check_resume(const RenderOptions& options, const Settings& settings)
+{
+    if (!options.resume)
+        return;
+    const auto refuse = [](const char* why) { throw UsageError(fmt::format("--resume: {}", why)); };
+    if (!options.range)
+        refuse("is for a moving picture; give --frames A..B");
+    if (options.missing_frames == "hold")
+        refuse("a frame held from the one before is not known alone; give --missing-frames skip");
+    if (options.wish.asked())
+        refuse("each process would plan for itself; give the settings that a plan finds");
+    if (!options.reference() && options.aa == 1 && settings.keeps_history())
+        refuse("these frames build on those before them; give --aa N, or --history 0 and "
+               "--temporal off");
+    if (parse_exposure(options.exposure) == std::nullopt &&
+        std::any_of(options.outputs.begin(), options.outputs.end(), is_png))
+        refuse("each process would choose the exposure of its .png; give --exposure STOPS");
+}
+
 asset::MissingFrames missing_frames(const RenderOptions& options)
 {
     return options.missing_frames == "hold"   ? asset::MissingFrames::hold
@@ -720,7 +742,6 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
         open_moving({options.input, options.size, options.grid, options.up});
     if (!options.save_scene.empty())
         asset::save_scene(opened.scene, options.save_scene);
-    asset::FrameLoader frames(opened, range, missing_frames(options));
     std::unique_ptr<gl::HeadlessContext> context;
     std::optional<SceneRenderer> renderer;
     std::optional<CoverRenderer> cover;
@@ -733,14 +754,12 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
     std::vector<std::string> notes = opened.notes;
     std::vector<double> volume;
     Json rows = Json::array();
-    for (int i = 0; i < range.count(); ++i) {
+    const auto draw = [&](int i, asset::FrameLoader& frames) {
         const int frame = range.first + i * range.step;
-        if (*Interruption::flag())
-            throw Error(fmt::format("interrupted; the frames before {} were written", frame));
         const std::optional<asset::LoadedScene> loaded = frames.next();
         if (!loaded) {
             notes.push_back(fmt::format("frame {} is missing or broken, and left out", frame));
-            continue;
+            return;
         }
         const asset::LoadedScene& now = *loaded;
         for (const std::string& note : now.notes)
@@ -781,6 +800,61 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
         if (!files.exposure)
             files.exposure = exposure_ev;
         rows.push_back(row);
+    };
+    const auto check_interruption = [&](int frame) {
+        if (*Interruption::flag())
+            throw Error(options.resume
+                            ? fmt::format("interrupted at frame {}; --resume goes on", frame)
+                            : fmt::format("interrupted; the frames before {} were written", frame));
+    };
+    int found = 0;  // frames that need not be drawn
+    if (!options.resume) {
+        asset::FrameLoader frames(opened, range, missing_frames(options));
+        for (int i = 0; i < range.count(); ++i) {
+            check_interruption(range.first + i * range.step);
+            draw(i, frames);
+        }
+    }
+    const glm::ivec2 size =
+        region ? glm::ivec2(region->width, region->height) : glm::ivec2(opened.scene.resolution);
+    std::vector<int> left;
+    for (int i = 0; options.resume && i < range.count(); ++i)
+        left.push_back(i);
+    while (!left.empty()) {
+        std::vector<int> claimed;  // by others, who may be killed
+        for (const int i : left) {
+            const int frame = range.first + i * range.step;
+            check_interruption(frame);
+            const std::vector<std::string> outputs = files_at(files, frame).outputs;
+            const auto is_done = [&] {
+                return std::all_of(outputs.begin(), outputs.end(), [&](const std::string& output) {
+                    return is_whole(output, size);
+                });
+            };
+            if (is_done()) {
+                ++found;
+                continue;
+            }
+            const std::optional<FrameClaim> claim = FrameClaim::take(outputs.front());
+            if (!claim) {
+                claimed.push_back(i);
+                continue;
+            }
+            if (is_done()) {  // since
+                ++found;
+                continue;
+            }
+            // With nothing of the frames before it, which another process may have drawn.
+            if (renderer) {
+                renderer.reset();
+                renderer.emplace(context->get_proc());
+            }
+            asset::FrameLoader alone(opened, {frame, frame, 1}, missing_frames(options));
+            draw(i, alone);
+        }
+        left = std::move(claimed);
+        if (!left.empty())
+            std::this_thread::sleep_for(std::chrono::milliseconds(200));
     }
     progress.clear();
     if (options.json) {
@@ -790,6 +864,7 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
                   {"aa", options.aa},
                   {"exposure_ev", files.exposure.value_or(0)},
                   {"notes", notes},
+                  {"found", found},
                   {"frames", rows}};
         if (renderer)
             json.update(chosen_json(*context, renderer->renderer().device()));
@@ -807,6 +882,9 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
                    "max of {})\n",
                    volume.front(), volume[volume.size() / 2], volume.back(), volume.size());
     }
+    if (options.resume)
+        fmt::print("drew {} of the {} frames; {} were there and whole\n", rows.size(),
+                   range.count(), found);
     fmt::print("wrote frames {} to {}\n", options.frames, fmt::join(options.outputs, ", "));
 }
 
@@ -898,6 +976,7 @@ void run(RenderOptions options, const CLI::App& command)
     check_outputs(options.outputs);
     if (options.range)
         check_moving_outputs(options);
+    check_resume(options, settings);
     if (inspection) {
         run_inspection(options, files, settings, *inspection, load_alone(options));
         return;
@@ -952,6 +1031,9 @@ void add_render(CLI::App& app, const std::string& line)
                      "where a frame's file is missing or broken: fail, hold the one before it, or "
                      "skip it [fail]")
         ->check(CLI::IsMember({"fail", "hold", "skip"}));
+    command->add_flag("--resume", o.resume,
+                      "of --frames A..B: leave frames that are there and whole, and share the rest "
+                      "with all who run the same");
     command->add_option("--seed", o.seed, "another seed, other jitter [0]");
     command->add_option("--target", o.target, "write one target alone as RGB")
         ->check(CLI::IsMember({"composite", "scattering", "transmittance", "surface", "surface_lit",

@@ -1,6 +1,7 @@
 // `fumarole render --frames A..B`: moving pictures as a user makes them.
 
 #include <fmt/format.h>
+#include <future>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -69,6 +70,48 @@ TEST_F(Moving, EachFrameIsTheStillOfItsMoment)
     ASSERT_EQ(still.code, 0) << still;
     EXPECT_EQ(picture("x.04.exr"), picture("still.exr"));
     EXPECT_NE(picture("x.00.exr"), picture("x.04.exr"));
+}
+
+// What a process leaves that is killed: a lock that no one holds, and, of a copy that did not end,
+// half a file.
+TEST_F(Moving, ProcessesShareFramesAndOneThatIsKilledIsNoLoss)
+{
+    folder_.write("path.json", passing_by());
+    const auto args = [](const std::string& output) {
+        return Arguments{"path.json", "--frames=0..3", "--aa=2", "--resume", "-o", output};
+    };
+    const Outcome alone = render(args("one.#.exr"));
+    ASSERT_EQ(alone.code, 0) << alone;
+    EXPECT_NE(alone.out.find("drew 4 of the 4 frames"), std::string::npos) << alone;
+
+    folder_.write("two.0.exr.lock", "");
+    const std::string bytes = read_bytes(folder_.path() / "one.1.exr");
+    folder_.write("two.1.exr", bytes.substr(0, bytes.size() / 2));
+    auto other = std::async(std::launch::async, [&] { return render(args("two.#.exr")); });
+    const Outcome one = render(args("two.#.exr"));
+    const Outcome two = other.get();
+    ASSERT_EQ(one.code, 0) << one;
+    ASSERT_EQ(two.code, 0) << two;
+    for (int frame = 0; frame < 4; ++frame) {
+        const auto name = [&](const char* of) { return fmt::format("{}.{}.exr", of, frame); };
+        EXPECT_EQ(picture(name("one")), picture(name("two"))) << frame;
+        EXPECT_FALSE(fs::exists(folder_.path() / (name("two") + ".lock")));
+    }
+    const auto written = fs::last_write_time(folder_.path() / "two.2.exr");
+    const Outcome again = render(args("two.#.exr"));
+    EXPECT_NE(again.out.find("drew 0 of the 4 frames; 4 were there and whole"), std::string::npos)
+        << again;
+    EXPECT_EQ(fs::last_write_time(folder_.path() / "two.2.exr"), written);
+
+    for (const Arguments& wrong :
+         {Arguments{"path.json", "--resume", "-o", "x.exr"},
+          {"path.json", "--resume", "--frames=0..1", "-o", "x.#.png"},
+          {"path.json", "--resume", "--frames=0..1", "--temporal=on", "-o", "x.#.exr"},
+          {"path.json", "--resume", "--frames=0..1", "--missing-frames=hold", "-o", "x.#.exr"}}) {
+        const Outcome refused = render(wrong);
+        EXPECT_EQ(refused.code, 2) << refused;
+        EXPECT_NE(refused.err.find("--resume"), std::string::npos) << refused;
+    }
 }
 
 TEST_F(Moving, AHistoryIsKeptWhileTheCameraMoves)

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <glm/glm.hpp>
+#include <optional>
+
+namespace fumarole::command {
+
+/// The right to draw one frame, among processes on any machines that share a folder: a lock on a
+/// file beside the frame's picture. Whoever is killed lets go of it; the file goes with the claim.
+class FrameClaim {
+public:
+    /// Nothing where another process holds it. @throws Error if no lock can be had there
+    static std::optional<FrameClaim> take(const std::filesystem::path& picture);
+
+    FrameClaim(FrameClaim&& other) noexcept;
+    FrameClaim& operator=(FrameClaim&&) = delete;
+    ~FrameClaim();
+
+private:
+    FrameClaim(std::filesystem::path file, int descriptor);
+    std::filesystem::path file_;
+    int descriptor_;
+};
+
+/// Whether a picture is there, of that size, and can be read to its last pixel.
+bool is_whole(const std::filesystem::path& picture, glm::ivec2 size);
+
+}  // namespace fumarole::command
