@@ -43,6 +43,22 @@ bool glows_hot(const GridMedium& medium)
                kDarkKelvin;
 }
 
+bool can_cast(const Blend& blend)
+{
+    if (blend.kind != Blend::Kind::factors)
+        return true;
+    switch (blend.destination) {
+    case BlendFactor::dst_color:
+    case BlendFactor::one_minus_dst_color:
+    case BlendFactor::dst_alpha:
+    case BlendFactor::one_minus_dst_alpha:
+    case BlendFactor::src_alpha_saturate:
+        return false;
+    default:
+        return true;
+    }
+}
+
 TransparentLook& look_of(Transparent& transparent)
 {
     return std::visit([](auto& one) -> TransparentLook& { return one.look; }, transparent);

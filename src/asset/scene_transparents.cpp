@@ -75,12 +75,11 @@ TransparentLook read_look(JsonObject& object, bool may_have_image, const fs::pat
         has_scale = object.read("scale", kScale, look.scale);
     }
     const JsonPlace& place = object.place();
-    if (object.has("casts"))
-        place.fail(
-            "'casts' is not there: a transparent throws no shadow and colours no light "
-            "(docs/methods.md#transparents says what that leaves out); leave the key out, or "
-            "let a surface throw the shadow");
+    object.read("casts", look.casts);
     object.finish();
+    if (look.casts && !can_cast(look.blend))
+        place.fail("'casts' needs a blend whose 'destination' is no factor of what is behind, "
+                   "which light on its way does not have; take \"multiply\" or \"alpha\"");
     const bool image = !look.image_file.empty();
     if (has_scale && !image)
         place.fail("'scale' needs 'image', the picture that it multiplies");
@@ -122,6 +121,8 @@ void write_look(Members& out, const TransparentLook& look, const fs::path& folde
         out.number("alpha", look.alpha);
     if (look.depth_fade != 0)
         out.number("depth_fade", look.depth_fade);
+    if (look.casts)
+        out.raw("casts", "true");
 }
 
 }  // namespace
@@ -140,7 +141,11 @@ Transparent read_transparent(JsonObject object, const fs::path& folder)
         BillboardTransparent board;
         object.need("center", kCoordinate, board.center);
         object.need("size", kLength, board.size);
+        const JsonPlace place = object.place();
         board.look = read_look(object, true, folder);
+        if (board.look.casts)
+            place.fail("'casts' is for quads and meshes: a billboard turns with the camera, and "
+                       "its shadow would too; take a quad");
         return board;
     }
     default: {

@@ -74,6 +74,7 @@ public:
         : eye_{scene}, surfaces_{scene.surfaces}, transparents_{scene}, media_{scene, tolerance},
           tracking_{media_}, world_{scene,
                                     surfaces_,
+                                    transparents_,
                                     media_,
                                     tracking_,
                                     -std::log(0.1 * tolerance),
@@ -88,6 +89,7 @@ public:
                                                  : tolerance},
           traced_{(media_.scatters() && bounces > 0) || surface_bounces > 0 || !emitters_.empty()},
           paths_{surfaces_,
+                 transparents_,
                  media_,
                  tracking_,
                  world_.radiance(),
@@ -97,6 +99,7 @@ public:
                  cancel},
           clear_media_{Scene(), tolerance}, clear_tracking_{clear_media_},
           clear_paths_{surfaces_,
+                       transparents_,
                        clear_media_,
                        clear_tracking_,
                        world_.radiance(),
@@ -245,6 +248,7 @@ private:
             clear = glm::dvec3(0);
             return clear;
         }
+        clear *= transparents_.filter({from.p, wi}, range);
         return clear * glm::exp(-media_.optical_depth({from.p, wi}, range));
     }
 
@@ -402,6 +406,7 @@ private:
         const double begin = media_breaks.front(), end = media_breaks.back();
         std::vector<double> breaks;
         surfaces_.add_shadow_breaks(ray, begin, end, light.place(), breaks);
+        transparents_.add_filter_breaks(ray, begin, end, light.place(), breaks);
         light.add_cone_breaks(ray, breaks);
         media_.add_light_breaks(ray, light.place(), breaks);
         std::erase_if(breaks, [&](double t) { return !(t > begin && t < end); });

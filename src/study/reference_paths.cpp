@@ -61,15 +61,22 @@ struct ReferencePaths::Vertex {
     [[nodiscard]] bool glossy() const { return surface != nullptr && surface->glossy(); }
 };
 
-ReferencePaths::ReferencePaths(const ReferenceSurfaces& surfaces, const ReferenceMedia& media,
-                               const MediaTracking& tracking, const WorldRadiance& world,
+ReferencePaths::ReferencePaths(const ReferenceSurfaces& surfaces,
+                               const ReferenceTransparents& transparents,
+                               const ReferenceMedia& media, const MediaTracking& tracking,
+                               const WorldRadiance& world,
                                const std::vector<ReferenceLight>& lights,
                                const SurfaceEmitters& emitters, PathOrders orders,
                                const std::atomic<bool>* cancel)
-    : surfaces_{surfaces}, media_{media}, tracking_{tracking}, world_{world}, lights_{lights},
-      emitters_{emitters}, orders_{orders}, emits_{media.emits() && orders.media_light},
-      world_lights_{!world.black()}, cancel_{cancel}
+    : surfaces_{surfaces}, transparents_{transparents}, media_{media}, tracking_{tracking},
+      world_{world}, lights_{lights}, emitters_{emitters}, orders_{orders},
+      emits_{media.emits() && orders.media_light}, world_lights_{!world.black()}, cancel_{cancel}
 {
+}
+
+glm::dvec3 ReferencePaths::transmittance(const Ray& ray, double range, Random& random) const
+{
+    return transparents_.filter(ray, range) * tracking_.transmittance(ray, range, random);
 }
 
 void ReferencePaths::check_cancel() const
@@ -176,7 +183,7 @@ glm::dvec3 ReferencePaths::from_light(const ReferenceLight& light, const Vertex&
     const double range = light.place().range(p);
     if (sent == glm::dvec3(0) || surfaces_.hidden(vertex.from, wi, range))
         return glm::dvec3(0);
-    return clear * sent * tracking_.transmittance({p, wi}, range, random);
+    return clear * sent * transmittance({p, wi}, range, random);
 }
 
 glm::dvec3 ReferencePaths::from_area(const ReferenceLight& light, const Vertex& vertex,
@@ -200,7 +207,7 @@ glm::dvec3 ReferencePaths::from_map(const Vertex& vertex, Random& random) const
     if (radiance * sent == glm::dvec3(0) || surfaces_.hidden(vertex.from, wi, kInfinity))
         return glm::dvec3(0);
     return radiance * sent / (world_.pdf(wi) + vertex.pdf(wi)) *
-           tracking_.transmittance({vertex.from.p, wi}, kInfinity, random);
+           transmittance({vertex.from.p, wi}, kInfinity, random);
 }
 
 glm::dvec3 ReferencePaths::from_emitters(const Vertex& vertex, Random& random) const
@@ -217,7 +224,7 @@ glm::dvec3 ReferencePaths::from_emitters(const Vertex& vertex, Random& random) c
     if (sent == glm::dvec3(0) || surfaces_.hidden(vertex.from, found.wi, kBefore * found.range))
         return glm::dvec3(0);
     return found.radiance * sent * (squared_share_of(found.pdf, vertex.pdf(found.wi)) / found.pdf) *
-           tracking_.transmittance({vertex.from.p, found.wi}, found.range, random);
+           transmittance({vertex.from.p, found.wi}, found.range, random);
 }
 
 glm::dvec3 ReferencePaths::met_lights(const Leg& leg, double range, Random& random) const
@@ -230,7 +237,7 @@ glm::dvec3 ReferencePaths::met_lights(const Leg& leg, double range, Random& rand
         const ReferenceLight::Seen seen = light.seen(ray);
         if (seen.range < range)
             sum += seen.radiance * squared_share_of(leg.pdf, seen.pdf) *
-                   tracking_.transmittance(ray, seen.range, random);
+                   transmittance(ray, seen.range, random);
     }
     return sum;
 }
@@ -274,7 +281,7 @@ glm::dvec3 ReferencePaths::walk(Walker& walker, const SobolPoint& point, Leg leg
         }
         const bool counts = k >= first;
         if (counts && emits_)
-            sum += weight * tracking_.emitted(ray, range, random);
+            sum += weight * tracking_.emitted(ray, range, random, transparents_.along_way(ray));
         if (counts && leg.glossy)
             sum += weight * met_lights(leg, range, random);
         const bool seen = counts && world_lights_ && range == kInfinity;
@@ -312,6 +319,7 @@ glm::dvec3 ReferencePaths::walk(Walker& walker, const SobolPoint& point, Leg leg
                 weight /= kSurvival;
             }
         }
+        weight *= transparents_.filter(ray, scatters ? collision.t : range);
         Vertex vertex;
         vertex.wo = -leg.direction;
         std::optional<SurfaceReflection> reflection;

@@ -12,6 +12,7 @@
 #include "study/reference_reflection.h"
 #include "study/reference_sampling.h"
 #include "study/reference_tracking.h"
+#include "study/reference_transparents.h"
 #include "study/reference_world.h"
 
 // Light that comes to the eye by more than one scattering or reflection, by path tracing: unbiased,
@@ -43,10 +44,11 @@ struct PathOrders {
 class ReferencePaths {
 public:
     /// Keeps references to all of them.
-    ReferencePaths(const ReferenceSurfaces& surfaces, const ReferenceMedia& media,
-                   const MediaTracking& tracking, const WorldRadiance& world,
-                   const std::vector<ReferenceLight>& lights, const SurfaceEmitters& emitters,
-                   PathOrders orders, const std::atomic<bool>* cancel);
+    ReferencePaths(const ReferenceSurfaces& surfaces, const ReferenceTransparents& transparents,
+                   const ReferenceMedia& media, const MediaTracking& tracking,
+                   const WorldRadiance& world, const std::vector<ReferenceLight>& lights,
+                   const SurfaceEmitters& emitters, PathOrders orders,
+                   const std::atomic<bool>* cancel);
 
     /// Radiance that comes to the eye along a ray from media on it.
     /// @param places on the same ray @param splits metres along it, ascending
@@ -90,9 +92,12 @@ private:
     [[nodiscard]] glm::dvec3 from_emitters(const Vertex& vertex, Random& random) const;
     /// Of lights with an area on a ray, what was not found by from_area at its origin.
     [[nodiscard]] glm::dvec3 met_lights(const Leg& leg, double range, Random& random) const;
+    /// What media and transparents let through.
+    [[nodiscard]] glm::dvec3 transmittance(const Ray& ray, double range, Random& random) const;
     void check_cancel() const;
 
     const ReferenceSurfaces& surfaces_;
+    const ReferenceTransparents& transparents_;
     const ReferenceMedia& media_;
     const MediaTracking& tracking_;
     const WorldRadiance& world_;

@@ -302,7 +302,8 @@ double MediaTracking::looks(const Entry& entry, const Ray& ray, double begin, do
     return std::max(kLooks / (end - begin), kLooksPerDepth * most * largest(entry.sigma_t));
 }
 
-glm::dvec3 MediaTracking::emitted(const Ray& ray, double range, Random& random) const
+glm::dvec3 MediaTracking::emitted(const Ray& ray, double range, Random& random,
+                                  const std::function<glm::dvec3(double)>& passed) const
 {
     glm::dvec3 sum(0);
     for (const Process& process : emission_) {
@@ -326,7 +327,8 @@ glm::dvec3 MediaTracking::emitted(const Ray& ray, double range, Random& random) 
             before = stream.t;
             if (std::min({tau.x, tau.y, tau.z}) > ReferenceMedia::kOpaque)
                 break;
-            sum += value * glm::exp(-tau) / stream.rate;
+            const glm::dvec3 arriving = value * glm::exp(-tau) / stream.rate;
+            sum += passed ? arriving * passed(stream.t) : arriving;
         }
     }
     return sum;

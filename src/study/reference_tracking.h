@@ -90,7 +90,9 @@ public:
     /// An unbiased estimate of the radiance that media emit towards a ray's origin between there
     /// and `range`, dimmed on its way. Places are spaced evenly over the emission's bound, from an
     /// offset by chance.
-    [[nodiscard]] glm::dvec3 emitted(const Ray& ray, double range, Random& random) const;
+    /// @param passed what is let through from a distance along the ray [m] besides; none for all
+    [[nodiscard]] glm::dvec3 emitted(const Ray& ray, double range, Random& random,
+                                     const std::function<glm::dvec3(double)>& passed = {}) const;
 
 private:
     friend class FreeFlight;

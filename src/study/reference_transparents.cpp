@@ -166,6 +166,7 @@ ReferenceTransparents::ReferenceTransparents(const Scene& scene)
                    transparent);
         if (shape.mesh != nullptr)
             shape.surfaces = std::make_unique<ReferenceSurfaces>(*shape.mesh);
+        casts_ = casts_ || shape.look->casts;
         shapes_.push_back(std::move(shape));
     }
 }
@@ -200,6 +201,93 @@ std::vector<TransparentHit> ReferenceTransparents::along(const Ray& ray, double 
     std::stable_sort(hits.begin(), hits.end(),
                      [](const TransparentHit& a, const TransparentHit& b) { return a.t < b.t; });
     return hits;
+}
+
+glm::dvec3 ReferenceTransparents::filter(const Ray& ray, double range) const
+{
+    glm::dvec3 passed(1);
+    const auto meets = [&](const Shape& shape, glm::dvec2 at) {
+        passed *= glm::dvec3(shade(*shape.look, at, kInfinity).kept(glm::dvec4(0)));
+    };
+    for (const Shape& shape : shapes_) {
+        if (!shape.look->casts)
+            continue;
+        if (shape.surfaces != nullptr) {
+            double from = 0;
+            while (const auto hit = shape.surfaces->intersect(ray, from, range)) {
+                meets(shape, glm::dvec2(0));
+                from = hit->t;
+            }
+            continue;
+        }
+        glm::dvec2 at(0);
+        const auto t = meet(ray, shape.corner, shape.across, shape.up, at);
+        if (t && *t > 0 && *t < range)
+            meets(shape, at);
+    }
+    return passed;
+}
+
+std::function<glm::dvec3(double)> ReferenceTransparents::along_way(const Ray& ray) const
+{
+    if (!casts_)
+        return {};
+    return [this, ray](double range) { return filter(ray, range); };
+}
+
+void ReferenceTransparents::add_filter_breaks(const Ray& ray, double begin, double end,
+                                              const LightPlace& light,
+                                              std::vector<double>& breaks) const
+{
+    const auto add = [&](double t) {
+        if (t > begin && t < end)
+            breaks.push_back(t);
+    };
+    // Where the ray meets the plane through a point that is square to n.
+    const auto cross_plane = [&](glm::dvec3 point, glm::dvec3 n) {
+        if (const double slope = glm::dot(ray.direction, n); slope != 0)
+            add(glm::dot(point - ray.origin, n) / slope);
+    };
+    bool meshes = false;
+    for (const Shape& shape : shapes_) {
+        if (!shape.look->casts)
+            continue;
+        if (shape.surfaces != nullptr) {
+            meshes = true;
+            continue;
+        }
+        cross_plane(shape.corner, glm::cross(shape.across, shape.up));
+        // The planes through the light and an edge.
+        for (const auto& [point, edge] :
+             {std::pair(shape.corner, shape.across), std::pair(shape.corner, shape.up),
+              std::pair(shape.corner + shape.up, shape.across),
+              std::pair(shape.corner + shape.across, shape.up)})
+            cross_plane(point, glm::cross(edge, light.far ? light.at : point - light.at));
+    }
+    if (!meshes)
+        return;
+    // Of a mesh: look, and halve where the answer changes.
+    const auto seen = [&](double t) {
+        const glm::dvec3 p = ray.at(t);
+        return filter({p, light.wi(p)}, light.range(p));
+    };
+    constexpr int kLooks = 128, kHalvings = 40;
+    const double far = std::min(end, 1e9);
+    double t0 = begin;
+    glm::dvec3 seen0 = seen(t0);
+    for (int i = 1; i <= kLooks; ++i) {
+        const double t1 = begin + (far - begin) * i / kLooks;
+        const glm::dvec3 seen1 = seen(t1);
+        double a = t0, b = t1;
+        for (int halving = 0; halving < kHalvings && seen1 != seen0; ++halving) {
+            const double middle = (a + b) / 2;
+            (seen(middle) == seen0 ? a : b) = middle;
+        }
+        if (seen1 != seen0)
+            add(b);
+        t0 = t1;
+        seen0 = seen1;
+    }
 }
 
 }  // namespace fumarole::study

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <glm/glm.hpp>
 #include <memory>
 #include <vector>
@@ -7,7 +8,7 @@
 #include "study/reference_geometry.h"
 #include <fumarole/scene.h>
 
-// The transparents of a scene, as a ray from the eye meets them.
+// The transparents of a scene, as a ray from the eye meets them, and as they filter light.
 
 namespace fumarole::study {
 
@@ -40,6 +41,17 @@ public:
     [[nodiscard]] std::vector<TransparentHit> along(const Ray& ray, double begin, double far,
                                                     double surface) const;
 
+    /// Whether any filters light on its way.
+    [[nodiscard]] bool casts() const { return casts_; }
+    /// What those that cast let through of light that goes `range` metres along a ray, or against
+    /// it.
+    [[nodiscard]] glm::dvec3 filter(const Ray& ray, double range) const;
+    /// The same as a function of the range; none where nothing casts.
+    [[nodiscard]] std::function<glm::dvec3(double)> along_way(const Ray& ray) const;
+    /// Appends where along a ray, t in [begin, end], other ones lie between there and a light.
+    void add_filter_breaks(const Ray& ray, double begin, double end, const LightPlace& light,
+                           std::vector<double>& breaks) const;
+
 private:
     /// A parallelogram, or a mesh.
     struct Shape {
@@ -50,6 +62,7 @@ private:
     };
 
     std::vector<Shape> shapes_;
+    bool casts_ = false;
 };
 
 }  // namespace fumarole::study

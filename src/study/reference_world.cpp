@@ -102,10 +102,11 @@ double WorldRadiance::pdf(glm::dvec3 d) const
 // ----------------------------------------------------------------------------------- gathering
 
 ReferenceWorld::ReferenceWorld(const Scene& scene, const ReferenceSurfaces& surfaces,
+                               const ReferenceTransparents& transparents,
                                const ReferenceMedia& media, const MediaTracking& tracking,
                                double opaque, bool emission_lights, const std::atomic<bool>* cancel)
-    : surfaces_{surfaces}, media_{media}, tracking_{tracking}, cancel_{cancel},
-      radiance_{scene.world}, opaque_{opaque}, emits_{emission_lights}
+    : surfaces_{surfaces}, transparents_{transparents}, media_{media}, tracking_{tracking},
+      cancel_{cancel}, radiance_{scene.world}, opaque_{opaque}, emits_{emission_lights}
 {
 }
 
@@ -122,14 +123,17 @@ glm::dvec3 ReferenceWorld::arriving(const Origin& from, glm::dvec3 wi, const Sob
     glm::dvec3 lit(0);
     const Ray ray{from.p, wi};
     if (clear != glm::dvec3(0)) {
-        if (surfaces_.hidden(from, wi, kInfinity))
+        if (surfaces_.hidden(from, wi, kInfinity)) {
             clear = glm::dvec3(0);
-        else
+        } else {
+            clear *= transparents_.filter(ray, kInfinity);
             lit = clear * glm::exp(-media_.optical_depth(ray, kInfinity, opaque_));
+        }
     }
     if (emits_) {
         Random random(u.word());
-        lit += tracking_.emitted(ray, surfaces_.distance(from, wi), random);
+        lit += tracking_.emitted(ray, surfaces_.distance(from, wi), random,
+                                 transparents_.along_way(ray));
     }
     return lit;
 }

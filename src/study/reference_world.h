@@ -9,10 +9,11 @@
 #include "study/reference_media.h"
 #include "study/reference_sampling.h"
 #include "study/reference_tracking.h"
+#include "study/reference_transparents.h"
 #include <fumarole/scene.h>
 
 // The world's light and that which media emit: from all directions, dimmed by the media, hidden by
-// surfaces.
+// surfaces, filtered by transparents that cast.
 
 namespace fumarole::study {
 
@@ -56,8 +57,9 @@ public:
     /// @param opaque optical depth through which nothing counts
     /// @param emission_lights whether what media emit is a light too
     ReferenceWorld(const Scene& scene, const ReferenceSurfaces& surfaces,
-                   const ReferenceMedia& media, const MediaTracking& tracking, double opaque,
-                   bool emission_lights, const std::atomic<bool>* cancel);
+                   const ReferenceTransparents& transparents, const ReferenceMedia& media,
+                   const MediaTracking& tracking, double opaque, bool emission_lights,
+                   const std::atomic<bool>* cancel);
 
     [[nodiscard]] const WorldRadiance& radiance() const { return radiance_; }
 
@@ -91,6 +93,7 @@ private:
     void check_cancel() const;
 
     const ReferenceSurfaces& surfaces_;
+    const ReferenceTransparents& transparents_;
     const ReferenceMedia& media_;
     const MediaTracking& tracking_;
     const std::atomic<bool>* cancel_;

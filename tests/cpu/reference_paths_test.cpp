@@ -304,12 +304,14 @@ TEST(ReferencePaths, OfNoBounceAgreeWithTheQuadrature)
         const ReferenceSurfaces surfaces(scene.surfaces);
         const ReferenceMedia media(scene, 1e-4);
         const MediaTracking tracking(media);
+        const ReferenceTransparents transparents(scene);
         const WorldRadiance world(scene.world);
         std::vector<ReferenceLight> lights;
         for (const Light& light : scene.lights)
             lights.emplace_back(light);
         const SurfaceEmitters none;
-        const ReferencePaths paths(surfaces, media, tracking, world, lights, none, {0, 0}, nullptr);
+        const ReferencePaths paths(surfaces, transparents, media, tracking, world, lights, none,
+                                   {0, 0}, nullptr);
         // Rays through the picture's middle, which an image of one pixel looks along.
         for (const double x : {2.0, 2.75, 3.4}) {
             scene.camera.look_at.x = x;

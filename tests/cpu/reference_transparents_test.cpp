@@ -1,8 +1,10 @@
 #include "study/reference_transparents.h"
 
+#include <array>
 #include <cmath>
 #include <glm/glm.hpp>
 #include <gtest/gtest.h>
+#include <numbers>
 #include <vector>
 
 #include "study/reference.h"
@@ -224,6 +226,113 @@ TEST(ReferenceTransparents, ScatteredLightIsSplitAsWell)
         EXPECT_LT(opaque.composite[c], 0.8 * whole.composite[c]);
     }
     EXPECT_LT(whole.error, 0.05 * whole.composite.x);
+}
+
+namespace {
+
+/// Two triangles a face of a box, as a mesh of glass.
+MeshTransparent box_of(glm::vec3 low, glm::vec3 high, glm::vec3 filter)
+{
+    auto mesh = std::make_shared<Mesh>();
+    for (int i = 0; i < 8; ++i)
+        mesh->positions.emplace_back((i & 1) != 0 ? high.x : low.x, (i & 2) != 0 ? high.y : low.y,
+                                     (i & 4) != 0 ? high.z : low.z);
+    mesh->normals.assign(8, glm::vec3(0, 0, 1));
+    for (const std::array<std::uint32_t, 4>& face : {std::array{0u, 1u, 3u, 2u},
+                                                     {4u, 5u, 7u, 6u},
+                                                     {0u, 1u, 5u, 4u},
+                                                     {2u, 3u, 7u, 6u},
+                                                     {0u, 2u, 6u, 4u},
+                                                     {1u, 3u, 7u, 5u}})
+        mesh->triangles.insert(mesh->triangles.end(),
+                               {face[0], face[1], face[2], face[0], face[2], face[3]});
+    MeshTransparent glass;
+    glass.mesh = mesh;
+    glass.look.blend.kind = Blend::Kind::multiply;
+    glass.look.filter = filter;
+    glass.look.casts = true;
+    return glass;
+}
+
+/// Level, above or below the ray of looking(), from y = 3 to 4.
+QuadTransparent level_pane(double z, glm::vec3 filter)
+{
+    QuadTransparent quad;
+    quad.corner = {-1, 3, z};
+    quad.edges = {glm::dvec3(2, 0, 0), glm::dvec3(0, 1, 0)};
+    quad.look.blend.kind = Blend::Kind::multiply;
+    quad.look.filter = filter;
+    quad.look.casts = true;
+    return quad;
+}
+
+}  // namespace
+
+TEST(ReferenceTransparents, OnesThatCastFilterABeam)
+{
+    constexpr double kTop = 5;  // of the fog above the ray [m]
+    const glm::dvec3 sun(4, 5, 6), red(0.85, 0.45, 0.25), blue(0.2, 0.5, 0.75);
+    const double sigma_s = 0.25, sigma_t = 0.375;  // that floats hold
+    Scene scene = looking();
+    scene.media = {fog({-5, kBegin, -5}, {5, kEnd, kTop}, glm::vec3(static_cast<float>(sigma_s)),
+                       glm::vec3(static_cast<float>(sigma_t - sigma_s)))};
+    QuadTransparent grey = level_pane(2.5, glm::vec3(1));
+    grey.look.blend.kind = Blend::Kind::alpha;
+    grey.look.alpha = 0.25f;
+    QuadTransparent glow = level_pane(3, glm::vec3(1));
+    glow.look.blend.kind = Blend::Kind::add;
+    glow.look.radiance = glm::vec3(9);
+    // One below the ray filters nothing on it.
+    scene.transparents = {level_pane(1, glm::vec3(red)), level_pane(2, glm::vec3(blue)), grey, glow,
+                          level_pane(-1, glm::vec3(0.5f))};
+    const auto until = [&](double y) { return (1 - std::exp(-sigma_t * (y - kBegin))) / sigma_t; };
+    const auto beam = [&](glm::dvec3 from_above) {
+        return from_above * std::exp(-sigma_t * kTop) * sigma_s / (4 * std::numbers::pi) *
+               ((until(kEnd) - until(4) + until(3)) + (until(4) - until(3)) * 0.75 * red * blue);
+    };
+    scene.lights = {SunLight{{0, 0, 1}, glm::vec3(sun)}};
+    expect_near(seen(scene), beam(sun));
+    // As far away as a sun, all but a billionth.
+    const double far = 1e7;
+    scene.lights = {PointLight{{0, 3.5, far}, glm::vec3(sun * far * far)}};
+    expect_near(seen(scene), beam(sun), 1e-5);
+    // Of a mesh a ray meets both sides.
+    scene.lights = {SunLight{{0, 0, 1}, glm::vec3(sun)}};
+    scene.transparents = {box_of({-1, 3, 1}, {1, 4, 2}, glm::vec3(glm::sqrt(0.75 * red * blue)))};
+    expect_near(seen(scene), beam(sun));
+}
+
+TEST(ReferenceTransparents, OnesThatCastFilterAllLightThatComesThrough)
+{
+    // A floor that shines back, and smoke over it: what comes from above the pane is filtered,
+    // however often it is scattered below.
+    const glm::vec3 filter(0.75f, 0.5f, 0.25f);
+    Scene scene = looking();
+    scene.camera.look_at = {0, 1, -0.4};
+    scene.surfaces = {BoxSurface{{-2, 0, -2}, {2, 6, -1}, glm::vec3(0.8f)}};
+    scene.media = {fog({-1, kBegin, -1}, {1, kEnd, 1}, glm::vec3(0.5f), glm::vec3(0.1f))};
+    const auto lit = [&](const Scene& by) {
+        return Reference(by, 0.02, 3, 2).sample({0.5, 0.5}, 1e-6).composite;
+    };
+    scene.lights = {SunLight{{0, 0, 1}, filter}, SunLight{{0.1, 0, 1}, filter}};
+    const glm::dvec3 dimmed = lit(scene);
+    for (Light& light : scene.lights)
+        std::get<SunLight>(light).irradiance = glm::vec3(1);
+    const glm::dvec3 bright = lit(scene);
+    QuadTransparent roof = level_pane(2, filter);
+    roof.corner = {-90, -90, 2};
+    roof.edges = {glm::dvec3(180, 0, 0), glm::dvec3(0, 180, 0)};
+    scene.transparents = {roof};
+    const glm::dvec3 through = lit(scene);
+    EXPECT_GT(bright.g, 1.9 * dimmed.g);
+    expect_near(through, dimmed, 0.03);
+
+    // The world's, and what surfaces emit, from all around into a box of glass.
+    Scene room = looking();
+    room.surfaces = {BoxSurface{{-1, 2, -1}, {1, 3, 1}, glm::vec3(0.5f)}};
+    room.world.radiance = glm::vec3(2);
+    room.transparents = {box_of({-3, 1, -3}, {3, 4, 3}, filter)};
+    expect_near(seen(room), 0.5 * 2.0 * glm::dvec3(filter) * glm::dvec3(filter), 1e-3);
 }
 
 }  // namespace fumarole::study

@@ -286,8 +286,8 @@ struct Blend {
     bool operator==(const Blend&) const = default;
 };
 
-/// What is seen of a transparent. It is unlit and seen by the eye alone: it throws no shadow and no
-/// light.
+/// What is seen of a transparent. It is unlit, throws no light, and is seen by the eye alone unless
+/// it casts.
 struct TransparentLook {
     Blend blend;
     glm::vec3 radiance{0};   ///< W/m^2/sr; where there is an image, that says it
@@ -298,6 +298,10 @@ struct TransparentLook {
     float scale = 1;                                ///< W/m^2/sr of the image's 1
     /// Metres before a surface within which it fades to nothing, along the ray; 0: it does not.
     float depth_fade = 0;
+    /// Whether it filters the light of lights on its way to media and surfaces too, as it does what
+    /// the eye sees behind it: coloured shadows. Of quads and meshes, and not by a factor of what
+    /// is behind.
+    bool casts = false;
 
     bool operator==(const TransparentLook&) const = default;
 };
@@ -332,6 +336,10 @@ struct MeshTransparent {
 };
 
 using Transparent = std::variant<QuadTransparent, BillboardTransparent, MeshTransparent>;
+
+/// Whether a blend's factor of what is behind is known without it, so that light can be filtered by
+/// it.
+FUMAROLE_API bool can_cast(const Blend& blend);
 
 FUMAROLE_API TransparentLook& look_of(Transparent& transparent);
 FUMAROLE_API const TransparentLook& look_of(const Transparent& transparent);
