@@ -152,12 +152,12 @@ TEST(LightHandles, ALightFollowsThePointer)
     const double aspect = 1.6;
     const auto handles = light_handles(scene, aspect);
     ASSERT_EQ(handles.size(), 5u);
-    for (const LightHandle& handle : handles) {
+    for (const Handle& handle : handles) {
         Scene moved = scene;
         const glm::dvec2 to = handle.at + glm::dvec2(-0.03, 0.04);
-        moved.lights[handle.light] = dragged(scene, scene.lights[handle.light], to, aspect);
-        const glm::dvec2 now = light_handles(moved, aspect)[handle.light].at;
-        EXPECT_NEAR(glm::length(now - to), 0, 1e-9) << light_name(scene.lights[handle.light]);
+        moved.lights[handle.index] = dragged(scene, scene.lights[handle.index], to, aspect);
+        const glm::dvec2 now = light_handles(moved, aspect)[handle.index].at;
+        EXPECT_NEAR(glm::length(now - to), 0, 1e-9) << light_name(scene.lights[handle.index]);
     }
 }
 
@@ -168,9 +168,36 @@ TEST(LightHandles, ASunDraggedFarAwayStaysADirection)
     EXPECT_NEAR(glm::length(std::get<SunLight>(moved).direction_to_light), 1, 1e-12);
 }
 
+TEST(LightHandles, ATransparentFollowsThePointerToo)
+{
+    Scene scene = lit_scene();
+    QuadTransparent quad;
+    quad.corner = {0.3, 0.2, 1.8};
+    BillboardTransparent board;
+    board.center = {-0.4, 0.5, 2.1};
+    MeshTransparent mesh;
+    mesh.translate = {0.1, 0.2, 0.3};
+    auto triangle = std::make_shared<Mesh>();
+    triangle->positions = {{0, 0, 1}, {1, 0, 2}, {0, 1, 3}};
+    mesh.mesh = triangle;
+    scene.transparents = {quad, board, mesh};
+    const double aspect = 1.6;
+    const auto handles = transparent_handles(scene, aspect);
+    ASSERT_EQ(handles.size(), 3u);
+    for (const Handle& handle : handles) {
+        Scene moved = scene;
+        const glm::dvec2 to = handle.at + glm::dvec2(-0.03, 0.04);
+        moved.transparents[handle.index] =
+            dragged(scene, scene.transparents[handle.index], to, aspect);
+        const glm::dvec2 now = transparent_handles(moved, aspect)[handle.index].at;
+        EXPECT_NEAR(glm::length(now - to), 0, 1e-9)
+            << transparent_name(scene.transparents[handle.index]);
+    }
+}
+
 TEST(LightHandles, TheNearestWithinReachIsTaken)
 {
-    const std::vector<LightHandle> handles{{0, {0.5, 0.5}}, {1, {0.52, 0.5}}};
+    const std::vector<Handle> handles{{0, {0.5, 0.5}}, {1, {0.52, 0.5}}};
     EXPECT_EQ(handle_at(handles, {0.515, 0.5}, {1000, 500}, 12), 1u);
     EXPECT_EQ(handle_at(handles, {0.6, 0.5}, {1000, 500}, 12), std::nullopt);
 }
@@ -287,18 +314,18 @@ TEST_F(PointerInputTest, TheLineOfASplitAndTheHandlesOfLightsGoBeforeTheCamera)
     const Area picture = target().picture;
     const auto handles = light_handles(scene_, picture.aspect());
     const glm::dvec2 handle = picture.at + handles[1].at * picture.size;
-    const Light before = scene_.lights[handles[1].light];
+    const Light before = scene_.lights[handles[1].index];
     at(handle);
     press(0);
     at(handle + glm::dvec2(3, 2));
     release(0);
-    EXPECT_EQ(scene_.lights[handles[1].light], before) << "its handle was not shown";
+    EXPECT_EQ(scene_.lights[handles[1].index], before) << "its handle was not shown";
     scene_.camera = first_;
     state_.lights = true;
     at(handle);
     press(0);
     EXPECT_EQ(at(handle + glm::dvec2(3, 2)), Change::content);
-    EXPECT_NE(scene_.lights[handles[1].light], before);
+    EXPECT_NE(scene_.lights[handles[1].index], before);
     EXPECT_EQ(scene_.camera, first_);
     scene_.lights.clear();  // in the panel, while its handle is held
     EXPECT_EQ(at(handle), Change::none);
@@ -370,6 +397,32 @@ TEST(Document, IsReadInPartsAndStaysWhatItWasUntilTheNextIsThere)
     document.scene().lights.clear();
     EXPECT_FALSE(document.untouched());
     EXPECT_FALSE(document.as_read().lights.empty());
+}
+
+TEST(Document, ATransparentIsSwitchedOffAndComesBackWhereItWas)
+{
+    Document document({});
+    std::vector<Transparent> all;
+    for (const double x : {0.0, 1.0, 2.0, 3.0}) {
+        QuadTransparent quad;
+        quad.corner.x = x;
+        all.emplace_back(quad);
+    }
+    document.scene().transparents = all;
+    document.switch_transparent(2, false);
+    document.switch_transparent(0, false);
+    EXPECT_EQ(document.scene().transparents, (std::vector<Transparent>{all[1], all[3]}));
+    EXPECT_EQ(document.transparent_count(), 4u);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        EXPECT_EQ(document.transparent(i), all[i]);
+        EXPECT_EQ(document.is_on(i), i == 1 || i == 3);
+    }
+    document.remove_transparent(1);
+    EXPECT_EQ(document.scene().transparents, std::vector<Transparent>{all[3]});
+    EXPECT_FALSE(document.is_on(1)) << "all[2], which goes up";
+    document.switch_transparent(1, true);
+    document.switch_transparent(0, true);
+    EXPECT_EQ(document.scene().transparents, (std::vector<Transparent>{all[0], all[2], all[3]}));
 }
 
 TEST(Document, AnotherFrameBringsItsGridsAndLeavesEditsAlone)

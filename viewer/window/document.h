@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,17 @@ public:
     /// Whether the whole scene is there and nothing of it plays or is being read.
     [[nodiscard]] bool at_rest() const;
 
+    /// Its transparents, with those that are switched off, in one order.
+    [[nodiscard]] std::size_t transparent_count() const
+    {
+        return scene_.transparents.size() + off_.size();
+    }
+    [[nodiscard]] Transparent& transparent(std::size_t i);
+    [[nodiscard]] bool is_on(std::size_t i) const { return off_.count(i) == 0; }
+    /// Takes one out of the scene, or puts it back where it was.
+    void switch_transparent(std::size_t i, bool on);
+    void remove_transparent(std::size_t i);
+
     /// The words that the scene was opened by.
     [[nodiscard]] const command::SceneInput& input() const { return input_; }
     [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
@@ -58,9 +70,14 @@ public:
     [[nodiscard]] const Sequence& sequence() const { return sequence_; }
 
 private:
+    /// Of one that is on, in the scene.
+    [[nodiscard]] std::size_t place_of(std::size_t i) const;
+    void take_images(const Scene& frame);
+
     SceneLoader loader_;
     command::SceneInput input_;
     Scene scene_, as_read_;
+    std::map<std::size_t, Transparent> off_;  ///< by their places among all
     std::vector<std::string> notes_;
     bool whole_ = false;
     Sequence sequence_;

@@ -101,18 +101,23 @@ void draw_inspection_legend(const OverlayContext& context)
         draw_label(legend.caption, corner.x - 20 * em, corner.y - 2 * em);
 }
 
-void draw_light_handles(const Scene& scene, const Area& picture)
+void draw_handles(const Scene& scene, const Area& picture)
 {
     ImDrawList& draw = background();
     const float em = ImGui::GetFontSize();
-    for (const LightHandle& handle : light_handles(scene, picture.aspect())) {
+    const auto draw_handle = [&](const Handle& handle, ImU32 color, const char* name) {
         const glm::vec2 p(picture.at + handle.at * picture.size);
         if (!picture.holds(p))
-            continue;
-        draw.AddCircleFilled({p.x, p.y}, 0.4f * em, IM_COL32(255, 225, 120, 255));
+            return;
+        draw.AddCircleFilled({p.x, p.y}, 0.4f * em, color);
         draw.AddCircle({p.x, p.y}, 0.7f * em, IM_COL32(30, 30, 30, 255), 0, 2);
-        draw_label(light_name(scene.lights[handle.light]), p.x + em, p.y - 0.5f * em);
-    }
+        draw_label(name, p.x + em, p.y - 0.5f * em);
+    };
+    for (const Handle& handle : transparent_handles(scene, picture.aspect()))
+        draw_handle(handle, IM_COL32(130, 200, 255, 255),
+                    transparent_name(scene.transparents[handle.index]));
+    for (const Handle& handle : light_handles(scene, picture.aspect()))
+        draw_handle(handle, IM_COL32(255, 225, 120, 255), light_name(scene.lights[handle.index]));
 }
 
 }  // namespace
@@ -141,7 +146,7 @@ void draw_overlay(const OverlayContext& context)
     if (context.state.inspection && context.state.comparison != Comparison::difference)
         draw_inspection_legend(context);
     if (context.state.lights)
-        draw_light_handles(context.document.scene(), picture);
+        draw_handles(context.document.scene(), picture);
 }
 
 }  // namespace fumarole::window

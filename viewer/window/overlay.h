@@ -18,8 +18,9 @@ struct OverlayContext {
     const Notices& notices;
 };
 
-/// Draws names of the sides, the legend of false colours, handles of lights, notes, and what is
-/// read; in a window that is empty or too small, what to do about it. ImGui calls.
+/// Draws names of the sides, the legend of false colours, handles of lights and transparents,
+/// notes, and what is read; in a window that is empty or too small, what to do about it. ImGui
+/// calls.
 void draw_overlay(const OverlayContext& context);
 
 }  // namespace fumarole::window

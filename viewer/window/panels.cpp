@@ -216,25 +216,7 @@ bool light_controls(Light& light, const Light& was)
     return controls.changed;
 }
 
-const char* transparent_name(const Transparent& transparent)
-{
-    return std::visit(Overloaded{[](const QuadTransparent&) { return "quad"; },
-                                 [](const BillboardTransparent&) { return "billboard"; },
-                                 [](const MeshTransparent&) { return "mesh"; }},
-                      transparent);
-}
-
-/// Where it is moved by.
-glm::dvec3& place_of(Transparent& transparent)
-{
-    return std::visit(
-        Overloaded{[](QuadTransparent& quad) -> glm::dvec3& { return quad.corner; },
-                   [](BillboardTransparent& board) -> glm::dvec3& { return board.center; },
-                   [](MeshTransparent& mesh) -> glm::dvec3& { return mesh.translate; }},
-        transparent);
-}
-
-bool look_controls(TransparentLook& look, const TransparentLook& first)
+bool look_controls(TransparentLook& look, const TransparentLook& first, bool may_cast)
 {
     bool changed = false;
     if (look.image != nullptr)
@@ -249,16 +231,22 @@ bool look_controls(TransparentLook& look, const TransparentLook& first)
     changed |= number_control({"alpha", "", "", "opacity"}, look.alpha, 0, 1, first.alpha);
     changed |= number_control({"depth fade", "m", "", "before a surface; 0: none"}, look.depth_fade,
                               0, 10, first.depth_fade);
+    if (may_cast)
+        changed |= switch_control({"casts", "", "", "filters light too: coloured shadows"},
+                                  look.casts, first.casts);
     return changed;
 }
 
-bool draw_transparents(Scene& scene, const Scene& first)
+bool draw_transparents(Document& document)
 {
     bool changed = false;
-    for (std::size_t i = 0; i < scene.transparents.size(); ++i) {
+    const Scene& first = document.as_read();
+    for (std::size_t i = 0; i < document.transparent_count(); ++i) {
         ImGui::PushID(static_cast<int>(i));
-        Transparent& transparent = scene.transparents[i];
-        say("{} {}", transparent_name(transparent), i + 1);
+        Transparent& transparent = document.transparent(i);
+        bool on = document.is_on(i);
+        const bool switched = ImGui::Checkbox(
+            fmt::format("{} {}", transparent_name(transparent), i + 1).c_str(), &on);
         ImGui::SameLine();
         const bool gone = ImGui::SmallButton("remove");
         const bool same =
@@ -266,10 +254,17 @@ bool draw_transparents(Scene& scene, const Scene& first)
         Transparent was = same ? first.transparents[i] : transparent;
         changed |= triple_control({"position", "m", "", "in the world"}, place_of(transparent),
                                   -1e9, place_of(was));
-        changed |= look_controls(look_of(transparent), look_of(was));
+        TransparentLook& look = look_of(transparent);
+        changed |= look_controls(look, look_of(was),
+                                 can_cast(look.blend) &&
+                                     !std::holds_alternative<BillboardTransparent>(transparent));
         ImGui::PopID();
         if (gone) {
-            scene.transparents.erase(scene.transparents.begin() + static_cast<std::ptrdiff_t>(i));
+            document.remove_transparent(i);
+            return true;
+        }
+        if (switched) {
+            document.switch_transparent(i, on);
             return true;
         }
     }
@@ -310,7 +305,8 @@ bool draw_lights(ViewState& state, Scene& scene, const Scene& first)
         scene.lights.push_back(light);
         changed = true;
     }
-    switch_control({"handles", "", "", "drag lights in the picture (L)"}, state.lights, false);
+    switch_control({"handles", "", "", "drag lights and transparents in the picture (L)"},
+                   state.lights, false);
     if (scene.world.environment == nullptr)
         changed |= triple_control({"world", "W/m2/sr", "", "radiance of the world"},
                                   scene.world.radiance, 0, first.world.radiance);
@@ -540,8 +536,8 @@ void draw_content(const PanelContext& context, PanelWishes& wishes)
         changed |= draw_lights(state, scene, first);
         changed |= setting_group("light", state);
     }
-    if (!scene.transparents.empty() && section("transparents", false))
-        changed |= draw_transparents(scene, first);
+    if (context.document.transparent_count() > 0 && section("transparents", false))
+        changed |= draw_transparents(context.document);
     if (changed)
         include(wishes.change, Change::content);
 }

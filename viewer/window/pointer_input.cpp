@@ -58,15 +58,22 @@ Change PointerInput::press(const PointerButton& button, const PointerTarget& tar
     if (!may_begin(target))
         return Change::none;
     const bool left = button.button == 0;
-    std::optional<std::size_t> light;
-    if (left && target.state.lights)
-        light = handle_at(light_handles(target.scene, picture.aspect()), picture.share(pointer_),
-                          picture.size, kHandleReach);
+    std::optional<std::size_t> light, transparent;
+    if (left && target.state.lights) {
+        const auto at_pointer = [&](const std::vector<Handle>& handles) {
+            return handle_at(handles, picture.share(pointer_), picture.size, kHandleReach);
+        };
+        light = at_pointer(light_handles(target.scene, picture.aspect()));
+        transparent = at_pointer(transparent_handles(target.scene, picture.aspect()));
+    }
     if (left && over_split(target.state, picture)) {
         drag_ = Drag::split;
     } else if (light) {
         drag_ = Drag::light;
-        light_ = *light;
+        dragged_ = *light;
+    } else if (transparent) {
+        drag_ = Drag::transparent;
+        dragged_ = *transparent;
     } else if (button.button == 1) {
         drag_ = Drag::look;
     } else {
@@ -87,10 +94,17 @@ Change PointerInput::move(glm::dvec2 to, const PointerTarget& target)
         return Change::none;  // what is drawn stays: only where it is shown differs
     }
     if (drag_ == Drag::light) {
-        if (light_ >= target.scene.lights.size())
+        if (dragged_ >= target.scene.lights.size())
             return Change::none;
-        Light& light = target.scene.lights[light_];
+        Light& light = target.scene.lights[dragged_];
         light = dragged(target.scene, light, picture.share(to), picture.aspect());
+        return Change::content;
+    }
+    if (drag_ == Drag::transparent) {
+        if (dragged_ >= target.scene.transparents.size())
+            return Change::none;
+        Transparent& transparent = target.scene.transparents[dragged_];
+        transparent = dragged(target.scene, transparent, picture.share(to), picture.aspect());
         return Change::content;
     }
     return move_camera(by, target.scene.camera, picture.size.y);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "light_fields.h"
+#include "overloaded.h"
 #include "window/camera_control.h"
 
 namespace fumarole::window {
@@ -83,6 +84,35 @@ glm::dvec3 on_dome(const Dome& dome, const Camera& camera, glm::dvec2 place, dou
     return glm::normalize(glm::dot(front, like) > glm::dot(back, like) ? front : back);
 }
 
+/// From a place, at its depth, to where it is seen at `to`.
+glm::dvec3 across_picture(const Camera& camera, glm::dvec3 from, glm::dvec2 to, double aspect)
+{
+    const Projected there = project(camera, from, aspect);
+    const double height = metres_per_pixel(camera, there.view_z, 1);
+    const glm::dvec2 by = (to - there.at) * glm::dvec2(aspect, -1) * height;
+    const glm::dmat3 axes = axes_of(camera);
+    return axes[0] * by.x + axes[1] * by.y;
+}
+
+glm::dvec3 middle_of(const Transparent& transparent)
+{
+    return std::visit(Overloaded{[](const QuadTransparent& quad) {
+                                     return quad.corner + (quad.edges[0] + quad.edges[1]) / 2.0;
+                                 },
+                                 [](const BillboardTransparent& board) { return board.center; },
+                                 [](const MeshTransparent& mesh) {
+                                     Bounds bounds;
+                                     if (mesh.mesh != nullptr)
+                                         for (const glm::vec3& p : mesh.mesh->positions)
+                                             bounds.add(glm::dvec3(p));
+                                     if (bounds.empty())
+                                         return mesh.translate;
+                                     return mesh.translate +
+                                            mesh.scale * (bounds.min + bounds.max) / 2.0;
+                                 }},
+                      transparent);
+}
+
 }  // namespace
 
 Bounds subject_of(const Scene& scene)
@@ -100,10 +130,10 @@ Bounds subject_of(const Scene& scene)
     return !grids.empty() ? grids : !boxes.empty() ? boxes : surfaces;
 }
 
-std::vector<LightHandle> light_handles(const Scene& scene, double aspect)
+std::vector<Handle> light_handles(const Scene& scene, double aspect)
 {
     const Dome dome(scene, aspect);
-    std::vector<LightHandle> handles;
+    std::vector<Handle> handles;
     for (std::size_t i = 0; i < scene.lights.size(); ++i)
         if (const Projected p = project(scene.camera, position_of(scene.lights[i], dome), aspect);
             p.view_z > scene.camera.near)
@@ -111,14 +141,41 @@ std::vector<LightHandle> light_handles(const Scene& scene, double aspect)
     return handles;
 }
 
-std::optional<std::size_t> handle_at(const std::vector<LightHandle>& handles, glm::dvec2 place,
+std::vector<Handle> transparent_handles(const Scene& scene, double aspect)
+{
+    std::vector<Handle> handles;
+    for (std::size_t i = 0; i < scene.transparents.size(); ++i)
+        if (const Projected p = project(scene.camera, middle_of(scene.transparents[i]), aspect);
+            p.view_z > scene.camera.near)
+            handles.push_back({i, p.at});
+    return handles;
+}
+
+const char* transparent_name(const Transparent& transparent)
+{
+    return std::visit(Overloaded{[](const QuadTransparent&) { return "quad"; },
+                                 [](const BillboardTransparent&) { return "billboard"; },
+                                 [](const MeshTransparent&) { return "mesh"; }},
+                      transparent);
+}
+
+glm::dvec3& place_of(Transparent& transparent)
+{
+    return std::visit(
+        Overloaded{[](QuadTransparent& quad) -> glm::dvec3& { return quad.corner; },
+                   [](BillboardTransparent& board) -> glm::dvec3& { return board.center; },
+                   [](MeshTransparent& mesh) -> glm::dvec3& { return mesh.translate; }},
+        transparent);
+}
+
+std::optional<std::size_t> handle_at(const std::vector<Handle>& handles, glm::dvec2 place,
                                      glm::dvec2 pixels, double reach)
 {
     std::optional<std::size_t> found;
-    for (const LightHandle& handle : handles)
+    for (const Handle& handle : handles)
         if (const double away = glm::length((handle.at - place) * pixels); away <= reach) {
             reach = away;
-            found = handle.light;
+            found = handle.index;
         }
     return found;
 }
@@ -133,11 +190,15 @@ Light dragged(const Scene& scene, const Light& light, glm::dvec2 to, double aspe
         return moved;
     }
     const glm::dvec3 from = position_of(light, dome);
-    const Projected there = project(camera, from, aspect);
-    const double height = metres_per_pixel(camera, there.view_z, 1);
-    const glm::dvec2 by = (to - there.at) * glm::dvec2(aspect, -1) * height;
-    const glm::dmat3 axes = axes_of(camera);
-    move_to(moved, from + axes[0] * by.x + axes[1] * by.y);
+    move_to(moved, from + across_picture(camera, from, to, aspect));
+    return moved;
+}
+
+Transparent dragged(const Scene& scene, const Transparent& transparent, glm::dvec2 to,
+                    double aspect)
+{
+    Transparent moved = transparent;
+    place_of(moved) += across_picture(scene.camera, middle_of(transparent), to, aspect);
     return moved;
 }
 
