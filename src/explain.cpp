@@ -87,6 +87,11 @@ std::vector<std::string> explain(const Toolbox& tools, int surfaces, const Frame
                 ? "looked up at each sample"
             : !lights.shaded_media() ? "but none can stand between a light and the media: no lookup"
                                      : "looked up where tiles are not lit all along");
+    if (const light::LightFilters& filters = lights.filters(); filters.any())
+        say("transparents that cast: {} view{} of what they let through of the lights, {} "
+            "layer{} each, looked up at each sample",
+            filters.views(), filters.views() == 1 ? "" : "s", filters.layers(),
+            filters.layers() == 1 ? "" : "s");
     if (lights.count() > 0) {
         if (!tools.scene_settings.volume_shadows)
             say("light through media: undimmed, as asked");

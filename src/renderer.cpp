@@ -99,7 +99,12 @@ struct Renderer::Parts {
     {
     }
 
-    [[nodiscard]] int texture_units() const { return GRID_UNIT + media.texture_units(); }
+    [[nodiscard]] int texture_units() const
+    {
+        return filters_unit() + (lights.filters().any() ? 1 : 0);
+    }
+    /// That of what transparents filter of the lights.
+    [[nodiscard]] int filters_unit() const { return GRID_UNIT + media.texture_units(); }
     [[nodiscard]] FrameScene frame_scene() const;
     /// Storage buffers that a frame of a view uses.
     [[nodiscard]] int storages(const View::State& view) const
@@ -400,7 +405,9 @@ void Renderer::set_scene(const Scene& scene, const SceneSettings& settings)
     const bool anew = !drawn || drawn->settings != settings;
     if (!anew && same_content(drawn->scene, scene))
         return;
-    if (!anew && drawn->scene.transparents != scene.transparents) {
+    const auto casts = [](const Scene& one) { return light::casters_of(one.transparents); };
+    if (!anew && drawn->scene.transparents != scene.transparents &&
+        casts(drawn->scene) == casts(scene)) {
         // Nothing else sees them.
         parts_->transparents.set(scene.transparents);
         drawn->scene.transparents = scene.transparents;
@@ -414,10 +421,12 @@ void Renderer::set_scene(const Scene& scene, const SceneSettings& settings)
             parts_->media.set(scene, settings);
         if (anew || drawn->scene.surfaces != scene.surfaces)
             parts_->surfaces.set(scene.surfaces);
-        if (anew)
+        if (anew || drawn->scene.transparents != scene.transparents)
             parts_->transparents.set(scene.transparents);
         parts_->lights.set(scene, parts_->surfaces, parts_->media.bounds(), settings.shadow_map,
                            parts_->media.traits().marched > 0);
+        parts_->lights.set_filters(scene, parts_->transparents.casters(), settings.shadow_map,
+                                   parts_->filters_unit());
         const gl::StateGuard all_units(parts_->device, parts_->texture_units(), BLOCK_COUNT,
                                        IMAGE_COUNT);
         parts_->probes.set(scene, settings, parts_->lights);

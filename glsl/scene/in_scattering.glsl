@@ -143,7 +143,16 @@ void add_sun(inout vec3 sum, int i, LightLine line, LightStep step)
     vec3 arriving = line.sun[i];
     if (kMixedG)
         arriving *= phase_of(light, line.wo, step.g);
-    if (kSurfaceShadows) {
+    if (kLightFilters) {
+        vec3 passed = vec3(0.0);
+        for (int k = 0; k < kShadowTaps; ++k) {
+            float t = shadow_tap(step, k);
+            vec3 shadow = line.shadow[i] + line.dshadow[i] * t;
+            float visible = visibility_in(int(u_lights.lights[i].first_view), shadow.xy, shadow.z);
+            passed += visible * light_filter(i, line.ray.origin + line.ray.direction * t);
+        }
+        arriving *= passed / float(kShadowTaps);
+    } else if (kSurfaceShadows) {
         float visible = 0.0;
         for (int k = 0; k < kShadowTaps; ++k) {
             vec3 shadow = line.shadow[i] + line.dshadow[i] * shadow_tap(step, k);
@@ -163,6 +172,8 @@ void add_point(inout vec3 sum, int i, LightLine line, LightStep step)
     vec3 arriving = scattered_of(light, line, step, over);
     if (kSurfaceShadows)
         arriving *= point_visibility(i, p, light);
+    if (kLightFilters)
+        arriving *= light_filter(i, p);
     sum += arriving * volume_shadow(i, line, t, light);
 }
 
@@ -175,6 +186,8 @@ void add_spot(inout vec3 sum, int i, LightLine line, LightStep step)
     vec3 arriving = scattered_of(light, line, step, over);
     if (kSurfaceShadows)
         arriving *= spot_visibility(i, p, light);
+    if (kLightFilters)
+        arriving *= light_filter(i, p);
     sum += arriving * volume_shadow(i, line, t, light);
 }
 

@@ -14,6 +14,13 @@ const bool kSurfaceShadows = false;  // the scene has surfaces that can hide a l
 
 const int kPlacedCount = kPointCount + kSpotCount;
 
+#ifdef LIGHT_FILTERS_UNIT
+#include "scene/light_filters.glsl"
+#else
+const bool kLightFilters = false;  // transparents colour light on its way
+vec3 light_filter(int i, vec3 p) { return vec3(1.0); }
+#endif
+
 layout(std140, binding = LIGHTS_BLOCK) uniform Lights { LightsParams u_lights; };
 layout(binding = SHADOW_MAP_UNIT) uniform sampler2DArrayShadow u_shadow_map_tx;
 

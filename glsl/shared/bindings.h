@@ -14,7 +14,8 @@
 #define FIELD_BLOCK 6
 #define SPLITS_BLOCK 7
 #define PROBES_BLOCK 8
-#define BLOCK_COUNT 9
+#define LIGHT_FILTERS_BLOCK 9
+#define BLOCK_COUNT 10
 #define PROBE_FILTER_BLOCK FROXEL_BLOCK  // no froxels are filled meanwhile
 #define TRANSPARENT_BLOCK DRAW_BLOCK     // no surface is drawn meanwhile
 #define INSPECT_BLOCK DRAW_BLOCK         // no surface is drawn while a frame is inspected
@@ -32,7 +33,9 @@
 #define LTC_UNIT 1         // nor is a layer there yet
 #define DEPTH_VOLUME_UNIT 8
 #define WORLD_VOLUME_UNIT 9
-#define GRID_UNIT 10  // the first of two units a grid: texels, and pages if it has bricks
+#define GRID_UNIT                                                                                  \
+    10  // the first of two units a grid: texels, and pages if it has bricks
+        // (LIGHT_FILTERS_UNIT, where transparents cast, is the one behind them)
 
 // Of the march's history, when the march is done with its jitter.
 #define KEPT_UNIT 4
@@ -58,6 +61,7 @@
 #define SPLIT_TRANSMITTANCE_UNIT TRANSMITTANCE_UNIT
 #define TRANSPARENT_IMAGE_UNIT 4
 #define PICTURE_UNIT 5
+#define LIGHT_FILTERS_DRAWN_UNIT 5  // as lights' filters are drawn, which reads no shadow map
 
 // An inspection's steps read one texture that no other of theirs does.
 #define INSPECTED_UNIT 1

@@ -2,6 +2,7 @@
 //   in   the host's depth, which hides it; its look
 //   out  the lists
 #include "lib/depth.glsl"
+#include "lib/transparent_source.glsl"
 #include "scene/fragment_lists.glsl"
 #include "scene/frame.glsl"
 
@@ -19,10 +20,7 @@ vec4 own_source()
 {
     if (!kImage)
         return u_transparent.source;
-    vec4 texel = textureLod(u_image_tx, uv, 0.0) * u_transparent.source;
-    if (u_transparent.is_filter != 0u)
-        texel.rgb += 1.0 - texel.a;
-    return texel;
+    return image_source(textureLod(u_image_tx, uv, 0.0), u_transparent.source, u_transparent.is_filter != 0u);
 }
 
 void main()

@@ -61,6 +61,12 @@ int LightSet::automatic_map_size(bool detailed) const
 
 void LightSet::clear()
 {
+    clear_lights();
+    filters_.clear();
+}
+
+void LightSet::clear_lights()
+{
     lights_.clear();
     points_.clear();
     spans_.clear();
@@ -71,13 +77,24 @@ void LightSet::clear()
     shadow_map_ = {};
 }
 
+void LightSet::set_filters(const Scene& scene, std::span<const Caster> casters, int map_size,
+                           int unit)
+{
+    // A view covers transparents alone.
+    constexpr int kMost = 1024;
+    if (map_size == kAutomatic)
+        map_size = std::min(kMost, automatic_map_size(true));
+    filters_.set(lights_, casters, casters_of(scene.transparents),
+                 std::min(map_size, device_.capabilities().max_texture_2d), unit);
+}
+
 void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, const Bounds& media,
                    int map_size, bool detailed)
 {
     const std::vector<View> old_views = std::move(views_);
     gl::Texture old_map = std::move(shadow_map_);
     auto old_readbacks = std::move(sun_readbacks_);
-    clear();
+    clear_lights();
     set_world(scene.world);
     for (const Light& light : scene.lights)
         if (power_of(light) != glm::vec3(0.0f))
@@ -173,6 +190,7 @@ gl::Defines LightSet::defines() const
     gl::Defines defines = write_lights(lights_);
     if (!views_.empty())
         defines.emplace_back("kSurfaceShadows", "");
+    defines += filters_.defines();
     return defines;
 }
 
@@ -202,6 +220,7 @@ void LightSet::bind(glm::dvec3 eye)
     block_.write(params);
     device_->BindBufferBase(GL_UNIFORM_BUFFER, LIGHTS_BLOCK, block_.id());
     shadow_map_.bind(SHADOW_MAP_UNIT);
+    filters_.bind(eye);
 }
 
 }  // namespace fumarole::light

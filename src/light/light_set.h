@@ -9,6 +9,7 @@
 #include "gl/texture.h"
 #include "gl/transfer.h"
 #include "light/depth_pyramid.h"
+#include "light/light_filters.h"
 #include "light/shadow_views.h"
 #include "light_fields.h"
 #include "shared/light_params.h"
@@ -16,7 +17,8 @@
 #include <fumarole/bounds.h>
 #include <fumarole/scene.h>
 
-// The lights of a scene on the GPU, the shadow map of its surfaces, and the world's light.
+// The lights of a scene on the GPU, the shadow map of its surfaces, what transparents filter of
+// them, and the world's light.
 
 namespace fumarole::light {
 
@@ -29,7 +31,8 @@ struct SunShadow {
 class LightSet {
 public:
     LightSet(const gl::Device& device, gl::ProgramCache& programs)
-        : device_{device}, block_{device, "lights"}, painter_{device, programs}
+        : device_{device}, block_{device, "lights"}, painter_{device, programs}, filters_{device,
+                                                                                          programs}
     {
     }
 
@@ -41,6 +44,10 @@ public:
     /// @throws Error if the scene has more lights than the block holds.
     void set(const Scene& scene, const surface::SurfaceSet& surfaces, const Bounds& media,
              int map_size, bool detailed);
+
+    /// Draws what transparents filter of the lights, likewise: after set().
+    /// @param unit as LightFilters::set() has it
+    void set_filters(const Scene& scene, std::span<const Caster> casters, int map_size, int unit);
 
     /// Leaves no light: what is right after set() has thrown.
     void clear();
@@ -65,8 +72,9 @@ public:
     /// Whether a light's beam has an edge where the medium has none.
     [[nodiscard]] bool has_edges() const;
     [[nodiscard]] int shadow_views() const { return static_cast<int>(views_.size()); }
-    /// Views of the shadow map drawn so far.
-    [[nodiscard]] int views_drawn() const { return views_drawn_; }
+    /// Views of the shadow map drawn so far, and of what transparents filter.
+    [[nodiscard]] int views_drawn() const { return views_drawn_ + filters_.views_drawn(); }
+    [[nodiscard]] const LightFilters& filters() const { return filters_; }
     /// Whether a surface can stand between a light and the media.
     [[nodiscard]] bool shaded_media() const { return shaded_media_; }
     [[nodiscard]] glm::vec3 world_radiance() const { return world_radiance_; }
@@ -80,6 +88,7 @@ public:
 private:
     [[nodiscard]] int automatic_map_size(bool detailed) const;
     void set_world(const World& world);
+    void clear_lights();
 
     struct SunReadback {
         gl::DepthReadback depths;
@@ -111,6 +120,7 @@ private:
     gl::Texture shadow_map_, irradiance_, environment_;
     gl::UniformBuffer<shared::LightsParams> block_;
     ShadowPainter painter_;
+    LightFilters filters_;
     std::shared_ptr<const Environment> environment_source_;
     float environment_scale_ = 0;
     glm::vec3 world_radiance_{0};

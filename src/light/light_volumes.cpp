@@ -352,6 +352,7 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
     field.turns = surface_turns(scene, settings);
     if (field.turns > 0)
         field.surfaces = scene.surfaces;
+    field.casters = casters_of(scene.transparents);
     orders_why_.clear();
     if (settings.world_cache != 0 && (traits.scatters || traits.emission)) {
         if (traits.scatters)

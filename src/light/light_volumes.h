@@ -123,6 +123,7 @@ private:
         std::vector<Medium> media;
         double time = 0;
         std::vector<Light> lights;
+        std::vector<Transparent> casters;  ///< that filter them
         bool operator==(const FieldKey&) const = default;
     };
 

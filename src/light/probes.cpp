@@ -80,7 +80,7 @@ void Probes::set_placed(const Scene& scene, const SceneSettings& settings)
 {
     Scene sees = scene;
     sees.probes.clear();
-    sees.transparents.clear();  // seen by the eye alone
+    sees.transparents = casters_of(scene.transparents);  // others are seen by the eye alone
     const bool same = same_content(sees, seen_);
     seen_ = std::move(sees);
     diffuse_ = scene.media.empty();

@@ -224,7 +224,8 @@ void StepTiles::choose_steps(const View& view)
         tools_.sun_shades.set(tools_.lights, view.frame);
     const bool all_lit = tools_.lights.shadow_views() > 0 && !tools_.lights.shaded_media();
     // Where other lights are shaded is not looked up. Grain as large as this would show.
-    const bool shafts_anywhere = !suns_alone && tools_.lights.shaded_media() && s.resolution > 2;
+    const bool shades = tools_.lights.shaded_media() || tools_.lights.filters().any();
+    const bool shafts_anywhere = !suns_alone && shades && s.resolution > 2;
     const glm::dvec2 ndc_per_pixel = 2.0 / glm::dvec2(view.frame.picture_size);
     const double pixels = view.scale * double{kLayerTile};
     const auto choose = [&](std::size_t i) {

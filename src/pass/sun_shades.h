@@ -32,18 +32,18 @@ private:
     const light::SunShadow* shadow_;
 };
 
-/// Where in a frame surfaces may hide a sun from the media.
+/// Where in a frame surfaces may hide a sun from the media, or transparents filter it.
 class SunShades {
 public:
     /// Takes the shadow maps that are back from the GPU; while one is not, its sun may be hidden
     /// anywhere, which is never wrong and takes longer.
     void set(const light::LightSet& lights, const PreparedFrame& frame);
 
-    /// Whether surfaces can hide a sun at all.
-    [[nodiscard]] bool any() const { return !suns_.empty(); }
+    /// Whether there are any.
+    [[nodiscard]] bool any() const { return !suns_.empty() || !filtered_.empty(); }
 
     /// In which of the slots that a rectangle of the picture holds a shadow may end, and whether
-    /// none of them has any.
+    /// none of them has a surface's.
     void find(StepSlots::Held& held, const StepSlots& slots, glm::dvec2 ndc,
               glm::dvec2 reach) const;
 
@@ -52,7 +52,15 @@ private:
         std::optional<SunShade> shade;  ///< nothing: not known yet
         CameraRays rays;                ///< this frame's, of its view
     };
+    /// A transparent that filters a sun.
+    struct Filtered {
+        const light::FilteredSun* sun = nullptr;
+        CameraRays rays;  ///< this frame's, of its view
+
+        [[nodiscard]] Shade over(glm::dvec2 ndc, glm::dvec2 reach, glm::dvec2 view_z) const;
+    };
     std::vector<Seen> suns_;
+    std::vector<Filtered> filtered_;
 };
 
 }  // namespace fumarole::pass

@@ -60,6 +60,14 @@ BlendState blend_state(const TransparentLook& look)
     return {look.blend.source, look.blend.destination, {}, {0, 0, 0, 1}};
 }
 
+/// A look's source; of an image, what multiplies that.
+glm::vec4 own_source(const TransparentLook& look)
+{
+    if (look.image != nullptr)  // a filter's is no radiance
+        return look.alpha * glm::vec4(glm::vec3(look.scale), 1);
+    return {look.blend.kind == Blend::Kind::multiply ? look.filter : look.radiance, look.alpha};
+}
+
 bool is_of_destination(BlendFactor factor)
 {
     switch (factor) {
@@ -127,6 +135,26 @@ void TransparentSet::set(const std::vector<Transparent>& transparents)
                          is_of_destination(state.destination);
         items_.push_back(std::move(item));
     }
+}
+
+std::vector<light::Caster> TransparentSet::casters() const
+{
+    std::vector<light::Caster> casters;
+    for (const Item& item : items_) {
+        const TransparentLook& look = look_of(item.transparent);
+        const BlendFactor factor = blend_state(look).destination;
+        const bool is_mesh = std::holds_alternative<MeshTransparent>(item.transparent);
+        if (!look.casts || factor == BlendFactor::one || (is_mesh && item.mesh == nullptr))
+            continue;
+        if (!can_cast(look.blend) || std::holds_alternative<BillboardTransparent>(item.transparent))
+            throw Error("Scene::transparents: one that casts is a billboard, or has a factor of "
+                        "what is behind; take a quad or a mesh, and another blend");
+        casters.push_back({world_from_object(item, {}), item.mesh ? item.mesh.get() : &square_,
+                           item.image ? item.image->view() : gl::TextureView{}, own_source(look),
+                           static_cast<std::uint32_t>(factor),
+                           look.blend.kind == Blend::Kind::multiply, is_mesh});
+    }
+    return casters;
 }
 
 glm::dmat4 TransparentSet::world_from_object(const Item& item, const Eye& eye) const
@@ -211,9 +239,7 @@ shared::TransparentParams TransparentSet::params(const SeenTransparent& seen,
     params.clip_from_object = glm::mat4(frame.host.clip_from_view * view_from_object);
     params.view_z_from_object = glm::vec4(-glm::transpose(view_from_object)[2]);
     const bool filters = look.blend.kind == Blend::Kind::multiply;
-    params.source = glm::vec4(filters ? look.filter : look.radiance, look.alpha);
-    if (look.image != nullptr)  // a filter's is no radiance
-        params.source = look.alpha * glm::vec4(glm::vec3(look.scale), 1);
+    params.source = own_source(look);
     params.faded = state.faded;
     params.fades = state.fades;
     params.inverse_depth_fade = look.depth_fade > 0 ? 1 / look.depth_fade : 0.0f;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gl/texture.h"
+#include "light/light_filters.h"
 #include "prepared_frame.h"
 #include "shared/transparent_params.h"
 #include "surface/gpu_mesh.h"
@@ -40,6 +41,9 @@ public:
     [[nodiscard]] std::size_t size() const { return items_.size(); }
     /// Whether a factor of one of them depends on what is behind it.
     [[nodiscard]] bool reads_picture() const { return reads_picture_; }
+
+    /// Those that cast and let not all light through. Good until the next set().
+    [[nodiscard]] std::vector<light::Caster> casters() const;
 
     [[nodiscard]] SeenTransparents look(const PreparedFrame& frame) const;
 

@@ -533,8 +533,10 @@ Scene glassy_scene()
     filter.edges = {glm::dvec3(2, -1, 0), glm::dvec3(0, 0, 2)};
     filter.look.blend.kind = Blend::Kind::multiply;
     filter.look.filter = {0.5f, 0.9f, 0.7f};
+    filter.look.casts = true;
     QuadTransparent asks = filter;
     asks.edges[0] = {2, 1, 0};
+    asks.look.casts = false;
     asks.look.blend = {Blend::Kind::factors, BlendFactor::one_minus_dst_color, BlendFactor::one};
     asks.look.radiance = {0.1f, 0.2f, 0.3f};
     BillboardTransparent board;

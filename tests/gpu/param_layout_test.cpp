@@ -16,6 +16,7 @@
 #include "shared/froxel_params.h"
 #include "shared/host_transparent_params.h"
 #include "shared/inspect_params.h"
+#include "shared/light_filter_params.h"
 #include "shared/light_params.h"
 #include "shared/light_volume_params.h"
 #include "shared/march_history_params.h"
@@ -229,23 +230,26 @@ void kernel(int i) {{ out_data[i] = vec4({}); }}
     }
 
 private:
-    const std::map<std::string, std::string> kUse{{"FrameParams", "u_params.steps"},
-                                                  {"DrawParams", "u_params.roughness"},
-                                                  {"FroxelParams", "u_params.history_weight"},
-                                                  {"InspectParams", "u_params.scale_begin"},
-                                                  {"MarchHistoryParams", "u_params.weight"},
-                                                  {"LightsParams", "u_params.world_radiance"},
-                                                  {"SpotParams", "u_params.cos_half_cone"},
-                                                  {"LightVolumesParams", "u_params.layer"},
-                                                  {"FieldParams", "u_params.order"},
-                                                  {"MediaParams", "u_params.media[1].g"},
-                                                  {"DisplayParams", "u_params.wipe"},
-                                                  {"TransparentParams", "u_params.unused"},
-                                                  {"SplitParams", "float(u_params.count)"},
-                                                  {"ProbesParams", "u_params.world.last"},
-                                                  {"ProbeFilterParams", "u_params.alpha"},
-                                                  {"VolumeAtParams", "float(u_params.kind)"},
-                                                  {"HostTransparentParams", "u_params.sky_depth"}};
+    const std::map<std::string, std::string> kUse{
+        {"FrameParams", "u_params.steps"},
+        {"DrawParams", "u_params.roughness"},
+        {"FroxelParams", "u_params.history_weight"},
+        {"InspectParams", "u_params.scale_begin"},
+        {"MarchHistoryParams", "u_params.weight"},
+        {"LightsParams", "u_params.world_radiance"},
+        {"SpotParams", "u_params.cos_half_cone"},
+        {"LightVolumesParams", "u_params.layer"},
+        {"FieldParams", "u_params.order"},
+        {"MediaParams", "u_params.media[1].g"},
+        {"DisplayParams", "u_params.wipe"},
+        {"TransparentParams", "u_params.unused"},
+        {"LightFiltersParams", "u_params.points[0].first_layer"},
+        {"LightFilterDrawParams", "u_params.unused"},
+        {"SplitParams", "float(u_params.count)"},
+        {"ProbesParams", "u_params.world.last"},
+        {"ProbeFilterParams", "u_params.alpha"},
+        {"VolumeAtParams", "float(u_params.kind)"},
+        {"HostTransparentParams", "u_params.sky_depth"}};
 };
 
 TEST_F(ParamLayout, Frame)
@@ -304,6 +308,29 @@ TEST_F(ParamLayout, LightsOfOneType)
     expect_same(layout("light_params.h", "SpotParams"), kSpot, sizeof(SpotParams));
 }
 
+TEST_F(ParamLayout, LightFilters)
+{
+    Offsets point{MEMBER(LightFilterParams, clip_from_world),
+                  MEMBER(LightFilterParams, first_layer),
+                  MEMBER(LightFilterParams, cube_view_scale), MEMBER(LightFilterParams, unused_a),
+                  MEMBER(LightFilterParams, unused_b)};
+    add_struct(point, "depth", offsetof(LightFilterParams, depth), kDepth);
+    Offsets expected;
+    add_array<LightFilterParams>(expected, "points", offsetof(LightFiltersParams, points),
+                                 MAX_LIGHT_POINTS, point);
+    expect_same(layout("light_filter_params.h", "LightFiltersParams"), expected,
+                sizeof(LightFiltersParams));
+    Offsets draw{MEMBER(LightFilterDrawParams, clip_from_object),
+                 MEMBER(LightFilterDrawParams, light_from_object),
+                 MEMBER(LightFilterDrawParams, source),
+                 MEMBER(LightFilterDrawParams, factor),
+                 MEMBER(LightFilterDrawParams, is_filter),
+                 MEMBER(LightFilterDrawParams, layer_before),
+                 MEMBER(LightFilterDrawParams, unused)};
+    add_struct(draw, "depth", offsetof(LightFilterDrawParams, depth), kDepth);
+    expect_same(layout("light_filter_params.h", "LightFilterDrawParams"), draw,
+                sizeof(LightFilterDrawParams));
+}
 TEST_F(ParamLayout, LightVolumes)
 {
     Offsets expected{MEMBER(LightVolumesParams, extinction_color),

@@ -165,8 +165,17 @@ Defines lights(int suns, int points, int spots, int areas, bool shadows)
     return light::write_lights(all) + flags(shadows ? 1 : 0, {"kSurfaceShadows"});
 }
 
+/// The same with transparents that cast.
+Defines filtered(Defines lights)
+{
+    lights.emplace_back("LIGHT_FILTERS_UNIT", "15");
+    lights.emplace_back("kFilterLayers", "2");
+    return lights;
+}
+
 const std::array kLights{lights(0, 0, 0, 0, false), lights(1, 0, 0, 0, false),
-                         lights(0, 1, 0, 0, true), lights(2, 3, 4, 1, true)};
+                         lights(0, 1, 0, 0, true), lights(2, 3, 4, 1, true),
+                         filtered(lights(1, 1, 1, 1, true))};
 
 /// Writes variants into a folder and has all of them validated in one call.
 class Variants {
@@ -248,6 +257,9 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     variants.add("pass/surface.vert", {});
     variants.add("study/texel_rate.frag", {{"kFetches", "64"}, {"kTexelPixels", "512"}});
     variants.add("light/shadow_map.frag", {});
+    variants.add("light/filter.vert", {});
+    for (unsigned set = 0; set < 4; ++set)
+        variants.add("light/filter.frag", flags(set, {"kImage", "kBehind"}));
     variants.add("pass/sky.frag", {});
     variants.add("pass/sky.frag", {{"kEnvironment", ""}});
     for (const char* scale : {"1", "2", "4"}) {

@@ -45,7 +45,7 @@ struct TransparentImages {
 struct SceneWork {
     int grids_uploaded = 0;
     int meshes_uploaded = 0;
-    int shadow_views = 0;   ///< of the surfaces' shadow map, drawn
+    int shadow_views = 0;   ///< of surfaces, and of transparents that cast, drawn
     int extinctions = 0;    ///< volumes of the media's extinction, filled
     int depth_layers = 0;   ///< optical depths from all points towards a light, filled
     int world_volumes = 0;  ///< the world's light in the media and on surfaces, filled
