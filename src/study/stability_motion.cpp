@@ -197,6 +197,19 @@ constexpr std::array kChanges{
                scene.lights = {PointLight{{2, -4 + 0.5 * std::min(state, 0), 1}, glm::vec3(20)}};
                return scene;
            }},
+    Change{"coloured-light", "a pane that has coloured the light on its way passes and is gone",
+           [](int state) {
+               Scene scene = lit_smoke();
+               QuadTransparent pane;  // above all that is seen
+               pane.corner = {1.5 + 0.2 * state, -7.5, 3};
+               pane.edges = {glm::dvec3(6, 0, 0), glm::dvec3(0, 8, 0)};
+               pane.look.blend.kind = Blend::Kind::multiply;
+               pane.look.filter = {0.85f, 0.45f, 0.25f};
+               pane.look.casts = true;
+               if (state < 0)
+                   scene.transparents = {pane};
+               return scene;
+           }},
     Change{"animated-media", "drifting noise that comes to stand",
            [](int state) {
                Scene scene = noisy_smoke();
