@@ -179,6 +179,30 @@ TEST_F(FrameLoaderTest, EachFrameHasItsFileAndTheRestIsReadOnce)
     }
 }
 
+TEST_F(FrameLoaderTest, ABillboardsImagesAreTheFramesToo)
+{
+    folder_.write("b_01.ppm", "P3 1 1 255 255 0 0\n");
+    folder_.write("b_02.ppm", "P3 1 1 255 0 255 0\n");
+    folder_.write("pane.ppm", "P3 1 1 255 0 0 255\n");
+    BillboardTransparent board;
+    board.look.image_file = (folder_.path() / "b_##.ppm").string();
+    QuadTransparent pane;
+    pane.look.image_file = (folder_.path() / "pane.ppm").string();
+    scene_.media.clear();
+    scene_.transparents = {board, pane};
+    asset::FrameLoader frames({scene_, {}}, {1, 2});
+    std::shared_ptr<const TransparentImage> still;
+    for (const glm::vec4 color : {glm::vec4(1, 0, 0, 1), glm::vec4(0, 1, 0, 1)}) {
+        const Scene now = frames.next().value().scene;
+        const auto& image = look_of(now.transparents[0]).image;
+        ASSERT_TRUE(image && look_of(now.transparents[1]).image);
+        EXPECT_EQ(image->texels, std::vector{color});
+        EXPECT_EQ(look_of(now.transparents[1]).image->texels.front(), glm::vec4(0, 0, 1, 1));
+        EXPECT_TRUE(still == nullptr || look_of(now.transparents[1]).image == still);
+        still = look_of(now.transparents[1]).image;
+    }
+}
+
 TEST_F(FrameLoaderTest, AMissingFrameIsNamedWithThoseThatAreThere)
 {
     fs::remove(folder_.path() / "s_0002.vdb");
