@@ -38,7 +38,7 @@ void add_light(int i, vec3 p, float weight, LightSample light, float visibility)
     float near = light.range < least ? light.range / least : 1.0;
     vec3 arriving = light.irradiance * dimmed(i, p, light) * (weight * visibility * near * near);
     if (kLightFilters)
-        arriving *= light_filter(i, p);
+        arriving *= filter_in_medium(i, p);
     for (int j = 0; j < kCount; ++j)
         g_light[j] += arriving * spherical_harmonic(j, light.wi);
 }

@@ -142,12 +142,12 @@ void add_area_irradiance(inout vec3 sum, int first, bool is_disk, vec3 p, vec3 n
         if (kSurfaceShadows && weight > 0.0)
             seen *= area_visibility(area, first, point, point_sample(i, p + n * (depth.bias * light.range)));
 #ifdef GLOSSY
-        vec3 through = seen > 0.0 ? through_media(i, p, light) * light_filter(i, p) : vec3(0.0);
+        vec3 through = seen > 0.0 ? through_media(i, p, light) * filter_on_surface(i, p) : vec3(0.0);
         arriving += seen * through;
         add_point(reflection, area, light, weight > 0.0 ? seen / weight : 0.0, through, n);
 #else
         if (seen > 0.0)
-            arriving += seen * through_media(i, p, light) * light_filter(i, p);
+            arriving += seen * through_media(i, p, light) * filter_on_surface(i, p);
 #endif
     }
     float share = far ? area.area / float(kAreaPoints) : open / max(weights, 1e-30);

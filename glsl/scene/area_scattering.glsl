@@ -117,7 +117,7 @@ void add_area(inout vec3 sum, int first, bool is_disk, LightLine line, LightStep
         float weight = area_weight(area, light) * phase_of(light, line.wo, step.g);
         float seen = kSurfaceShadows ? weight * area_visibility(area, first, point, light) : weight;
         if (seen > 0.0)
-            arriving += seen * volume_shadow(first + point, line, t, light) * light_filter(first + point, p);
+            arriving += seen * volume_shadow(first + point, line, t, light) * filter_in_medium(first + point, p);
         open += weight;
     }
     float scattered = area.area / float(kAsked);

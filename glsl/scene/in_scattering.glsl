@@ -149,7 +149,7 @@ void add_sun(inout vec3 sum, int i, LightLine line, LightStep step)
             float t = shadow_tap(step, k);
             vec3 shadow = line.shadow[i] + line.dshadow[i] * t;
             float visible = visibility_in(int(u_lights.lights[i].first_view), shadow.xy, shadow.z);
-            passed += visible * light_filter(i, line.ray.origin + line.ray.direction * t);
+            passed += visible * filter_in_medium(i, line.ray.origin + line.ray.direction * t);
         }
         arriving *= passed / float(kShadowTaps);
     } else if (kSurfaceShadows) {
@@ -173,7 +173,7 @@ void add_point(inout vec3 sum, int i, LightLine line, LightStep step)
     if (kSurfaceShadows)
         arriving *= point_visibility(i, p, light);
     if (kLightFilters)
-        arriving *= light_filter(i, p);
+        arriving *= filter_in_medium(i, p);
     sum += arriving * volume_shadow(i, line, t, light);
 }
 
@@ -187,7 +187,7 @@ void add_spot(inout vec3 sum, int i, LightLine line, LightStep step)
     if (kSurfaceShadows)
         arriving *= spot_visibility(i, p, light);
     if (kLightFilters)
-        arriving *= light_filter(i, p);
+        arriving *= filter_in_medium(i, p);
     sum += arriving * volume_shadow(i, line, t, light);
 }
 

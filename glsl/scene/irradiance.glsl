@@ -39,7 +39,7 @@ void add_irradiance(inout vec3 sum, int i, LightSample light, vec3 p, vec3 n, fl
     if (visibility > 0.0) {
         vec3 arriving = light.irradiance * (visibility * dot(n, light.wi)) * through_media(i, p, light);
         if (kLightFilters)
-            arriving *= light_filter(i, p);
+            arriving *= filter_on_surface(i, p);
         sum += arriving;
         add_reflection(arriving, n, light.wi);
     }

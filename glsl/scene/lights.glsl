@@ -18,7 +18,8 @@ const int kPlacedCount = kPointCount + kSpotCount;
 #include "scene/light_filters.glsl"
 #else
 const bool kLightFilters = false;  // transparents colour light on its way
-vec3 light_filter(int i, vec3 p) { return vec3(1.0); }
+vec3 filter_on_surface(int i, vec3 p) { return vec3(1.0); }
+vec3 filter_in_medium(int i, vec3 p) { return vec3(1.0); }
 #endif
 
 layout(std140, binding = LIGHTS_BLOCK) uniform Lights { LightsParams u_lights; };

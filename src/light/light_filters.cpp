@@ -21,6 +21,9 @@ constexpr int kMostLayers = 4;
 constexpr int kMostTexels = 8 << 20;
 constexpr int kLeastSize = 64;
 
+/// Of a view: what has an edge in common is not behind another.
+constexpr double kTouch = 1e-6;
+
 /// What of a view something may cover, -1..1 each way.
 struct Seen {
     glm::dvec2 low{-1}, high{1};
@@ -28,7 +31,6 @@ struct Seen {
 
 Seen seen_in(const View& view, const Bounds& bounds)
 {
-    constexpr double kTouch = 1e-6;  // what has an edge in common is not behind another
     Seen seen{glm::dvec2(1e30), glm::dvec2(-1e30)};
     int before = 0;
     for (int i = 0; i < 8; ++i) {
@@ -42,18 +44,63 @@ Seen seen_in(const View& view, const Bounds& bounds)
     return before == 0 || before == 8 ? seen : Seen();  // it may be anywhere
 }
 
+/// A quad's corners on a view, if all are before the light; none of a mesh, whose outline is not
+/// known.
+std::vector<glm::dvec2> corners_on(const View& view, const Caster& caster)
+{
+    std::vector<glm::dvec2> corners;
+    for (const glm::dvec2 at : {glm::dvec2(0, 0), {1, 0}, {1, 1}, {0, 1}}) {
+        const glm::dvec4 clip =
+            view.clip_from_world * caster.world_from_object * glm::dvec4(at, 0, 1);
+        if (caster.overlaps_itself || !(clip.w > 0))
+            return {};
+        corners.push_back(glm::dvec2(clip) / clip.w);
+    }
+    return corners;
+}
+
+/// Whether a line along an edge of `a` has `b` on its other side: two convex ones are apart where
+/// one of either has.
+bool is_apart_by_an_edge(const std::vector<glm::dvec2>& a, const std::vector<glm::dvec2>& b)
+{
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        const glm::dvec2 along = a[(i + 1) % a.size()] - a[i], across(along.y, -along.x);
+        const double length = glm::length(across);
+        glm::dvec2 of_a(1e30, -1e30), of_b(1e30, -1e30);
+        const auto spread = [&](glm::dvec2& over, const std::vector<glm::dvec2>& corners) {
+            for (const glm::dvec2& corner : corners) {
+                const double away = glm::dot(corner - a[i], across) / length;
+                over = {std::min(over.x, away), std::max(over.y, away)};
+            }
+        };
+        spread(of_a, a);
+        spread(of_b, b);
+        if (of_a.y < of_b.x + kTouch || of_b.y < of_a.x + kTouch)
+            return true;
+    }
+    return false;
+}
+
 /// How many transparents may lie one behind the other in a view: no fewer than do.
 int most_behind_another(const View& view, std::span<const Caster> casters)
 {
     std::vector<Seen> all;
-    for (const Caster& caster : casters)
+    std::vector<std::vector<glm::dvec2>> corners;
+    for (const Caster& caster : casters) {
         all.push_back(seen_in(view, caster.bounds()));
+        corners.push_back(corners_on(view, caster));
+    }
+    const auto are_apart = [&](std::size_t i, std::size_t k) {
+        return i != k && !corners[i].empty() && !corners[k].empty() &&
+               (is_apart_by_an_edge(corners[i], corners[k]) ||
+                is_apart_by_an_edge(corners[k], corners[i]));
+    };
     int most = 1;
     for (std::size_t i = 0; i < all.size(); ++i) {
         int over = 0;
         for (std::size_t k = 0; k < all.size(); ++k)
             if (glm::all(glm::lessThan(all[i].low, all[k].high)) &&
-                glm::all(glm::lessThan(all[k].low, all[i].high)))
+                glm::all(glm::lessThan(all[k].low, all[i].high)) && !are_apart(i, k))
                 over += casters[k].overlaps_itself ? 2 : 1;
         most = std::max(most, over);
     }
