@@ -122,6 +122,11 @@ std::vector<float> without_sky(const LayerImages& layers, const TransparentImage
     return rgba;
 }
 
+bool averages(const StillOptions& options)
+{
+    return options.aa > 1 || options.enough;
+}
+
 /// What the volume adds to a frame: its own passes, and what the media add to the surfaces'
 /// shading.
 double volume_ms(const std::vector<std::pair<std::string, double>>& passes)
@@ -337,6 +342,11 @@ glm::dmat4 clip_from_view(const Camera& camera, glm::uvec2 size, glm::dvec2 offs
     return glm::translate(glm::dmat4(1.0), shift) * p;
 }
 
+int averaged_resolution(int settled)
+{
+    return settled == 2 ? 1 : settled;
+}
+
 Frame still_frame(const Camera& camera, const FrameSettings& settings, gl::TextureView color,
                   gl::TextureView depth, int i, std::uint32_t seed)
 {
@@ -384,6 +394,15 @@ FrameReport SceneRenderer::timed_report()
     return renderer_.take_report();
 }
 
+Settings SceneRenderer::settled(const Scene& scene, const Settings& settings,
+                                const StillOptions& options)
+{
+    Settings out = settled(scene, settings);
+    if (averages(options) && settings.resolution == kAutomatic)
+        out.resolution = averaged_resolution(out.resolution);
+    return out;
+}
+
 Settings SceneRenderer::settled(const Scene& scene, const Settings& settings)
 {
     set_scene(scene, settings);
@@ -422,11 +441,13 @@ Still SceneRenderer::render(const Scene& scene, const Settings& asked,
     const int limit = std::min(kSide, gl.capabilities().max_texture_2d);
     const int side = options.most_side > 0 ? std::min(options.most_side, limit) : limit;
     if (region == whole_region(scene.resolution) && std::max(size.x, size.y) <= side)
-        return draw_part({scene, asked, whole_part(size)}, options, report);
+        return draw_part(
+            {scene, averages(options) ? settled(scene, asked, options) : asked, whole_part(size)},
+            options, report);
 
     check_parts(asked, asked.keeps_history() && options.aa == 1 &&
                            (options.moving_frame || options.timed_frames > 1));
-    const Settings settings = settled(scene, asked);
+    const Settings settings = settled(scene, asked, options);
     const std::vector<PicturePart> parts = picture_parts(size, region, side, settings);
     if (options.enough && parts.size() > 1) {
         options.aa = frames_of_copy(*this, scene, asked, options);

@@ -505,7 +505,7 @@ void run_still(RenderOptions options, const PictureFiles& files, Settings settin
     const std::string deep = write_deep(renderer, scene, settings, still, options.seed, files);
 
     const std::vector<std::string> explained =
-        renderer.renderer().explain(renderer.settled(scene, settings));
+        renderer.renderer().explain(renderer.settled(scene, settings, still_options));
     if (options.json) {
         std::vector<std::string> notes = loaded.notes;
         if (raised)

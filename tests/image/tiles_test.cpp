@@ -131,6 +131,23 @@ TEST_F(Tiles, CountTheirFramesOnTheWholePicture)
     EXPECT_EQ(asked, 2) << "after 8 and 16 frames, once for all tiles";
 }
 
+// Averaging takes the grain away, so what half a resolution blurs would be what is left.
+TEST_F(Tiles, AreFullWhereFramesAreAveragedAndTheResolutionIsAutomatic)
+{
+    Scene sun = scene("smoke_plume_sun.json");
+    sun.resolution = {66, 38};
+    const auto composite = [&](int resolution, int frames) {
+        StillOptions options;
+        options.aa = frames;
+        return scene_renderer()
+            .render(sun, settings_of(FrameSettings::Mode::raymarch, resolution), options)
+            .composite;
+    };
+    EXPECT_EQ(composite(kAutomatic, 1), composite(2, 1));
+    EXPECT_EQ(composite(kAutomatic, 2), composite(1, 2));
+    EXPECT_NE(composite(2, 2), composite(1, 2)) << "or there was nothing to tell apart";
+}
+
 TEST_F(Tiles, WhatNeedsTheWholeViewIsRefused)
 {
     const Scene sun = scene("smoke_plume_sun.json");

@@ -37,13 +37,22 @@ void Side::resize(glm::ivec2 pixels)
     mean_ = gl::Texture::make_2d(gl, "window picture", pixels, GL_RGBA32F, gl::Filter::linear);
 }
 
-Frame Side::aim(const SideRequest& request, int frame) const
+Frame Side::aim(const SideRequest& request, const Settings& settings, int frame) const
 {
-    Frame aimed = still_frame(request.scene->camera, request.settings, color_.view(), depth_.view(),
+    Frame aimed = still_frame(request.scene->camera, settings, color_.view(), depth_.view(),
                               request.average ? frame : 0, 0);
     if (!request.average)  // what moves has a history, and then samples that change every frame
         aimed.index = live_frames_;
     return aimed;
+}
+
+Settings Side::settings_of(const SideRequest& request) const
+{
+    Settings settings = request.settings;
+    if (request.average && request.most > 1 && settings.resolution == kAutomatic)
+        settings.resolution = averaged_resolution(
+            renderer_.renderer().settled(stills_, aim(request, settings, 0), settings).resolution);
+    return settings;
 }
 
 void Side::accumulate(int frame)
@@ -76,14 +85,15 @@ bool Side::draw(const SideRequest& request)
         setup_ms_ = ms;
     resize(request.pixels);
     const int number = more ? frames_ : 0;
-    const Frame frame = aim(request, number);
+    const Settings settings = settings_of(request);
+    const Frame frame = aim(request, settings, number);
     ++live_frames_;
-    renderer.draw_surfaces(frame, request.settings, true);
+    renderer.draw_surfaces(frame, settings, true);
     View& view = request.average ? stills_ : live_;
     if (request.inspection)
-        legend_ = renderer.inspect(view, frame, request.settings, *request.inspection);
+        legend_ = renderer.inspect(view, frame, settings, *request.inspection);
     else
-        renderer.composite(view, frame, request.settings);
+        renderer.composite(view, frame, settings);
     accumulate(number);
     FrameReport report = renderer.take_report();
     if (report.pass_ms.empty())  // none has come in since: the last ones known still tell
@@ -99,7 +109,8 @@ double Side::samples(const SideRequest& request)
     if (!mean_ || renderer_.set_scene(*request.scene, request.settings) < 0)
         return 0;
     View& view = request.average ? stills_ : live_;
-    return renderer_.renderer().count_samples(view, aim(request, 0), request.settings);
+    const Settings settings = settings_of(request);
+    return renderer_.renderer().count_samples(view, aim(request, settings, 0), settings);
 }
 
 Image Side::read() const

@@ -53,7 +53,9 @@ private:
     [[nodiscard]] bool continues(const SideRequest& request) const;
     void resize(glm::ivec2 pixels);
     void accumulate(int frame);
-    [[nodiscard]] Frame aim(const SideRequest& request, int frame) const;
+    /// What is drawn with once the renderer has the scene.
+    [[nodiscard]] Settings settings_of(const SideRequest& request) const;
+    [[nodiscard]] Frame aim(const SideRequest& request, const Settings& settings, int frame) const;
 
     SceneRenderer renderer_;
     View stills_, live_;  ///< frames that are averaged; that move

@@ -140,8 +140,11 @@ public:
 
     /// As Renderer::settled() for the scene's camera and size.
     Settings settled(const Scene& scene, const Settings& settings);
+    /// As render() has it with these options: averaged_resolution() too.
+    Settings settled(const Scene& scene, const Settings& settings, const StillOptions& options);
 
     [[nodiscard]] Renderer& renderer() { return renderer_; }
+    [[nodiscard]] const Renderer& renderer() const { return renderer_; }
 
 private:
     struct Drawing;
@@ -162,6 +165,11 @@ private:
 /// its relative precision to the horizon. offset: shift of the sample in its pixel, -0.5..0.5.
 FUMAROLE_API glm::dmat4 clip_from_view(const Camera& camera, glm::uvec2 size, glm::dvec2 offset);
 FUMAROLE_API glm::dmat4 view_from_world(const Camera& camera);
+
+/// FrameSettings::resolution of frames that are averaged, where it is automatic: full instead of
+/// half. Averaging takes the grain away, and what half a resolution blurs would be what is left.
+/// settled: what one frame alone would have
+FUMAROLE_API int averaged_resolution(int settled);
 
 /// Frame i of those that are averaged into a still of the scene, each with samples of its own, as
 /// SceneRenderer draws them into textures of one size; in the depth convention of clip_from_view.
