@@ -19,7 +19,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Mode = Settings::Mode;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
 // When each part ends at the latest, in shares of the time; a part that needs less leaves the rest
 // to the next. The first pictures take what they take.
@@ -314,7 +314,7 @@ private:
         try {
             return add(settings, glance(settings));
         } catch (const Error&) {  // more than this GL has
-            return PlanTry{settings, kInfinity, kInfinity, kInfinity};
+            return PlanTry{settings, kUnbounded, kUnbounded, kUnbounded};
         }
     }
 
