@@ -344,7 +344,7 @@ glm::dmat4 clip_from_view(const Camera& camera, glm::uvec2 size, glm::dvec2 offs
 
 int averaged_resolution(int settled)
 {
-    return settled == 2 ? 1 : settled;
+    return settled > 1 ? settled / 2 : settled;
 }
 
 Frame still_frame(const Camera& camera, const FrameSettings& settings, gl::TextureView color,
