@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
+#include <numeric>
 
 #include "light/light_source.h"
 
@@ -25,6 +26,9 @@ constexpr int kAutoWorldNodes = 32;
 constexpr double kVoxelsPerWorldNode = 3;
 /// The extinction that they are filled from: one a voxel up to here.
 constexpr int kExtinctionNodes = 128;
+/// Where the orders of thick media start: on a lattice of so many nodes along its longest edge,
+/// then on one of twice as many.
+constexpr int kCoarsestNodes = 8;
 constexpr int kMostSamples = 4;  ///< of the media along an edge of a cell that is larger
 
 /// Of the volume for surfaces: how far it goes beyond them and the media, in parts of their size.
@@ -52,6 +56,19 @@ Lattice make_lattice(const glm::dmat4& unit_from_world, const Bounds& bounds, do
     lattice.count = glm::max(glm::ivec3(glm::ceil(extent / spacing - 1e-6)) + 1, glm::ivec3(2));
     lattice.node_from_world = glm::scale(glm::dmat4(1.0), glm::dvec3(lattice.count - 1) / extent) *
                               glm::translate(glm::dmat4(1.0), -bounds.min) * unit_from_world;
+    return lattice;
+}
+
+/// The same box, or a little more, with `most` nodes along its longest edge.
+Lattice coarser(const Lattice& fine, int most)
+{
+    const glm::dvec3 last(fine.count - 1);
+    const double step = std::max({last.x, last.y, last.z}) / (most - 1);
+    Lattice lattice;
+    lattice.count = glm::max(glm::ivec3(glm::ceil(last / step - 1e-6)) + 1, glm::ivec3(2));
+    lattice.node_from_world = glm::translate(glm::dmat4(1.0), glm::dvec3(lattice.count - 1) / 2.0) *
+                              glm::scale(glm::dmat4(1.0), glm::dvec3(1 / step)) *
+                              glm::translate(glm::dmat4(1.0), -last / 2.0) * fine.node_from_world;
     return lattice;
 }
 
@@ -207,7 +224,7 @@ FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& me
     // starts, 1 - (1 - exp(-tau)) / tau of it meets the medium.
     constexpr double kUnseen = 0.01;  // of a white picture
     constexpr double kLeftOut = 0.1;  // of the light, for the tail to guess
-    constexpr int kFewest = 5, kMost = 16;
+    constexpr int kFewest = 5, kMost = 16, kMostGuessed = 32;
     const glm::vec3 albedos = media.mean_albedo();
     const double albedo = std::max({albedos.r, albedos.g, albedos.b});
     const double tau = std::max(mean_optical_depth(media), 1e-9);
@@ -220,6 +237,8 @@ FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& me
     if (added < kUnseen)
         return {};
     const double asked = std::log(kLeftOut) / std::log(std::min(ratio, 0.999));
+    if (asked > kMostGuessed)
+        return {kMost, false, true};
     return {std::clamp(static_cast<int>(std::ceil(asked)), kFewest, kMost), true};
 }
 
@@ -637,16 +656,37 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
             fill_extinction(media, lights);
         const glm::dvec3 eye = centre_of(world_lattice_);
         begin_fill(eye, media, lights);
+        const OtherLight bounced{&bounced_,
+                                 to_shared(surface_lattice_, kSurfaceBands * kSurfaceBands, eye),
+                                 kSurfaceBands};
+        const OtherLight* sent_on = turns ? &bounced : nullptr;
+        gl::Texture guessed;
+        OtherLight guess;
+        const auto fill = [&](FieldOrders orders, const gl::Texture* world, const gl::Texture& to,
+                              bool gives_scattered) {
+            return field_.fill(bands_, orders, world, to, gives_scattered, sent_on,
+                               guess.light != nullptr ? &guess : nullptr);
+        };
+        const glm::ivec3 count = world_lattice_.count;
+        const int most = std::max({count.x, count.y, count.z});
+        for (int nodes = kCoarsestNodes;
+             fills_field && field.orders.coarse_first && 3 * nodes / 2 < most; nodes *= 2) {
+            const Lattice coarse = coarser(world_lattice_, nodes);
+            const bool coarsest = nodes == kCoarsestNodes;
+            const gl::Texture light = make_volume(device_, "light that is not direct, coarsely",
+                                                  coarse, bands_ * bands_, GL_RGBA16F);
+            begin_field(field_, coarse, true, media, surfaces, lights, shines);
+            gl::Texture finer = fill({FIELD_MOST_ORDERS, coarsest}, nullptr, light, true);
+            field_.end();
+            guessed = std::move(finer);
+            guess = {&guessed, to_shared(coarse, bands_ * bands_, eye), bands_};
+        }
         begin_field(field_, world_lattice_, fills_field, media, surfaces, lights, shines);
         if (anew && shines)
             field_.fill_world(world_key_.directions, bands_, nullptr, &coefficients_);
         if (fills_field) {
-            const OtherLight bounced{
-                &bounced_, to_shared(surface_lattice_, kSurfaceBands * kSurfaceBands, eye),
-                kSurfaceBands};
-            scattered =
-                field_.fill(bands_, field.orders, shines ? &coefficients_ : nullptr,
-                            field_coefficients_, field.on_surfaces, turns ? &bounced : nullptr);
+            scattered = fill(field.orders, shines ? &coefficients_ : nullptr, field_coefficients_,
+                             field.on_surfaces);
             turned_ = false;
             ++fills_.field;
         }
@@ -960,12 +1000,22 @@ std::vector<std::string> LightVolumes::describe() const
         lines.push_back(
             fmt::format("light that scatters again: {} order{}{} ({})", field_key_.orders.count,
                         field_key_.orders.count == 1 ? "" : "s",
-                        field_key_.orders.tail ? " and a guess at the rest" : "", orders_why_));
+                        field_key_.orders.tail           ? " and a guess at the rest"
+                        : field_key_.orders.coarse_first ? " from where a coarser lattice gets"
+                                                         : "",
+                        orders_why_));
     if (field_coefficients_) {
         std::string line = "mean of each order over what scatters [W/m^2/sr]:";
         const std::vector<glm::vec3> sums = field_.sums();
         for (std::size_t i = 0; i < sums.size(); ++i)
             line += fmt::format(" {:.2e}", (sums[i].r + sums[i].g + sums[i].b) / 3);
+        if (sums.size() > 1) {
+            const glm::vec3 all = std::accumulate(sums.begin(), sums.end(), glm::vec3(0));
+            const glm::vec3 last = sums.back();
+            line += fmt::format("; the last is {:.1g} % of all",
+                                100 * std::abs(last.r + last.g + last.b) /
+                                    std::max(all.r + all.g + all.b, 1e-30f));
+        }
         lines.push_back(line);
     }
     return lines;

@@ -632,19 +632,24 @@ void RadianceField::add(const FieldLight& light, int bands, const gl::Texture& t
     for (const Batch& batch : batches(set)) {
         set_batch(batch);
         gl::Texture source;
-        if (light.scattered != nullptr) {
-            params_.other = light.at;
-            write_block();
-            source = make_ways("field: scattered", batch.count);
-            light.scattered->bind(FIELD_LIGHT_UNIT);
-            bind_image(0, source, GL_WRITE_ONLY, GL_RG32UI);
-            gl::Defines defines{{"kBands", fmt::format("{}", light.bands)}};
-            add_ways(defines);
-            dispatch_nodes("light/field_spread.comp", defines);
-        }
+        if (light.scattered != nullptr)
+            source = spread({light.scattered, light.at, light.bands}, batch.count);
         sweep(light.glows, source ? &source : nullptr, false);
         gather(bands, true, Of::field, filling_->ways, to);
     }
+}
+
+gl::Texture RadianceField::spread(const OtherLight& scattered, int ways)
+{
+    params_.other = scattered.at;
+    write_block();
+    gl::Texture source = make_ways("field: scattered", ways);
+    scattered.light->bind(FIELD_LIGHT_UNIT);
+    bind_image(0, source, GL_WRITE_ONLY, GL_RG32UI);
+    gl::Defines defines{{"kBands", fmt::format("{}", scattered.bands)}};
+    add_ways(defines);
+    dispatch_nodes("light/field_spread.comp", defines);
+    return source;
 }
 
 void RadianceField::add_ways(gl::Defines& defines) const
@@ -723,7 +728,7 @@ void RadianceField::finish(int bands, const gl::Texture& light, const gl::Textur
 
 gl::Texture RadianceField::fill(int bands, FieldOrders orders, const gl::Texture* world,
                                 const gl::Texture& field, bool gives_scattered,
-                                const OtherLight* bounced)
+                                const OtherLight* bounced, const OtherLight* guess)
 {
     sums_ = {};
     orders_ = 0;
@@ -752,7 +757,8 @@ gl::Texture RadianceField::fill(int bands, FieldOrders orders, const gl::Texture
     }
     if (bounced != nullptr)
         take_over(*bounced, bands, first);
-    const gl::Texture source = orders.count > 0 ? scatter(bands, orders, first) : gl::Texture();
+    const gl::Texture source =
+        orders.count > 0 ? scatter(bands, orders, first, guess) : gl::Texture();
     // What is looked up is the light at the nodes, not the means that went from order to order.
     sweep(medium.glows, source ? &source : nullptr, false);
     const gl::Texture light = make("field: light", bands * bands);
@@ -767,7 +773,8 @@ gl::Texture RadianceField::fill(int bands, FieldOrders orders, const gl::Texture
     return scattered;
 }
 
-gl::Texture RadianceField::scatter(int bands, FieldOrders orders, const gl::Texture& first)
+gl::Texture RadianceField::scatter(int bands, FieldOrders orders, const gl::Texture& first,
+                                   const OtherLight* guess)
 {
     const Filling& filling = *filling_;
     const int slices_z = filling.lattice.count.z;
@@ -809,6 +816,8 @@ gl::Texture RadianceField::scatter(int bands, FieldOrders orders, const gl::Text
     };
     pass("kFirst");
     sum(0);
+    if (guess != nullptr)
+        source = spread(*guess, kNearWays);
     for (int order = 1; order < orders.count; ++order) {
         const bool ends = orders.tail && order + 1 == orders.count && order > 1;
         sweep(false, &source, true);

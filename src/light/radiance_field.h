@@ -38,10 +38,13 @@ struct FieldMedium {
 struct FieldOrders {
     int count = 0;      ///< after the first
     bool tail = false;  ///< and those after them are guessed from the last two
+    /// They start from what a coarser lattice has, where light gets as far with fewer of them.
+    bool coarse_first = false;
     bool operator==(const FieldOrders&) const = default;
 };
 
-/// Light at the nodes of another lattice, as coefficients.
+/// Light at the nodes of another lattice, as coefficients: what arrives, or what is scattered
+/// there.
 struct OtherLight {
     const gl::Texture* light = nullptr;  ///< alpha of the first: 0 in nodes inside of surfaces
     shared::LatticeParams at{};          ///< that lattice, for an eye amid the one that takes it
@@ -100,10 +103,12 @@ public:
     /// Coefficients, bands^2 layers of `field`, of the world's light, whose own are `world` if
     /// there is any, of what media emit, and of what they scatter again, and of `bounced`, what
     /// surfaces send on. Gives, if asked for, what they scatter at the nodes, as coefficients of
-    /// the radiance that a thick medium would have; empty where no order is followed.
+    /// the radiance that a thick medium would have; empty where no order is followed. `guess`, of
+    /// the same kind, is where orders start from: nested iteration (Briggs and others 2000, "A
+    /// Multigrid Tutorial", ch. 3).
     gl::Texture fill(int bands, FieldOrders orders, const gl::Texture* world,
                      const gl::Texture& field, bool gives_scattered,
-                     const OtherLight* bounced = nullptr);
+                     const OtherLight* bounced = nullptr, const OtherLight* guess = nullptr);
 
     /// How far from each node the nearest surface lies along each of the lattice's axes, down and
     /// then up, a layer each; empty where there is none. Before end().
@@ -147,12 +152,15 @@ private:
     enum class Of { clear, dimmed, field };
     void gather(int bands, bool adds, Of of, const gl::Texture& ways, const gl::Texture& to);
     void add(const FieldLight& light, int bands, const gl::Texture& to);
+    /// What is scattered there into each way of the batch.
+    [[nodiscard]] gl::Texture spread(const OtherLight& scattered, int ways);
     /// How many ways the batch has, where that is one of the usual two numbers.
     void add_ways(gl::Defines& defines) const;
     void walk(const char* file, const gl::Defines& defines, int ways);
     void carry_world(const Batch& batch, bool means);
     void sweep(bool emits, const gl::Texture* source, bool means);
-    gl::Texture scatter(int bands, FieldOrders orders, const gl::Texture& first);
+    gl::Texture scatter(int bands, FieldOrders orders, const gl::Texture& first,
+                        const OtherLight* guess);
     void finish(int bands, const gl::Texture& light, const gl::Texture* world,
                 const gl::Texture* total, const gl::Texture& to);
     void write_block();
