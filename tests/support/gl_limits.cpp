@@ -112,7 +112,8 @@ private:
             const int type = ask(program_, GL_UNIFORM, i, GL_TYPE);
             const int size = std::max(ask(program_, GL_UNIFORM, i, GL_ARRAY_SIZE), 1);
             if (ask(program_, GL_UNIFORM, i, GL_BLOCK_INDEX) != -1 ||
-                ask(program_, GL_UNIFORM, i, stage.referenced) == 0)
+                ask(program_, GL_UNIFORM, i, stage.referenced) == 0 ||
+                (!is_image(type) && !is_sampler(type)))  // of a host: a matrix is 16 numbers
                 continue;
             std::array<char, 64> name{};
             g_gl.GetProgramResourceName(program_, GL_UNIFORM, i, GLsizei(name.size()), nullptr,
