@@ -26,6 +26,10 @@ const char* word_for(TransparentId)
 {
     return "transparent";
 }
+const char* word_for(ProbeId)
+{
+    return "probe";
+}
 
 /// @param member for the message
 template <class Part>
@@ -59,6 +63,8 @@ LiveScene::LiveScene(Scene scene) : scene_{std::move(scene)}
         surfaces_.push_back({++last_});
     for (std::size_t i = 0; i < scene_.transparents.size(); ++i)
         transparents_.push_back({++last_});
+    for (std::size_t i = 0; i < scene_.probes.size(); ++i)
+        probes_.push_back({++last_});
 }
 
 LightId LiveScene::add(Light light)
@@ -85,6 +91,12 @@ TransparentId LiveScene::add(Transparent transparent)
     return transparents_.emplace_back(TransparentId{++last_});
 }
 
+ProbeId LiveScene::add(LightProbe probe)
+{
+    scene_.probes.push_back(probe);
+    return probes_.emplace_back(ProbeId{++last_});
+}
+
 void LiveScene::update(LightId id, Light light)
 {
     scene_.lights[index_of(lights_, id, "update")] = std::move(light);
@@ -103,6 +115,11 @@ void LiveScene::update(SurfaceId id, Surface surface)
 void LiveScene::update(TransparentId id, Transparent transparent)
 {
     scene_.transparents[index_of(transparents_, id, "update")] = std::move(transparent);
+}
+
+void LiveScene::update(ProbeId id, LightProbe probe)
+{
+    scene_.probes[index_of(probes_, id, "update")] = probe;
 }
 
 void LiveScene::remove(LightId id)
@@ -125,6 +142,11 @@ void LiveScene::remove(TransparentId id)
     erase(scene_.transparents, transparents_, id);
 }
 
+void LiveScene::remove(ProbeId id)
+{
+    erase(scene_.probes, probes_, id);
+}
+
 const Light& LiveScene::at(LightId id) const
 {
     return scene_.lights[index_of(lights_, id, "at")];
@@ -143,6 +165,11 @@ const Surface& LiveScene::at(SurfaceId id) const
 const Transparent& LiveScene::at(TransparentId id) const
 {
     return scene_.transparents[index_of(transparents_, id, "at")];
+}
+
+const LightProbe& LiveScene::at(ProbeId id) const
+{
+    return scene_.probes[index_of(probes_, id, "at")];
 }
 
 void LiveScene::set_world(World world)

@@ -91,6 +91,23 @@ TEST(LiveScene, TransparentsComeAndGoByIdsToo)
               "another scene's; add() it anew");
 }
 
+TEST(LiveScene, ProbesHaveIds)
+{
+    Scene scene;
+    scene.probes = {LightProbe{}};
+    LiveScene live(scene);
+    const ProbeId first = live.probes().front();
+    const ProbeId second = live.add(LightProbe{.position = {1, 0, 0}});
+    live.remove(first);
+    live.update(second, LightProbe{.position = {2, 0, 0}});
+    EXPECT_EQ(live.at(second), (LightProbe{.position = {2, 0, 0}}));
+    EXPECT_EQ(live.scene().probes.size(), 1u);
+    EXPECT_FALSE(same_content(live.scene(), scene));
+    EXPECT_EQ(message_of([&] { live.remove(first); }),
+              "LiveScene::remove: probe 1 is no part of this scene: it was removed, or is "
+              "another scene's; add() it anew");
+}
+
 TEST(LiveScene, AnIdThatIsNoneIsNamedAndChangesNothing)
 {
     LiveScene live;
