@@ -36,6 +36,8 @@ std::vector<std::string> explain(const Toolbox& tools, int surfaces, const Frame
     };
     if (media.media == 0) {
         say("no medium scatters, absorbs or emits: nothing is drawn, the picture keeps its bits");
+        if (surfaces > 0 && tools.scene_settings.surface_bounces != 0)
+            say("light that surfaces send on: none: the volume that carries it is that of media");
         return lines;
     }
     say("media: {}, of which {} change from place to place; others need no fetch and no shadow "

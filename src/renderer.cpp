@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <fmt/format.h>
 #include <functional>
 #include <glm/gtc/matrix_transform.hpp>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <span>
 #include <utility>
 
@@ -15,6 +18,7 @@
 #include "gl/binding_guard.h"
 #include "gl/framebuffer.h"
 #include "gl/state_guard.h"
+#include "gl/stopwatch.h"
 #include "gl/timer.h"
 #include "light/light_set.h"
 #include "light/light_volumes.h"
@@ -27,6 +31,7 @@
 #include "resolve/inspect.h"
 #include "resolve/layers.h"
 #include "shared/bindings.h"
+#include "shared/inspect_params.h"
 #include "surface/surface_painter.h"
 #include "surface/surface_set.h"
 #include "toolbox.h"
@@ -134,10 +139,25 @@ struct Renderer::Parts {
     /// Settles a frame and binds what all passes read of it, the media and the lights too where it
     /// sees a medium.
     PreparedFrame begin(const View::State& view, const Frame& frame, const FrameSettings& s);
-    void draw_surfaces(const Frame& frame, const FrameSettings& s, bool through_media);
+    /// @param unseen a flag for each of those that are left out
+    void draw_surfaces(const Frame& frame, const FrameSettings& s, bool through_media,
+                       const std::vector<bool>& unseen = {});
     /// Lays the media alone over a picture of their own view.
     void draw_media(View::State& view, const Frame& frame, const FrameSettings& s);
     void capture_probe(int i);
+    /// What a probe's faces are drawn to.
+    struct ProbeCanvas {
+        gl::Texture color, depth;
+        std::unique_ptr<View::State> view;  ///< of the media in them
+    };
+    ProbeCanvas& probe_canvas(int size);
+    /// Draws what a probe sees, the first so many faces, and calls `done` after each.
+    void draw_faces(int i, ProbeCanvas& canvas, int faces,
+                    const std::function<void(int face)>& done);
+    /// The mean radiance around each of them, from small faces: as all have faded in, or before the
+    /// last turn.
+    std::vector<glm::dvec3> mean_around_probes(bool before_last_turn);
+    void prepare_probes();
     /// Captures a probe that is out of date, if this frame leaves the time for it.
     void update_probe(const Frame& frame);
     [[nodiscard]] std::unique_ptr<View::State> make_state(View::History history) const;
@@ -184,8 +204,10 @@ struct Renderer::Parts {
     SceneWork reported;                                     ///< as far as take_report() has told
     SceneSettings scene_settings;
     surface::SurfacePainter surface_painter;
-    std::unique_ptr<View::State> probe_view;  ///< of the media in a probe's faces
-    gl::Texture probe_color, probe_depth;
+    gl::UniformBuffer<shared::InspectParams> probe_balls;
+    std::map<int, ProbeCanvas> probe_canvases;        ///< by the pixels along an edge
+    std::optional<std::pair<int, double>> next_turn;  ///< of so many captures, probes_next_turn()
+    bool surfaces_are_drawn = false;  ///< since set_scene(): a host's own need no probes
     /// Of the last frame, by which it is known whether anything moves: a jittered projection is no
     /// movement.
     struct LastFrame {
@@ -429,7 +451,10 @@ void Renderer::set_scene(const Scene& scene, const SceneSettings& settings)
                                    parts_->filters_unit());
         const gl::StateGuard all_units(parts_->device, parts_->texture_units(), BLOCK_COUNT,
                                        IMAGE_COUNT);
-        parts_->probes.set(scene, settings, parts_->lights);
+        parts_->probes.set(scene, settings, parts_->lights, parts_->media);
+        if (parts_->probes.count() == 0)
+            parts_->probe_canvases.clear();
+        parts_->surfaces_are_drawn = false;
         parts_->volumes.set(scene, settings, parts_->media, parts_->surfaces, parts_->lights);
         parts_->note_change(scene, settings);
     } catch (...) {  // half a scene is none
@@ -669,9 +694,11 @@ void Renderer::draw_surfaces(const Frame& frame, const FrameSettings& settings, 
     check(frame, settings);
     const auto time = parts_->timers.scope(through_media ? "surfaces through media" : "surfaces");
     parts_->draw_surfaces(frame, settings, through_media);
+    parts_->surfaces_are_drawn = true;
 }
 
-void Renderer::Parts::draw_surfaces(const Frame& frame, const FrameSettings& s, bool through_media)
+void Renderer::Parts::draw_surfaces(const Frame& frame, const FrameSettings& s, bool through_media,
+                                    const std::vector<bool>& unseen)
 {
     const bool dimmed =
         through_media && scene_settings.volume_shadows && !media.empty() && lights.count() > 0;
@@ -688,7 +715,7 @@ void Renderer::Parts::draw_surfaces(const Frame& frame, const FrameSettings& s, 
     }
     volumes.bind_for_surfaces(eye.position, through_media);
     probes.bind(eye.position);
-    surface_painter.draw(tools, surfaces, view, dimmed);
+    surface_painter.draw(tools, surfaces, view, dimmed, unseen);
 }
 
 void Renderer::Parts::draw_media(View::State& view, const Frame& frame, const FrameSettings& s)
@@ -704,45 +731,113 @@ void Renderer::Parts::draw_media(View::State& view, const Frame& frame, const Fr
     resolve::composite(tools, *view.layers, picture, prepared);
 }
 
-void Renderer::Parts::capture_probe(int i)
+Renderer::Parts::ProbeCanvas& Renderer::Parts::probe_canvas(int size)
 {
-    const auto time = timers.scope("probe");
+    ProbeCanvas& canvas = probe_canvases[size];
+    if (canvas.view != nullptr)
+        return canvas;
+    canvas.color = gl::Texture::make_2d(device, "probe's picture", glm::ivec2(size), GL_RGBA32F,
+                                        gl::Filter::nearest);
+    canvas.depth = gl::Texture::make_2d(device, "probe's depth", glm::ivec2(size),
+                                        GL_DEPTH_COMPONENT32F, gl::Filter::nearest);
+    canvas.view = make_state(View::History::none);
+    return canvas;
+}
+
+void Renderer::Parts::draw_faces(int i, ProbeCanvas& canvas, int faces,
+                                 const std::function<void(int face)>& done)
+{
     const LightProbe probe = probes.at(i);
-    const glm::ivec2 size(probe.size);
-    if (!probe_color || glm::ivec2(probe_color.size()) != size) {
-        probe_color =
-            gl::Texture::make_2d(device, "probe's picture", size, GL_RGBA32F, gl::Filter::nearest);
-        probe_depth = gl::Texture::make_2d(device, "probe's depth", size, GL_DEPTH_COMPONENT32F,
-                                           gl::Filter::nearest);
-    }
-    if (probe_view == nullptr)
-        probe_view = make_state(View::History::none);
     // Whatever frames are drawn with: a probe is the scene's.
     FrameSettings s;
     s.resolution = 2;
     constexpr double kNear = 1e-3;  // of the radius
     Frame face;
-    face.color = probe_color.view();
-    face.depth = probe_depth.view();
+    face.color = canvas.color.view();
+    face.depth = canvas.depth.view();
     face.depth_convention = {.zero_to_one = true, .reversed = true};
     face.clip_from_view = light::probe_clip_from_view(kNear * probe.radius);
-    probes.set_capturing(true);
-    for (int k = 0; k < 6; ++k) {
+    for (int k = 0; k < faces; ++k) {
         face.view_from_world = light::probe_view_from_world(probe.position, k);
         face.index = static_cast<std::uint64_t>(k);
-        draw_surfaces(face, s, true);
-        draw_media(*probe_view, face, s);
-        const gl::StateGuard guard(device, texture_units(), BLOCK_COUNT, IMAGE_COUNT);
-        probes.take_face(k, probe_color, probe_depth);
+        draw_surfaces(face, s, true, probes.unseen(i));
+        draw_media(*canvas.view, face, s);
+        done(k);
     }
-    probes.set_capturing(false);
+}
+
+void Renderer::Parts::capture_probe(int i)
+{
+    const auto time = timers.scope("probe");
+    const gl::Stopwatch watch(device, timers);
+    ProbeCanvas& canvas = probe_canvas(probes.at(i).size);
+    probes.begin_capture(probes.shown_to(i));
+    draw_faces(i, canvas, 6, [&](int face) {
+        const gl::StateGuard guard(device, texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+        probes.take_face(face, canvas.color);
+    });
+    probes.end_capture();
     const gl::StateGuard guard(device, texture_units(), BLOCK_COUNT, IMAGE_COUNT);
-    probes.finish(i);
+    probes.finish(i, watch);
+}
+
+std::vector<glm::dvec3> Renderer::Parts::mean_around_probes(bool before_last_turn)
+{
+    constexpr int kSize = 16;
+    ProbeCanvas canvas = std::move(probe_canvas(kSize));
+    probe_canvases.erase(kSize);
+    std::vector<glm::dvec3> means;
+    using Shown = light::Probes::Shown;
+    probes.begin_capture(before_last_turn ? Shown::before_last_turn : Shown::later_turn);
+    for (int i = 0; i < probes.count(); ++i) {
+        glm::dvec3 sum(0);
+        double weights = 0;
+        draw_faces(i, canvas, 6, [&](int) {
+            const std::vector<float> rgb = canvas.color.read(3);
+            for (std::size_t k = 0; k < std::size_t{kSize} * kSize; ++k) {
+                const double x = (2 * double(k % kSize) + 1) / kSize - 1,
+                             y = (2 * double(k / kSize) + 1) / kSize - 1;
+                const double weight = std::pow(1 + x * x + y * y, -1.5);  // solid angle
+                weights += weight;
+                sum += weight * glm::dvec3(rgb[3 * k], rgb[3 * k + 1], rgb[3 * k + 2]);
+            }
+        });
+        means.push_back(sum / weights);
+    }
+    probes.end_capture();
+    return means;
+}
+
+void Renderer::Parts::prepare_probes()
+{
+    if (probes.count() == 0)
+        return;
+    {
+        const gl::StateGuard guard(device, texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+        probes.prepare();
+    }
+    // Both as the first captures are drawn, without any, and as later ones are.
+    for (const bool preparing : {false, true}) {
+        using Shown = light::Probes::Shown;
+        probes.begin_capture(preparing ? Shown::later_turn : Shown::first_turn);
+        probes.set_preparing(preparing);
+        std::set<int> sizes;
+        for (int i = 0; i < probes.count(); ++i) {
+            if (!sizes.insert(probes.at(i).size).second)
+                continue;
+            ProbeCanvas& canvas = probe_canvas(probes.at(i).size);
+            draw_faces(i, canvas, 1, [&](int face) {
+                const gl::StateGuard guard(device, texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+                probes.take_face(face, canvas.color);
+            });
+        }
+    }
+    probes.end_capture();
 }
 
 void Renderer::Parts::update_probe(const Frame& frame)
 {
-    if (probes.count() == 0)
+    if (probes.count() == 0 || !surfaces_are_drawn || prepares)
         return;
     using Update = SceneSettings::ProbeUpdate;
     probes.fade(false);
@@ -757,9 +852,63 @@ void Renderer::Parts::update_probe(const Frame& frame)
 
 void Renderer::update_probes(bool anew)
 {
-    while (const auto i = parts_->probes.next(anew))
+    while (const auto i = parts_->probes.next(anew)) {
         parts_->capture_probe(*i);
+        parts_->probes.fade(true);
+    }
     parts_->probes.fade(true);
+}
+
+std::vector<ProbeState> Renderer::probes() const
+{
+    return parts_->probes.states();
+}
+
+void Renderer::draw_probes(const Frame& frame, const FrameSettings& settings, double radius)
+{
+    check(frame, settings);
+    Parts& parts = *parts_;
+    if (parts.probes.ready() == 0)
+        return;
+    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+    const Picture picture(parts, frame);
+    const PreparedFrame prepared =
+        prepare_frame(frame, surface::surface_settings(settings), parts.frame_scene());
+    parts.tools.bind_block(prepared);
+    parts.probes.bind(prepared.eye.position);
+    if (parts.probe_balls.id() == 0)
+        parts.probe_balls = {parts.device, "probes as balls"};
+    shared::InspectParams params{};
+    params.plane_axis = glm::vec3(prepared.eye.world_from_view[0]);
+    params.plane_place = static_cast<float>(radius);
+    parts.probe_balls.write(params);
+    parts.device->BindBufferBase(GL_UNIFORM_BUFFER, INSPECT_BLOCK, parts.probe_balls.id());
+    parts.picture.bind(prepared.picture_size);
+    parts.device->ColorMaski(0, GL_TRUE, GL_TRUE, GL_TRUE, GL_FALSE);
+    parts.tools.draw_fullscreen("pass/probe_balls.frag", {});
+}
+
+std::string Renderer::probe_placement() const
+{
+    return parts_->probes.placement();
+}
+
+std::optional<double> Renderer::probes_next_turn() const
+{
+    const light::Probes& probes = parts_->probes;
+    if (probes.count() == 0 || !probes.have_two_turns())
+        return {};
+    auto& known = parts_->next_turn;
+    if (known && known->first == probes.captures())
+        return known->second;
+    const std::vector<glm::dvec3> before = parts_->mean_around_probes(true),
+                                  now = parts_->mean_around_probes(false);
+    const auto sum = [](glm::dvec3 rgb) { return rgb.r + rgb.g + rgb.b; };
+    double most = 0;
+    for (std::size_t i = 0; i < now.size(); ++i)
+        most = std::max(most, sum(glm::abs(now[i] - before[i])) / std::max(sum(now[i]), 1e-20));
+    known = {probes.captures(), most};
+    return most;
 }
 
 std::vector<std::string> Renderer::explain(const FrameSettings& settings) const
@@ -768,6 +917,10 @@ std::vector<std::string> Renderer::explain(const FrameSettings& settings) const
     std::vector<std::string> lines = fumarole::explain(parts_->tools, surfaces, settings);
     for (std::string& line : parts_->probes.describe())
         lines.push_back(std::move(line));
+    if (const auto added = probes_next_turn())
+        lines.push_back(fmt::format("probes: captured in two turns, a third would add {:.2g} % of "
+                                    "what they have seen",
+                                    100 * *added));
     if (!parts_->transparents.empty() || parts_->last_lists.lock() != nullptr)
         lines.push_back(parts_->explain_transparents(settings));
     return lines;
@@ -808,9 +961,14 @@ void Renderer::prepare(const Frame& frame, const FrameSettings& settings)
         return small;
     };
     Frame still = look_from(0.5), moved = look_from(0.51);
-    for (const bool through_media : {false, true})
-        draw_surfaces(still, settings, through_media);
     parts.prepares = true;
+    parts.prepare_probes();
+    // With probes, and without, as long as none is captured.
+    for (const bool preparing : {true, false}) {
+        parts.probes.set_preparing(preparing && parts.probes.count() > 0);
+        for (const bool through_media : {false, true})
+            parts.draw_surfaces(still, settings, through_media);
+    }
     View view = make_view();
     std::vector<int> scales{settled(view, still, settings).resolution};
     if (settings.mode == FrameSettings::Mode::raymarch && settings.resolution == kAutomatic)

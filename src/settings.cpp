@@ -193,7 +193,8 @@ std::vector<SettingInfo> make_table()
                   "all, 0 by default"),
         choice("probes", "light", "auto|off", &S::probes,
                {{"auto", as_int(S::Probes::automatic)}, {"off", as_int(S::Probes::off)}},
-               "a scene's probes light its surfaces"),
+               "a scene's probes light its surfaces; where it names none, one amid what is glossy "
+               "does, if it pays"),
         choice(
             "probe-update", "light", "still|always|never", &S::probe_update,
             {{"still", as_int(S::ProbeUpdate::still)},

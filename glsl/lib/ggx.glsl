@@ -77,7 +77,7 @@ vec3 ggx_once(vec3 f0, vec2 ab) { return f0 * ab.x + ab.y; }
 vec3 ggx_base(vec3 albedo, float metallic, vec3 f0, vec2 ab)
 {
     vec3 once = ggx_once(f0, ab);
-    float lost = 1.0 - ab.x - ab.y;
+    float lost = max(1.0 - ab.x - ab.y, 0.0);  // a mirror loses none, to what rounding leaves
     vec3 f_avg = f0 + (1.0 - f0) / 21.0;
     vec3 more = lost * once * f_avg / (1.0 - f_avg * lost);
     return more + (1.0 - metallic) * albedo * (1.0 - once - more);

@@ -12,5 +12,6 @@ ivec2 texel_of_map() { return octahedral_wrap(texel_in_border(), u_filter.to.siz
 
 void store(vec4 value)
 {
-    imageStore(u_maps_img, ivec3(u_filter.to.first + texel_in_border(), u_filter.to.layer), value);
+    // A sum about a mean rounds to a little less than none beside what is bright.
+    imageStore(u_maps_img, ivec3(u_filter.to.first + texel_in_border(), u_filter.to.layer), max(value, vec4(0.0)));
 }

@@ -1,6 +1,6 @@
 // Light from all around to an octahedral map: each texel the mean over it.
 //   in   a latitude-longitude map, or the six faces of a cube
-//   out  radiance; alpha: what of it comes from surfaces (of faces)
+//   out  radiance
 #include "lib/cube_faces.glsl"
 #include "lib/lat_long.glsl"
 #include "probe/map.glsl"
@@ -13,7 +13,7 @@ layout(binding = PROBE_SOURCE_UNIT) uniform sampler2DArray u_source_tx;
 vec4 light_from(vec3 d) { return textureLod(u_source_tx, cube_face(d), 0.0); }
 #else
 layout(binding = PROBE_SOURCE_UNIT) uniform sampler2D u_source_tx;
-vec4 light_from(vec3 d) { return vec4(textureLod(u_source_tx, lat_long_uv(normalize(d)), 0.0).rgb, 0.0); }
+vec4 light_from(vec3 d) { return textureLod(u_source_tx, lat_long_uv(normalize(d)), 0.0); }
 #endif
 
 void main()

@@ -88,7 +88,6 @@
 
 // While a probe is filtered.
 #define PROBE_SOURCE_UNIT 1
-#define PROBE_DEPTH_UNIT 2
 
 // When surfaces are drawn, which read no layer.
 #define WORLD_PROBE_UNIT 2

@@ -1,12 +1,12 @@
 #include "light/light_volumes.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
 #include <numeric>
 
+#include "gl/stopwatch.h"
 #include "light/light_source.h"
 
 namespace fumarole::light {
@@ -37,6 +37,8 @@ constexpr double kSurfaceMargin = 0.5;
 /// What flames throw on surfaces is all that is there at night.
 constexpr double kSurfaceMarginOfFire = 1;
 constexpr int kSurfaceBands = 3;
+/// Surfaces that send light on: a face has their number in 12 bits (glsl/light/faces.glsl).
+constexpr std::size_t kMostSenders = 4095;
 /// The last turns, which are made anew once it is known what the media throw on surfaces.
 constexpr int kTurnsAgain = 2;
 
@@ -164,53 +166,10 @@ LightPosition position_from(glm::dvec3 origin, LightPosition position)
     return position;
 }
 
-/// Times what it spans, the GPU's part too, where times are measured by waiting for it.
-class Stopwatch {
-public:
-    Stopwatch(const gl::Device& gl, const gl::PassTimers& timers)
-        : gl_{gl}, runs_{timers.timing() == Timing::finish}
-    {
-        if (runs_)
-            gl_->Finish();
-        begin_ = std::chrono::steady_clock::now();
-    }
-    [[nodiscard]] std::optional<double> ms() const
-    {
-        if (!runs_)
-            return std::nullopt;
-        gl_->Finish();
-        return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin_)
-            .count();
-    }
-
-private:
-    const gl::Device& gl_;
-    bool runs_;
-    std::chrono::steady_clock::time_point begin_;
-};
-
 /// Nothing where it was not measured.
 std::string filled_in(std::optional<double> ms)
 {
     return ms ? fmt::format(" in {:.1f} ms", *ms) : "";
-}
-
-/// Optical depth through the media, the mean of the three axes, from what their boxes hold at most.
-double mean_optical_depth(const medium::MediaSet& media)
-{
-    double sigma_t_volume = 0;
-    for (const medium::Occupied& occupied : media.kept_boxes()) {
-        const double scale = std::abs(glm::determinant(glm::dmat3(occupied.world_from_box)));
-        for (const medium::OccupiedBox& box : occupied.boxes) {
-            const glm::dvec3 extent = box.bounds.max - box.bounds.min;
-            sigma_t_volume +=
-                static_cast<double>(box.most) * scale * extent.x * extent.y * extent.z;
-        }
-    }
-    const Bounds around = media.bounds();
-    const glm::dvec3 extent = glm::max(around.max - around.min, glm::dvec3(1e-12));
-    const double volume = extent.x * extent.y * extent.z;
-    return sigma_t_volume * (extent.x + extent.y + extent.z) / (3 * volume);
 }
 
 /// How often light that scatters is followed, and why so often.
@@ -227,7 +186,7 @@ FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& me
     constexpr int kFewest = 5, kMost = 16, kMostGuessed = 32;
     const glm::vec3 albedos = media.mean_albedo();
     const double albedo = std::max({albedos.r, albedos.g, albedos.b});
-    const double tau = std::max(mean_optical_depth(media), 1e-9);
+    const double tau = std::max(media.mean_optical_depth(), 1e-9);
     const double ratio = albedo * (1 + std::expm1(-tau) / tau);
     const double added = albedo * -std::expm1(-tau) * ratio;
     why =
@@ -289,6 +248,7 @@ void LightVolumes::clear_world()
     on_surfaces_ = {};
     on_surfaces_dimmed_ = {};
     bounced_ = {};
+    bounced_means_.clear();
 }
 
 LightVolumes::DepthKey LightVolumes::key_of(const Lattice& lattice)
@@ -484,7 +444,7 @@ void LightVolumes::set_depth(const SceneSettings& settings, medium::MediaSet& me
         whole &= from.back() >= 0;
         in_place &= from.back() < 0 || from.back() == static_cast<int>(i);
     }
-    const Stopwatch watch(device_, timers_);
+    const gl::Stopwatch watch(device_, timers_);
     bool placed = false;
     for (std::size_t i = 0; i < wanted_lights_.size(); ++i)
         placed |= from[i] < 0 && !wanted_lights_[i].far;
@@ -619,7 +579,7 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
     const bool anew = !(coefficients_ || on_surfaces_) || !is_moved(world_key_, key);
     const bool fills_field =
         key.bands > 0 && field.filled && (anew || !field_coefficients_ || !(field == field_key_));
-    const Stopwatch watch(device_, timers_);
+    const gl::Stopwatch watch(device_, timers_);
     const bool turns = field.turns > 0;
     const bool lights_surfaces = field.on_surfaces || turns;
     const bool lit_surfaces = field_key_.on_surfaces || field_key_.turns > 0;
@@ -645,7 +605,7 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
                                       on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr);
         bounced_ = make_volume(device_, "light of surfaces", surface_lattice_,
                                kSurfaceBands * kSurfaceBands, GL_RGBA16F);
-        turn_surfaces(field.turns, surfaces, lights);
+        turn_surfaces(field.turns, surfaces, lights, true);
     }
     if (coefficients_ && (anew || fills_field)) {
         if (fills_field &&
@@ -710,7 +670,7 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
                                           field.on_surfaces ? &light : nullptr);
         } else if (field.on_surfaces && on_surfaces_dimmed_) {
             field_on_surfaces_.add_light(kSurfaceBands, light, on_surfaces_dimmed_);
-            turn_surfaces(std::min(field.turns, kTurnsAgain), surfaces, lights);
+            turn_surfaces(std::min(field.turns, kTurnsAgain), surfaces, lights, false);
         }
         walls_ = field_on_surfaces_.take_walls();
         field_on_surfaces_.end();
@@ -733,8 +693,12 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
 }
 
 void LightVolumes::turn_surfaces(int turns, const surface::SurfaceSet& surfaces,
-                                 const LightSet& lights)
+                                 const LightSet& lights, bool noted)
 {
+    constexpr int kNoted = 3;  // turns, whose differences are a series
+    const glm::ivec3 count = surface_lattice_.count;
+    if (noted)
+        bounced_means_.clear();
     gl::Defines shading = surface_defines();
     if (lights.has_environment())
         shading.emplace_back("kEnvironment", "");
@@ -746,9 +710,40 @@ void LightVolumes::turn_surfaces(int turns, const surface::SurfaceSet& surfaces,
         if (lights.has_environment())
             lights.bind_irradiance();
         field_on_surfaces_.light_surfaces(shading, surfaces);
-        field_on_surfaces_.bounce(world_key_.directions, kSurfaceBands, &bounced_, &on_surfaces_,
+        // The next turn is lit by what is dimmed alone.
+        const bool last = i + 1 == turns, is_noted = noted && i + kNoted >= turns;
+        field_on_surfaces_.bounce(world_key_.directions, kSurfaceBands,
+                                  last || is_noted ? &bounced_ : nullptr,
+                                  last || !on_surfaces_dimmed_ ? &on_surfaces_ : nullptr,
                                   on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr);
+        if (!is_noted)
+            continue;
+        gl::Texture& mean = bounced_means_.emplace_back(gl::Texture::make_3d(
+            device_, "mean light of surfaces", count, GL_RGBA16F, gl::Filter::nearest));
+        device_->MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+        device_->CopyImageSubData(bounced_.id(), GL_TEXTURE_3D, 0, 0, 0, 0, mean.id(),
+                                  GL_TEXTURE_3D, 0, 0, 0, 0, count.x, count.y, count.z);
     }
+}
+
+std::string LightVolumes::further_turn() const
+{
+    // What turns add falls by one ratio at last.
+    std::vector<double> sums;
+    for (const gl::Texture& mean : bounced_means_) {
+        const std::vector<float> values = mean.read(3);
+        sums.push_back(std::accumulate(values.begin(), values.end(), 0.0));
+    }
+    if (field_key_.turns < static_cast<int>(bounced_means_.size()) || sums.size() < 2)
+        return "";
+    if (field_key_.turns == 2)
+        sums.insert(sums.begin(), 0.0);
+    const std::size_t n = sums.size();
+    const double before = sums[n - 2] - sums[n - 3], now = sums[n - 1] - sums[n - 2];
+    if (!(before > 0) || !(sums[n - 1] > 0))
+        return "";
+    return fmt::format(", a further one would add {:.2g} % of it",
+                       100 * std::max(now, 0.0) * std::max(now, 0.0) / before / sums[n - 1]);
 }
 
 void LightVolumes::begin_fill(glm::dvec3 eye, medium::MediaSet& media, LightSet& lights)
@@ -994,8 +989,12 @@ std::vector<std::string> LightVolumes::describe() const
         lines.push_back(fmt::format("world's light: filled from {} directions{}",
                                     world_key_.directions, filled_in(world_ms_)));
     if (bounced_)
-        lines.push_back(fmt::format("light that surfaces send on: {} turn{}", field_key_.turns,
-                                    field_key_.turns == 1 ? "" : "s"));
+        lines.push_back(fmt::format("light that surfaces send on: {} turn{}{}{}", field_key_.turns,
+                                    field_key_.turns == 1 ? "" : "s", further_turn(),
+                                    field_key_.surfaces.size() > kMostSenders
+                                        ? fmt::format("; of {} surfaces the first {}",
+                                                      field_key_.surfaces.size(), kMostSenders)
+                                        : ""));
     if (!orders_why_.empty())
         lines.push_back(
             fmt::format("light that scatters again: {} order{}{} ({})", field_key_.orders.count,

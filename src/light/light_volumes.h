@@ -162,7 +162,10 @@ private:
     void begin_field(RadianceField& field, const Lattice& lattice, bool scatters,
                      const medium::MediaSet& media, const surface::SurfaceSet& surfaces,
                      const LightSet& lights, bool world, bool bounces = false);
-    void turn_surfaces(int turns, const surface::SurfaceSet& surfaces, const LightSet& lights);
+    /// @param noted what each of the last turns brought is kept, to tell what a further one would
+    void turn_surfaces(int turns, const surface::SurfaceSet& surfaces, const LightSet& lights,
+                       bool noted);
+    [[nodiscard]] std::string further_turn() const;
     void turn_world(const medium::MediaSet& media);
     void begin_fill(glm::dvec3 eye, medium::MediaSet& media, LightSet& lights);
     void write_block(glm::dvec3 eye);
@@ -185,7 +188,9 @@ private:
     gl::Texture field_coefficients_;  ///< of all light that is not direct
     gl::Texture world_;               ///< the latter, or else the former, turned to the eye
     gl::Texture bounced_;             ///< of what surfaces send on, at the nodes of the next
-    gl::Texture walls_;               ///< between the nodes of the latter
+    std::vector<gl::Texture>
+        bounced_means_;  ///< its mean at the nodes after each of the last turns
+    gl::Texture walls_;  ///< between the nodes of the latter
     gl::Texture on_surfaces_, on_surfaces_dimmed_;  ///< coefficients of the world's light
     int bands_ = 1;                                 ///< of the world's light in the media
     glm::dvec4 turned_to_{0};  ///< eye, or direction and 1, that world_ was worked out for

@@ -84,25 +84,26 @@ void ProbeFilter::filter_environment(const gl::Texture& map, const gl::Texture& 
     const double texel = 3.2 / layout.maps().front().size;
     const int samples =
         std::max(2, static_cast<int>(std::ceil(texel * map.size().x / (2 * std::numbers::pi))));
-    filter(map, {{"kSamples", std::to_string(samples)}}, {}, to, layout, layer);
+    filter(map, {{"kSamples", std::to_string(samples)}}, to, layout, layer);
 }
 
 void ProbeFilter::filter_faces(const gl::Texture& faces, const gl::Texture& to,
                                const ProbeLayout& layout, int layer) const
 {
-    filter(faces, {{"FACES", ""}}, {}, to, layout, layer);
+    filter(faces, {{"FACES", ""}}, to, layout, layer);
 }
 
 void ProbeFilter::filter(const gl::Texture& source, const gl::Defines& resolve,
-                         const gl::Defines& harmonics, const gl::Texture& to,
-                         const ProbeLayout& layout, int layer) const
+                         const gl::Texture& to, const ProbeLayout& layout, int layer) const
 {
     constexpr int kGroup = 8;
     constexpr int kForHarmonics = 64;
     const gl::Device& gl = device_;
     const int n = layout.maps().front().size;
-    const gl::Texture pyramid = gl::Texture::make_2d_array(
-        gl, "probe's means", glm::ivec3(pyramid_size(n), 1), GL_RGBA32F, gl::Filter::linear);
+    if (!pyramid_ || glm::ivec2(pyramid_.size()) != pyramid_size(n))
+        pyramid_ = gl::Texture::make_2d_array(gl, "probe's means", glm::ivec3(pyramid_size(n), 1),
+                                              GL_RGBA32F, gl::Filter::linear);
+    const gl::Texture& pyramid = pyramid_;
     shared::ProbeFilterParams params{};
     const auto run = [&](const char* file, const gl::Defines& defines, const gl::Texture& from,
                          const gl::Texture& into, glm::ivec2 threads) {
@@ -132,7 +133,7 @@ void ProbeFilter::filter(const gl::Texture& source, const gl::Defines& resolve,
     }
     params.from = pyramid_map(n, std::max(0, octaves_of(n / kForHarmonics)));
     params.to = {{0, layout.harmonics_row()}, 1, layer};
-    run("probe/harmonics.comp", harmonics, pyramid, to, glm::ivec2(1));
+    run("probe/harmonics.comp", {}, pyramid, to, glm::ivec2(1));
     // The mirror's is the largest of the means, with its border.
     gl->MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
     gl->CopyImageSubData(pyramid.id(), GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, to.id(),

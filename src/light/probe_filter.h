@@ -56,12 +56,13 @@ public:
                       int layer) const;
 
 private:
-    void filter(const gl::Texture& source, const gl::Defines& resolve, const gl::Defines& harmonics,
-                const gl::Texture& to, const ProbeLayout& layout, int layer) const;
+    void filter(const gl::Texture& source, const gl::Defines& resolve, const gl::Texture& to,
+                const ProbeLayout& layout, int layer) const;
 
     const gl::Device& device_;
     gl::ProgramCache& programs_;
     gl::UniformBuffer<shared::ProbeFilterParams> block_;
+    mutable gl::Texture pyramid_;  ///< of the size that was filtered last
 };
 
 }  // namespace fumarole::light

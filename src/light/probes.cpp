@@ -51,10 +51,11 @@ glm::dmat4 probe_clip_from_view(double near)
     return clip;
 }
 
-void Probes::set(const Scene& scene, const SceneSettings& settings, const LightSet& lights)
+void Probes::set(const Scene& scene, const SceneSettings& settings, const LightSet& lights,
+                 const medium::MediaSet& media)
 {
     set_world(scene, lights);
-    set_placed(scene, settings);
+    set_placed(scene, settings, media);
 }
 
 void Probes::set_world(const Scene& scene, const LightSet& lights)
@@ -76,20 +77,45 @@ void Probes::set_world(const Scene& scene, const LightSet& lights)
     params_.world = layout.params();
 }
 
-void Probes::set_placed(const Scene& scene, const SceneSettings& settings)
+std::vector<LightProbe> Probes::wanted(const Scene& scene, const SceneSettings& settings,
+                                       const medium::MediaSet& media)
 {
+    if (settings.probes == SceneSettings::Probes::off || scene.surfaces.empty() ||
+        !scene.probes.empty()) {
+        own_place_.reset();
+        return settings.probes == SceneSettings::Probes::off || scene.surfaces.empty()
+                   ? std::vector<LightProbe>{}
+                   : scene.probes;
+    }
+    // Media that move or change leave it where it is: frames of a sequence show one.
+    if (!own_place_ || seen_.surfaces != scene.surfaces || seen_.media.size() != scene.media.size())
+        own_place_ = place_probe(scene, media);
+    if (!own_place_->probe)
+        return {};
+    return {*own_place_->probe};
+}
+
+void Probes::set_placed(const Scene& scene, const SceneSettings& settings,
+                        const medium::MediaSet& media)
+{
+    const std::vector<LightProbe> wanted = this->wanted(scene, settings, media);
     Scene sees = scene;
     sees.probes.clear();
     sees.transparents = casters_of(scene.transparents);  // others are seen by the eye alone
     const bool same = same_content(sees, seen_);
     seen_ = std::move(sees);
-    diffuse_ = scene.media.empty();
-    const bool off = settings.probes == SceneSettings::Probes::off || scene.surfaces.empty();
-    const std::vector<LightProbe> wanted = off ? std::vector<LightProbe>{} : scene.probes;
+    // One that is placed by itself is for what is glossy: a single place says little of others'
+    // dark corners.
+    diffuse_ = scene.media.empty() && !own_place_;
     if (wanted.size() > MAX_PROBES)
         throw Error(fmt::format("the scene has {} probes, and {} is the most at once; leave some "
                                 "out",
                                 wanted.size(), MAX_PROBES));
+    std::vector<Surface> drawn = scene.surfaces;
+    std::erase_if(drawn, [](const Surface& surface) {
+        const auto* mesh = std::get_if<MeshSurface>(&surface);
+        return mesh != nullptr && mesh->mesh == nullptr;
+    });
     int size = 0;
     for (const LightProbe& probe : wanted)
         size = std::max(size, probe_map_size(4 * probe.size));
@@ -105,10 +131,12 @@ void Probes::set_placed(const Scene& scene, const SceneSettings& settings)
         if (!is_there)
             placed.layer = placed.old_layer = -1;
         placed.probe = wanted[i];
+        placed.unseen = unseen_by(wanted[i], drawn);
         placed_.push_back(placed);
     }
     if (fits)
         return;
+    faces_.clear();
     maps_ = {};
     layout_.reset();
     if (wanted.empty())
@@ -125,9 +153,10 @@ void Probes::clear()
     world_source_ = nullptr;
     placed_.clear();
     maps_ = {};
-    faces_ = {};
+    faces_.clear();
     layout_.reset();
     seen_ = {};
+    own_place_.reset();
 }
 
 int Probes::ready() const
@@ -147,32 +176,76 @@ std::optional<int> Probes::next(bool anew) const
     return static_cast<int>(least - placed_.begin());
 }
 
-void Probes::take_face(int face, const gl::Texture& color, const gl::Texture& depth)
+const gl::Texture& Probes::faces(int size)
 {
-    const int size = color.size().x;
-    if (!faces_ || faces_.size().x != size)
-        faces_ = gl::Texture::make_2d_array(device_, "probe's faces", {size, size, 6}, GL_RGBA32F,
-                                            gl::Filter::linear);
+    gl::Texture& six = faces_[size];
+    if (!six)
+        six = gl::Texture::make_2d_array(device_, "probe's faces", {size, size, 6}, GL_RGBA32F,
+                                         gl::Filter::linear);
+    return six;
+}
+
+void Probes::take_face(int face, const gl::Texture& color)
+{
+    const int size = face_size_ = color.size().x;
+    const gl::Texture& six = faces(size);
     constexpr unsigned kGroup = 8;
     const unsigned groups = (static_cast<unsigned>(size) + kGroup - 1) / kGroup;
     device_->UseProgram(programs_.get({"probe/face.comp"}, {}).id());
     color.bind(PROBE_SOURCE_UNIT);
-    depth.bind(PROBE_DEPTH_UNIT);
-    device_->BindImageTexture(0, faces_.id(), 0, GL_FALSE, face, GL_WRITE_ONLY, GL_RGBA32F);
+    device_->BindImageTexture(0, six.id(), 0, GL_FALSE, face, GL_WRITE_ONLY, GL_RGBA32F);
     device_->DispatchCompute(groups, groups, 1);
     device_->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
 }
 
-void Probes::finish(int i)
+void Probes::finish(int i, const gl::Stopwatch& watch)
 {
     Placed& placed = placed_[static_cast<std::size_t>(i)];
-    const int layer = placed.layer == 2 * i ? 2 * i + 1 : 2 * i;
-    filter_.filter_faces(faces_, maps_, *layout_, layer);
-    placed.old_layer = placed.layer;
-    placed.layer = layer;
-    placed.newness = 0;
+    // What is still fading in is replaced where it is: to begin anew from it would be a leap.
+    if (placed.layer < 0 || placed.newness >= 1) {
+        placed.old_layer = placed.layer;
+        placed.layer = placed.layer == 2 * i ? 2 * i + 1 : 2 * i;
+        placed.newness = 0;
+        placed.two_turns = placed.turns > 0;
+    }
+    filter_.filter_faces(faces(face_size_), maps_, *layout_, placed.layer);
+    placed.captured_at = std::chrono::steady_clock::now();
+    placed.capture_ms = watch.ms();
+    ++placed.captures;
     ++placed.turns;
     ++captures_;
+}
+
+bool Probes::have_two_turns() const
+{
+    return std::all_of(placed_.begin(), placed_.end(), [](const Placed& one) {
+        return one.turns >= kTurns && one.old_layer >= 0 && one.two_turns;
+    });
+}
+
+void Probes::prepare()
+{
+    for (const Placed& placed : placed_)
+        face_size_ = faces(placed.probe.size).size().x;
+    const gl::Texture scratch = filter_.make_maps("prepared probe", *layout_, 1);
+    filter_.filter_faces(faces(face_size_), scratch, *layout_, 0);
+}
+
+std::vector<ProbeState> Probes::states() const
+{
+    const auto now = std::chrono::steady_clock::now();
+    std::vector<ProbeState> all;
+    for (const Placed& placed : placed_) {
+        ProbeState state{.probe = placed.probe,
+                         .by_itself = own_place_.has_value(),
+                         .captures = placed.captures};
+        if (placed.captures > 0) {
+            state.seconds_ago = std::chrono::duration<double>(now - placed.captured_at).count();
+            state.capture_ms = placed.capture_ms;
+        }
+        all.push_back(state);
+    }
+    return all;
 }
 
 void Probes::fade(bool at_once)
@@ -192,6 +265,9 @@ void Probes::bind(glm::dvec3 eye)
             continue;
         const LightProbe& probe = placed.probe;
         const bool has_old = placed.old_layer >= 0;
+        const float newness = !capturing_                              ? placed.newness
+                              : *capturing_ == Shown::before_last_turn ? 0.0f
+                                                                       : 1.0f;
         params_.probes[params_.count++] = {glm::vec3(probe.position - eye),
                                            static_cast<float>(probe.radius),
                                            glm::vec3(probe.parallax_min - eye),
@@ -200,8 +276,8 @@ void Probes::bind(glm::dvec3 eye)
                                            static_cast<int>(probe.parallax),
                                            placed.layer,
                                            has_old ? placed.old_layer : placed.layer,
-                                           has_old ? placed.newness : 1.0f,
-                                           has_old ? 1.0f : placed.newness};
+                                           has_old ? newness : 1.0f,
+                                           has_old ? 1.0f : newness};
     }
     block_.write(params_);
     device_->BindBufferBase(GL_UNIFORM_BUFFER, PROBES_BLOCK, block_.id());
@@ -211,7 +287,7 @@ void Probes::bind(glm::dvec3 eye)
 
 gl::Defines Probes::defines() const
 {
-    if (ready() == 0 || are_hidden())
+    if ((ready() == 0 || capturing_ == Shown::first_turn) && !preparing_)
         return {};
     gl::Defines defines{{"kProbes", ""}};
     if (diffuse_)
@@ -227,6 +303,8 @@ std::vector<std::string> Probes::describe() const
             fmt::format("world probe: the map by roughness, {} texels along an edge, for "
                         "glossy surfaces",
                         probe_map_size(world_source_->width)));
+    if (own_place_)
+        lines.push_back(own_place_->why);
     if (!placed_.empty())
         lines.push_back(
             fmt::format("probes: {} of {} ready, {} texels along an edge of the first "

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <chrono>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -8,10 +10,13 @@
 
 #include "gl/buffer.h"
 #include "gl/program.h"
+#include "gl/stopwatch.h"
 #include "gl/texture.h"
 #include "light/light_set.h"
 #include "light/probe_filter.h"
+#include "light/probe_place.h"
 #include "shared/probe_params.h"
+#include <fumarole/probe_state.h>
 #include <fumarole/scene.h>
 #include <fumarole/settings.h>
 
@@ -35,7 +40,8 @@ public:
     /// Filters the world's map if the scene needs it and it is another one, and says which probes
     /// are out of date. Changes GL state: call it under a StateGuard.
     /// @throws Error if the scene has more probes than the block holds
-    void set(const Scene& scene, const SceneSettings& settings, const LightSet& lights);
+    void set(const Scene& scene, const SceneSettings& settings, const LightSet& lights,
+             const medium::MediaSet& media);
 
     /// Leaves no probe: what is right after set() has thrown.
     void clear();
@@ -55,17 +61,44 @@ public:
     /// @param anew not only those that never were
     [[nodiscard]] std::optional<int> next(bool anew) const;
     [[nodiscard]] const LightProbe& at(int i) const { return placed_[std::size_t(i)].probe; }
+    /// Of its maps, as it was captured last; -1 if it never was.
+    [[nodiscard]] int layer_of(int i) const { return placed_[std::size_t(i)].layer; }
+    /// A flag for each instance of the scene's surfaces that it had better not see.
+    [[nodiscard]] const std::vector<bool>& unseen(int i) const
+    {
+        return placed_[std::size_t(i)].unseen;
+    }
 
-    /// Of one face that was drawn, what it shows; sky where depth is 0.
-    void take_face(int face, const gl::Texture& color, const gl::Texture& depth);
+    /// Of one face that was drawn, what it shows.
+    void take_face(int face, const gl::Texture& color);
     /// Filters the faces of a probe.
-    void finish(int i);
+    /// @param ms that capturing took, if that is known
+    void finish(int i, const gl::Stopwatch& watch);
     /// Brings a frame's share of what is new of captured probes to be seen, or all of it at once.
     void fade(bool at_once);
 
-    /// Surfaces are drawn as if there were none, while the first capture of each is going on.
-    [[nodiscard]] bool are_hidden() const { return ready() < count() && capturing_; }
-    void set_capturing(bool capturing) { capturing_ = capturing; }
+    /// What the faces that are drawn show of probes: a first turn after the scene has changed shows
+    /// none, since what they saw before is not there any more; a second one all, as if what was
+    /// captured first had faded in whole; or all as they were before the last turn.
+    enum class Shown { first_turn, later_turn, before_last_turn };
+    void begin_capture(Shown shown) { capturing_ = shown; }
+    void end_capture() { capturing_.reset(); }
+    [[nodiscard]] Shown shown_to(int i) const
+    {
+        return placed_[std::size_t(i)].turns == 0 ? Shown::first_turn : Shown::later_turn;
+    }
+    /// Whether both of the last two turns of all are there.
+    [[nodiscard]] bool have_two_turns() const;
+
+    /// Has defines() name what captured probes need, before there are any: for prepare().
+    void set_preparing(bool preparing) { preparing_ = preparing; }
+    /// Likewise filters something once, and makes what a capture of the scene's probes needs.
+    void prepare();
+
+    [[nodiscard]] std::vector<ProbeState> states() const;
+    /// Why a probe was placed by itself or was not; empty: the scene has no surfaces, or names its
+    /// own.
+    [[nodiscard]] std::string placement() const { return own_place_ ? own_place_->why : ""; }
 
     /// Captures so far.
     [[nodiscard]] int captures() const { return captures_; }
@@ -76,18 +109,31 @@ private:
     struct Placed {
         LightProbe probe;
         int layer = -1, old_layer = -1;
-        float newness = 1;  ///< of layer over old_layer
-        int turns = 0;      ///< captures since the scene changed
+        float newness = 1;       ///< of layer over old_layer
+        int turns = 0;           ///< captures since the scene changed
+        int captures = 0;        ///< in all
+        bool two_turns = false;  ///< old_layer is what was captured one turn before
+        std::chrono::steady_clock::time_point captured_at;
+        std::optional<double> capture_ms;
+        std::vector<bool> unseen;
     };
     void set_world(const Scene& scene, const LightSet& lights);
-    void set_placed(const Scene& scene, const SceneSettings& settings);
+    void set_placed(const Scene& scene, const SceneSettings& settings,
+                    const medium::MediaSet& media);
+    /// The scene's, or the one that is placed by itself.
+    std::vector<LightProbe> wanted(const Scene& scene, const SceneSettings& settings,
+                                   const medium::MediaSet& media);
 
     const gl::Device& device_;
     gl::ProgramCache& programs_;
     ProbeFilter filter_;
     gl::UniformBuffer<shared::ProbesParams> block_;
     shared::ProbesParams params_{};
-    gl::Texture world_, maps_, faces_;
+    [[nodiscard]] const gl::Texture& faces(int size);
+
+    gl::Texture world_, maps_;
+    std::map<int, gl::Texture> faces_;  ///< by the pixels along an edge
+    int face_size_ = 0;                 ///< that was taken last
     std::shared_ptr<const Environment> world_source_;
     float world_scale_ = 0;
 
@@ -95,7 +141,9 @@ private:
     std::optional<ProbeLayout> layout_;
     Scene seen_;  ///< what they see, without the probes
     bool diffuse_ = false;
-    bool capturing_ = false;
+    std::optional<ProbePlace> own_place_;  ///< for seen_'s surfaces, where the scene names none
+    std::optional<Shown> capturing_;
+    bool preparing_ = false;
     int captures_ = 0;
 };
 

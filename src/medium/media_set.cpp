@@ -602,6 +602,23 @@ std::vector<Occupied> MediaSet::kept_boxes() const
     return all;
 }
 
+double MediaSet::mean_optical_depth() const
+{
+    double sigma_t_volume = 0;
+    for (const Occupied& occupied : kept_boxes()) {
+        const double scale = std::abs(glm::determinant(glm::dmat3(occupied.world_from_box)));
+        for (const OccupiedBox& box : occupied.boxes) {
+            const glm::dvec3 extent = box.bounds.max - box.bounds.min;
+            sigma_t_volume +=
+                static_cast<double>(box.most) * scale * extent.x * extent.y * extent.z;
+        }
+    }
+    const Bounds around = bounds();
+    const glm::dvec3 extent = glm::max(around.max - around.min, glm::dvec3(1e-12));
+    const double volume = extent.x * extent.y * extent.z;
+    return sigma_t_volume * (extent.x + extent.y + extent.z) / (3 * volume);
+}
+
 gl::Defines MediaSet::defines() const
 {
     std::vector<GridSource> grids;

@@ -121,6 +121,10 @@ public:
     /// most: the mean of the channels.
     [[nodiscard]] std::vector<Occupied> kept_boxes() const;
 
+    /// Optical depth through their bounds, the mean of the three axes, from what their boxes hold
+    /// at most.
+    [[nodiscard]] double mean_optical_depth() const;
+
     /// The lines that glsl/scene/media.glsl needs.
     [[nodiscard]] gl::Defines defines() const;
 

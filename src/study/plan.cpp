@@ -419,6 +419,9 @@ private:
         else if (guess_seconds(options_.start, plan_.start_ms) < left(1))
             plan_.start_ms = glance(options_.start).volume.median_ms;
         plan_.facts = scene_facts(scene_, renderer_.renderer().media_traits(), depth_, choice);
+        if (const std::string placement = renderer_.renderer().probe_placement();
+            !placement.empty())
+            plan_.facts.push_back({placement});
         if (options_.savings)
             for (PlanFact& fact : plan_.facts)
                 measure_saving(fact, choice);

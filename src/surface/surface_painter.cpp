@@ -23,7 +23,7 @@ FrameSettings surface_settings(const FrameSettings& settings)
 }
 
 void SurfacePainter::draw(const Toolbox& tools, const SurfaceSet& surfaces,
-                          const PreparedFrame& frame, bool dimmed)
+                          const PreparedFrame& frame, bool dimmed, const std::vector<bool>& unseen)
 {
     const gl::Device& gl = tools.device;
     const Frame& host = frame.host;
@@ -61,6 +61,9 @@ void SurfacePainter::draw(const Toolbox& tools, const SurfaceSet& surfaces,
     const Eye& eye = frame.eye;
     const glm::dmat4 view_from_eye(glm::transpose(eye.world_from_view));
     for (const auto& instance : surfaces.instances()) {
+        const auto number = static_cast<std::size_t>(&instance - surfaces.instances().data());
+        if (number < unseen.size() && unseen[number])
+            continue;
         gl::Defines own = defines;
         if (!instance.closed)
             own.emplace_back("kTwoSided", "");

@@ -22,8 +22,9 @@ public:
     /// Draws into the frame's colour and depth, over all that is there. The frame's block, the
     /// lights and the world's light on surfaces are bound.
     /// @param dimmed light comes through the media, which are bound too
+    /// @param unseen a flag for each instance that is left out
     void draw(const Toolbox& tools, const SurfaceSet& surfaces, const PreparedFrame& frame,
-              bool dimmed);
+              bool dimmed, const std::vector<bool>& unseen = {});
 
 private:
     gl::UniformBuffer<shared::DrawParams> block_;

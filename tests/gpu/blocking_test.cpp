@@ -275,7 +275,12 @@ TEST_P(BlockingByPreset, TheFirstFrameAfterPrepareCompilesNothing)
         if (temporal && settings.mode == Settings::Mode::froxel)
             break;  // they have their history either way
         settings.temporal = temporal;
-        const Scene scene = sample("smoke_glass.json");
+        Scene scene = sample("smoke_glass.json");
+        // A ball by which a probe is placed, captured in two of the frames.
+        scene.surfaces.emplace_back(
+            SphereSurface{.center = {1.5, -1, 0.6},
+                          .radius = 0.5,
+                          .gloss = Gloss{.roughness = 0.2f, .metallic = 1}});
         Renderer renderer(watched_proc);
         View view = renderer.make_view();
         renderer.set_scene(scene, settings);
@@ -283,6 +288,7 @@ TEST_P(BlockingByPreset, TheFirstFrameAfterPrepareCompilesNothing)
         first.transparents = {{.view_z = {1, 20}}};  // a host has some as well
         renderer.prepare(first, settings);
         EXPECT_FALSE(watch().compiles.empty());
+        EXPECT_EQ(renderer.probes().size(), 1u) << renderer.probe_placement();
         watch().forget();
         Scene moving = scene;
         for (std::uint64_t i = 0; i < 6; ++i) {
@@ -299,6 +305,20 @@ TEST_P(BlockingByPreset, TheFirstFrameAfterPrepareCompilesNothing)
             moving.camera.position.x += i < 3 ? 0.0 : 0.1;
         }
         EXPECT_EQ(list(watch().waits), "");
+        EXPECT_EQ(renderer.take_report().work.probes, 2);
+        // Another scene, whose captures make nothing anew.
+        moving.world.radiance *= 2.0f;
+        renderer.set_scene(moving, settings);
+        std::uint64_t made = 0;
+        for (std::uint64_t i = 6; i < 9; ++i) {
+            if (i == 7)  // the first sees that the scene has changed
+                made = renderer.take_report().allocations;
+            renderer.draw_surfaces(frame(moving, i), settings, true);
+            renderer.composite(view, frame(moving, i), settings);
+        }
+        const FrameReport report = renderer.take_report();
+        EXPECT_EQ(report.work.probes, 2);
+        EXPECT_EQ(report.allocations, made);
     }
 }
 

@@ -516,5 +516,140 @@ TEST_F(Probe, FacesAreSeenWhereTheirCamerasLook)
     EXPECT_NEAR(lit[1].z, kPi * (0.5 - 1.0 / 3), 0.01 * kPi);
 }
 
+class ProbePlaces : public GlTest {
+protected:
+    light::ProbePlace place(const Scene& scene)
+    {
+        media_.set(scene, {});
+        return light::place_probe(scene, media_);
+    }
+    static BoxMedium haze(glm::dvec3 min, glm::dvec3 max, float sigma_s)
+    {
+        BoxMedium medium;
+        medium.min = min;
+        medium.max = max;
+        medium.sigma_s = glm::vec3(sigma_s);
+        return medium;
+    }
+    static SphereSurface ball(glm::dvec3 center, std::optional<Gloss> gloss)
+    {
+        return {.center = center, .radius = 0.5, .albedo = glm::vec3(0.9f), .gloss = gloss};
+    }
+    static void expect_says(const light::ProbePlace& place, const std::string& word)
+    {
+        EXPECT_NE(place.why.find(word), std::string::npos) << place.why;
+    }
+    static constexpr Gloss kMirror{.roughness = 0.1f, .metallic = 1};
+
+private:
+    gl::ProgramCache programs_{gl()};
+    medium::MediaSet media_{gl()};
+};
+
+TEST_F(ProbePlaces, NoneWhereItDoesNotPay)
+{
+    Scene scene;
+    scene.media = {haze({-40, -40, 0}, {40, 40, 20}, 0.001f)};
+    scene.surfaces = {BoxSurface{.min = {-50, -50, -1}, .max = {50, 50, 0}}, ball({0, 0, 1}, {})};
+    light::ProbePlace found = place(scene);
+    EXPECT_FALSE(found.probe);
+    expect_says(found, "no surface is glossy");
+
+    scene.surfaces[1] = ball({0, 0, 1}, Gloss{.roughness = 0.95f, .metallic = 0});
+    found = place(scene);
+    EXPECT_FALSE(found.probe);
+    expect_says(found, "less than 0.01");
+
+    // A mirror in the open sees the world alone.
+    scene.media.clear();
+    scene.surfaces = {ball({0, 0, 1}, kMirror)};
+    found = place(scene);
+    EXPECT_FALSE(found.probe);
+    expect_says(found, "surfaces[0]");
+}
+
+TEST_F(ProbePlaces, AmidWhatIsGlossyInNoSurfaceAndNoSmoke)
+{
+    // Two balls alike, and between them what a probe must not be in.
+    Scene scene;
+    scene.surfaces = {ball({-2, 0, 1}, kMirror),
+                      ball({2, 0, 1}, kMirror),
+                      BoxSurface{.min = {-4.5, -3.5, -0.5}, .max = {4.5, 3.5, 0}},
+                      BoxSurface{.min = {-4.5, -3.5, 0}, .max = {-4, 3.5, 4}},
+                      BoxSurface{.min = {4, -3.5, 0}, .max = {4.5, 3.5, 4}},
+                      BoxSurface{.min = {-4.5, 3, 0}, .max = {4.5, 3.5, 4}},
+                      BoxSurface{.min = {-4.5, -3.5, 4}, .max = {4.5, 3.5, 4.5}}};
+    light::ProbePlace found = place(scene);
+    ASSERT_TRUE(found.probe) << found.why;
+    EXPECT_LT(glm::distance(found.probe->position, glm::dvec3(0, 0, 1)), 1e-6);
+    EXPECT_EQ(found.probe->parallax, LightProbe::Parallax::box);
+    // The walls, and the end of them where the room is open.
+    EXPECT_LT(glm::distance(found.probe->parallax_min, glm::dvec3(-4, -3.5, 0)), 0.05);
+    EXPECT_LT(glm::distance(found.probe->parallax_max, glm::dvec3(4, 3, 4)), 0.05);
+    expect_says(found, "0.8");
+
+    scene.surfaces.push_back(BoxSurface{.min = {-0.2, -0.4, 0}, .max = {0.2, 0.4, 1.4}});
+    found = place(scene);
+    ASSERT_TRUE(found.probe) << found.why;
+    EXPECT_FALSE(light::SurfaceRays(scene.surfaces).is_near(found.probe->position, 0.04));
+    EXPECT_LT(glm::distance(found.probe->position, glm::dvec3(0, 0, 1)), 1);
+
+    scene.surfaces.pop_back();
+    scene.media = {haze({-0.9, -1, 0}, {0.9, 1, 2.5}, 10)};
+    found = place(scene);
+    ASSERT_TRUE(found.probe) << found.why;
+    const glm::dvec3 p = found.probe->position;
+    EXPECT_TRUE(std::abs(p.x) > 0.9 || std::abs(p.y) > 1 || p.z > 2.5);
+}
+
+TEST_F(ProbePlaces, ARoomOfAMeshIsNoSurfaceToBeIn)
+{
+    // A cube's faces: a room if they look inward, a block if they look outward.
+    for (const bool room : {true, false}) {
+        auto mesh = std::make_shared<Mesh>();
+        for (int axis = 0; axis < 3; ++axis)
+            for (const int side : {-1, 1}) {
+                const auto first = static_cast<std::uint32_t>(mesh->positions.size());
+                for (int i = 0; i < 4; ++i) {
+                    glm::vec3 p;
+                    p[axis] = static_cast<float>(side);
+                    p[(axis + 1) % 3] = (i & 1) != 0 ? 1.0f : -1.0f;
+                    p[(axis + 2) % 3] = (i & 2) != 0 ? 1.0f : -1.0f;
+                    mesh->positions.push_back(p);
+                    mesh->normals.emplace_back(0, 0, 1);
+                }
+                const bool flip = (side > 0) == room;
+                for (const std::uint32_t k :
+                     {0u, flip ? 2u : 1u, flip ? 1u : 2u, 2u, flip ? 3u : 1u, flip ? 1u : 3u})
+                    mesh->triangles.push_back(first + k);
+            }
+        MeshSurface cube;
+        cube.mesh = mesh;
+        cube.translate = {1, 2, 3};
+        cube.scale = 2;
+        const std::vector<Surface> surfaces{cube};
+        const light::SurfaceRays rays(surfaces);
+        EXPECT_EQ(rays.is_near({1.5, 2.2, 2.8}, 0.1), !room);
+        EXPECT_TRUE(rays.is_near({1.5, 2.2, 1.05}, 0.1));
+        EXPECT_FALSE(rays.is_near({1.5, 2.2, 0.8}, 0.1));
+        const auto hit = rays.first({1.5, 2.2, 2.8}, {0, 0, -1});
+        ASSERT_TRUE(hit);
+        EXPECT_NEAR(hit->range, 1.8, 1e-9);
+    }
+}
+
+TEST_F(ProbePlaces, ABallIsLeftOutOfWhatStandsBesideIt)
+{
+    const std::vector<Surface> surfaces{ball({-2, 0, 1}, kMirror), ball({2, 0, 1}, kMirror),
+                                        ball({-1.2, 0.8, 0.5}, {}), BoxSurface{.gloss = kMirror}};
+    LightProbe probe;
+    probe.position = {-2, -1, 1};
+    EXPECT_EQ(light::unseen_by(probe, surfaces), (std::vector<bool>{true, false, false, false}));
+    probe.position = {2, 0, 1};  // inside of it
+    EXPECT_TRUE(light::unseen_by(probe, surfaces)[1]);
+    probe.position = {0, -9, 1};
+    EXPECT_EQ(light::unseen_by(probe, surfaces), std::vector<bool>(4, false));
+}
+
 }  // namespace
 }  // namespace fumarole::test

@@ -2,6 +2,7 @@
 
 #include <glm/glm.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,6 +14,7 @@
 #include <fumarole/host_glsl.h>
 #include <fumarole/inspection.h>
 #include <fumarole/log.h>
+#include <fumarole/probe_state.h>
 #include <fumarole/program_store.h>
 #include <fumarole/scene.h>
 #include <fumarole/settings.h>
@@ -175,6 +177,19 @@ public:
     /// by SceneSettings::probe_update and lets what is new fade in. Does nothing where the scene
     /// has none.
     void update_probes(bool anew = true);
+    /// The scene's probes, or the one that is placed by itself.
+    [[nodiscard]] std::vector<ProbeState> probes() const;
+    /// Draws a mirror ball and a matt ball of `radius` metres side by side over frame.color where
+    /// each probe is that was captured: what it has seen, and the light of its harmonics. What
+    /// frame.depth has in front hides them.
+    void draw_probes(const Frame& frame, const FrameSettings& settings, double radius);
+    /// Why a probe was placed by itself or was not, with the figure that decided; empty where the
+    /// scene names its own, has no surfaces, or SceneSettings::probes is off.
+    [[nodiscard]] std::string probe_placement() const;
+    /// What a third turn of capturing would add, of what probes have seen, 0..1: worked out by two
+    /// small captures, once with what was captured first and once with what was captured then.
+    /// Nothing before both turns are there. Waits for the GPU.
+    [[nodiscard]] std::optional<double> probes_next_turn() const;
 
     /// Waits for the GPU: for stills and tests, not for a frame loop. What a frame would go without
     /// for a while is there then: where no surface hides a sun is known to the march from a shadow

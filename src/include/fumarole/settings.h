@@ -55,7 +55,9 @@ struct SceneSettings {
 
     // light from all around on surfaces
     enum class Probes { automatic, off };
-    Probes probes = Probes::automatic;  ///< the scene's probes light its surfaces
+    /// The scene's probes light its surfaces. Where it names none and its glossy surfaces reflect
+    /// enough of other surfaces and media, one is placed amid them.
+    Probes probes = Probes::automatic;
     enum class ProbeUpdate {
         still,   ///< a probe a frame, while neither the scene nor the camera moves
         always,  ///< a probe a frame that is out of date

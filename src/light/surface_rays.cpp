@@ -1,0 +1,193 @@
+#include "light/surface_rays.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "overloaded.h"
+#include "ray_range.h"
+
+namespace fumarole::light {
+
+namespace {
+
+constexpr double kNoHit = std::numeric_limits<double>::infinity();
+/// Some hundred rays through so many take a tenth of a second.
+constexpr std::size_t kMostTriangles = 100'000;
+
+bool is_traced(const Mesh& mesh)
+{
+    return mesh.triangles.size() / 3 <= kMostTriangles;
+}
+
+Bounds bounds_around(const Surface& surface)
+{
+    Bounds bounds;
+    std::visit(Overloaded{[&](const SphereSurface& sphere) {
+                              bounds.add(sphere.center - sphere.radius);
+                              bounds.add(sphere.center + sphere.radius);
+                          },
+                          [&](const BoxSurface& box) {
+                              bounds.add(box.min);
+                              bounds.add(box.max);
+                          },
+                          [&](const MeshSurface& mesh) {
+                              if (mesh.mesh == nullptr)
+                                  return;
+                              for (const glm::vec3& p : mesh.mesh->positions)
+                                  bounds.add(mesh.translate + mesh.scale * glm::dvec3(p));
+                          }},
+               surface);
+    return bounds;
+}
+
+/// Beyond `origin`, from within too.
+double range_to_sphere(const SphereSurface& sphere, glm::dvec3 origin, glm::dvec3 direction)
+{
+    const glm::dvec3 to = sphere.center - origin;
+    const double b = glm::dot(to, direction);
+    const double root = b * b - glm::dot(to, to) + sphere.radius * sphere.radius;
+    if (root < 0)
+        return kNoHit;
+    const double near = b - std::sqrt(root), far = b + std::sqrt(root);
+    return near > 0 ? near : far > 0 ? far : kNoHit;
+}
+
+double range_to_box(const Bounds& box, glm::dvec3 origin, glm::dvec3 direction)
+{
+    const glm::dvec2 range = ray_range(origin, direction, box);
+    if (range.x >= range.y || range.y <= 0)
+        return kNoHit;
+    return range.x > 0 ? range.x : range.y;
+}
+
+struct MeshHit {
+    double range = kNoHit;  ///< in the mesh's own metres
+    bool back = false;      ///< of a triangle's back
+};
+
+/// Moeller and Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection"; in the mesh's own
+/// space.
+MeshHit first_of_mesh(const Mesh& mesh, glm::dvec3 origin, glm::dvec3 direction)
+{
+    MeshHit hit;
+    const auto at = [&](std::size_t i) { return glm::dvec3(mesh.positions[mesh.triangles[i]]); };
+    for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3) {
+        const glm::dvec3 a = at(i), ab = at(i + 1) - a, ac = at(i + 2) - a;
+        const glm::dvec3 h = glm::cross(direction, ac);
+        const double determinant = glm::dot(ab, h);
+        if (determinant == 0)
+            continue;
+        const glm::dvec3 s = origin - a, q = glm::cross(s, ab);
+        const double u = glm::dot(s, h) / determinant, v = glm::dot(direction, q) / determinant;
+        const double t = glm::dot(ac, q) / determinant;
+        if (u >= 0 && v >= 0 && u + v <= 1 && t > 0 && t < hit.range)
+            hit = {t, determinant < 0};
+    }
+    return hit;
+}
+
+double distance_to_triangle(glm::dvec3 p, glm::dvec3 a, glm::dvec3 b, glm::dvec3 c)
+{
+    const auto to_edge = [&](glm::dvec3 from, glm::dvec3 to) {
+        const glm::dvec3 way = to - from;
+        const double along =
+            glm::clamp(glm::dot(p - from, way) / std::max(glm::dot(way, way), 1e-300), 0.0, 1.0);
+        return glm::distance(p, from + along * way);
+    };
+    const double edges = std::min({to_edge(a, b), to_edge(b, c), to_edge(c, a)});
+    const glm::dvec3 n = glm::cross(b - a, c - a);
+    const double size = glm::length(n);
+    if (size == 0)
+        return edges;
+    const double height = glm::dot(p - a, n) / size;
+    const glm::dvec3 foot = p - height * n / size;
+    const bool over = glm::dot(glm::cross(b - a, foot - a), n) >= 0 &&
+                      glm::dot(glm::cross(c - b, foot - b), n) >= 0 &&
+                      glm::dot(glm::cross(a - c, foot - c), n) >= 0;
+    return over ? std::abs(height) : edges;
+}
+
+}  // namespace
+
+SurfaceRays::SurfaceRays(const std::vector<Surface>& surfaces) : surfaces_{surfaces}
+{
+    for (const Surface& surface : surfaces)
+        bounds_.push_back(bounds_around(surface));
+}
+
+double SurfaceRays::range_to(std::size_t surface, glm::dvec3 origin, glm::dvec3 direction) const
+{
+    if (const auto* sphere = std::get_if<SphereSurface>(&surfaces_[surface]))
+        return range_to_sphere(*sphere, origin, direction);
+    const Bounds& bounds = bounds_[surface];
+    if (bounds.empty())
+        return kNoHit;
+    const double to_bounds = range_to_box(bounds, origin, direction);
+    const auto* mesh = std::get_if<MeshSurface>(&surfaces_[surface]);
+    if (mesh == nullptr || to_bounds == kNoHit || !is_traced(*mesh->mesh))
+        return to_bounds;
+    return first_of_mesh(*mesh->mesh, (origin - mesh->translate) / mesh->scale, direction).range *
+           mesh->scale;
+}
+
+std::optional<SurfaceRays::Hit> SurfaceRays::first(glm::dvec3 origin, glm::dvec3 direction,
+                                                   const std::vector<bool>& left_out) const
+{
+    Hit hit{kNoHit, -1};
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        if (i < left_out.size() && left_out[i])
+            continue;
+        if (const double range = range_to(i, origin, direction); range < hit.range)
+            hit = {range, static_cast<int>(i)};
+    }
+    if (hit.surface < 0)
+        return {};
+    return hit;
+}
+
+bool SurfaceRays::is_near(glm::dvec3 p, double metres) const
+{
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        if (const auto* sphere = std::get_if<SphereSurface>(&surfaces_[i])) {
+            if (glm::distance(p, sphere->center) < sphere->radius + metres)
+                return true;
+            continue;
+        }
+        const Bounds& bounds = bounds_[i];
+        if (bounds.empty() || glm::distance(p, glm::clamp(p, bounds.min, bounds.max)) > metres)
+            continue;
+        const auto* mesh = std::get_if<MeshSurface>(&surfaces_[i]);
+        if (mesh == nullptr || !is_traced(*mesh->mesh))
+            return true;
+        // A mesh may be open: what sees its back in most of six directions is inside.
+        const Mesh& own = *mesh->mesh;
+        const glm::dvec3 q = (p - mesh->translate) / mesh->scale;
+        const auto at = [&](std::size_t k) { return glm::dvec3(own.positions[own.triangles[k]]); };
+        for (std::size_t k = 0; k + 2 < own.triangles.size(); k += 3)
+            if (distance_to_triangle(q, at(k), at(k + 1), at(k + 2)) * mesh->scale < metres)
+                return true;
+        int backs = 0;
+        for (int way = 0; way < 6; ++way) {
+            glm::dvec3 direction(1e-3, 2e-3, 3e-3);  // along no edge
+            direction[way / 2] += way % 2 == 0 ? 1 : -1;
+            backs += first_of_mesh(own, q, direction).back ? 1 : 0;
+        }
+        if (backs > 3)
+            return true;
+    }
+    return false;
+}
+
+std::vector<glm::dvec3> even_directions(int count)
+{
+    std::vector<glm::dvec3> all;
+    const double turn = std::numbers::pi * (3 - std::sqrt(5.0));
+    for (int i = 0; i < count; ++i) {
+        const double z = 1 - (2 * i + 1.0) / count, r = std::sqrt(1 - z * z);
+        all.emplace_back(r * std::cos(turn * i), r * std::sin(turn * i), z);
+    }
+    return all;
+}
+
+}  // namespace fumarole::light

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <glm/glm.hpp>
+#include <optional>
+#include <vector>
+
+#include <fumarole/bounds.h>
+#include <fumarole/scene.h>
+
+namespace fumarole::light {
+
+/// Few rays on the CPU against a scene's surfaces, for what is decided before anything is drawn. A
+/// mesh of many triangles is taken for the box around it.
+class SurfaceRays {
+public:
+    /// @param surfaces outlives this
+    explicit SurfaceRays(const std::vector<Surface>& surfaces);
+
+    struct Hit {
+        double range = 0;  ///< metres
+        int surface = 0;   ///< into the surfaces
+    };
+    /// The first surface on a way of unit length, from either side, but for those to be left out.
+    [[nodiscard]] std::optional<Hit> first(glm::dvec3 origin, glm::dvec3 direction,
+                                           const std::vector<bool>& left_out = {}) const;
+
+    /// Whether a place is inside of a surface, or nearer to one than this many metres.
+    [[nodiscard]] bool is_near(glm::dvec3 p, double metres) const;
+
+    [[nodiscard]] const Bounds& bounds_of(int surface) const
+    {
+        return bounds_[static_cast<std::size_t>(surface)];
+    }
+
+private:
+    [[nodiscard]] double range_to(std::size_t surface, glm::dvec3 origin,
+                                  glm::dvec3 direction) const;
+
+    const std::vector<Surface>& surfaces_;
+    std::vector<Bounds> bounds_;  ///< of each, metres, world
+};
+
+/// Directions that are spread evenly (a Fibonacci lattice).
+std::vector<glm::dvec3> even_directions(int count);
+
+}  // namespace fumarole::light
