@@ -20,7 +20,8 @@ constexpr std::array kTable{
     InspectionInfo{Kind::density_slice, "density-slice", "extinction on a plane"},
     InspectionInfo{Kind::froxel_slice, "froxel-slice", "light in one slice of the froxels"},
     InspectionInfo{Kind::bricks, "bricks", "boxes of what is kept of the media"},
-    InspectionInfo{Kind::layers, "layers", "transparent layers of a pixel"}};
+    InspectionInfo{Kind::layers, "layers", "transparent layers of a pixel"},
+    InspectionInfo{Kind::probe, "probe", "what a probe has seen, =N of several"}};
 
 }  // namespace
 

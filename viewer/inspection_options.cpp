@@ -40,8 +40,19 @@ void parse_slice(const std::string& text, Inspection& inspection)
 Inspection parse_inspection(const InspectionOptions& options, const Settings& settings)
 {
     Inspection inspection;
+    // probe=N
+    constexpr std::string_view kProbe = "probe=";
+    std::string show = options.show;
+    if (show.starts_with(kProbe)) {
+        const char *first = show.data() + kProbe.size(), *last = show.data() + show.size();
+        const auto parsed = std::from_chars(first, last, inspection.probe);
+        if (parsed.ec != std::errc{} || parsed.ptr != last || inspection.probe < 0)
+            throw UsageError(
+                fmt::format("--show: '{}' names no probe; give probe=N, from 0", show));
+        show = "probe";
+    }
     try {
-        inspection.kind = find_inspection(options.show);
+        inspection.kind = find_inspection(show);
     } catch (const Error& error) {
         throw UsageError(fmt::format("--show: {}", error.what()));
     }
@@ -51,8 +62,8 @@ Inspection parse_inspection(const InspectionOptions& options, const Settings& se
         throw UsageError("--slice: is for --show density-slice and froxel-slice");
     if (options.slice)
         parse_slice(*options.slice, inspection);
-    if (options.scale &&
-        (inspection.kind == Kind::scattering || inspection.kind == Kind::transmittance))
+    if (options.scale && (inspection.kind == Kind::scattering || inspection.kind == Kind::probe ||
+                          inspection.kind == Kind::transmittance))
         throw UsageError(fmt::format("--scale: is for false colours; --show {} is shown as it is",
                                      options.show));
     if (options.scale && !(*options.scale > 0 && std::isfinite(*options.scale)))

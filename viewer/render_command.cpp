@@ -549,7 +549,8 @@ std::optional<float> write_inspection(const InspectionStill& still, const Inspec
 {
     std::optional<float> exposure_ev;
     Display display{.exposure_ev = 0, .transform = Display::Transform::srgb};
-    if (inspection.kind == Inspection::Kind::scattering) {
+    if (inspection.kind == Inspection::Kind::scattering ||
+        inspection.kind == Inspection::Kind::probe) {
         exposure_ev = exposure_of("scattering", image_of(still, false), files.exposure);
         display = {*exposure_ev, files.transform};
     }
@@ -916,7 +917,8 @@ std::optional<Inspection> inspection_of(const RenderOptions& options, const Sett
     refuse({"--target", "--alpha", "--aa", "--region", "--frames", "--explain", "--max-error",
             "--budget"},
            "--show draws one frame's insides, and has no such thing");
-    if (options.inspection.show != inspection_name(Inspection::Kind::scattering))
+    if (options.inspection.show != inspection_name(Inspection::Kind::scattering) &&
+        !options.inspection.show.starts_with(inspection_name(Inspection::Kind::probe)))
         refuse({"--exposure", "--display"},
                fmt::format("--show {} has colours of its own", options.inspection.show));
     return parse_inspection(options.inspection, settings);

@@ -74,6 +74,8 @@ public:
 
     /// A layer as it is; `layers` null: none that differs from nothing at all.
     void show_layer(Layers* layers, Layer layer) const;
+    /// What a shader draws, over all of the picture.
+    void show(const char* fragment_file) const;
     /// The picture that is there, darkened.
     void dim() const;
     /// The values that `draw` draws into the framebuffer that is bound, in colours, whose ends are
@@ -120,6 +122,14 @@ void Inspector::show_layer(Layers* layers, Layer layer) const
         return;
     const auto time = tools_.timers.scope("inspection");
     draw_layer(tools_, *layers, frame_, layer);
+}
+
+void Inspector::show(const char* fragment_file) const
+{
+    const auto time = tools_.timers.scope("inspection");
+    bind_host();
+    bind_block();
+    tools_.draw_fullscreen(fragment_file, {});
 }
 
 void Inspector::dim() const
@@ -316,6 +326,28 @@ void show_bricks(const Toolbox& tools, Inspector& inspector, InspectionLegend& l
     }
 }
 
+InspectionLegend show_probe(const Toolbox& tools, Inspector& inspector, const PreparedFrame& frame,
+                            int probe)
+{
+    InspectionLegend legend{0, 1, "W/m^2/sr", "", false};
+    const int count = tools.probes.count();
+    if (probe < 0 || probe >= count)
+        throw Error(fmt::format("there is no probe {}: the scene has {}; probes count from 0",
+                                probe, count));
+    const LightProbe& place = tools.probes.at(probe);
+    legend.caption = fmt::format("probe {} at ({:.3g}, {:.3g}, {:.3g}) m", probe, place.position.x,
+                                 place.position.y, place.position.z);
+    inspector.params.slice = tools.probes.layer_of(probe);
+    if (inspector.params.slice < 0) {
+        inspector.dim();
+        legend.caption += ", not captured yet";
+        return legend;
+    }
+    tools.probes.bind(frame.eye.position);
+    inspector.show("pass/inspect_probe.frag");
+    return legend;
+}
+
 }  // namespace
 
 InspectionLegend inspect(const Toolbox& tools, Layers& layers, gl::Framebuffer& host,
@@ -335,6 +367,8 @@ InspectionLegend inspect(const Toolbox& tools, Layers& layers, gl::Framebuffer& 
         show_depth(tools, inspector, legend);
         return legend;
     }
+    if (wanted.kind == Kind::probe)
+        return show_probe(tools, inspector, frame, wanted.probe);
     if (wanted.kind == Kind::layers) {
         legend.caption = "transparent layers, one behind the other";
         inspector.show_values(draw_counts, Ends::round, legend);

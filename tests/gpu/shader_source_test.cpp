@@ -280,9 +280,10 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                                                               flags(set, {"kBox2017"}));
     }
     for (const char* file : {"box.vert", "box.frag", "color.frag", "depth.frag", "dim.frag",
-                             "extent.frag", "froxels.frag"})
+                             "extent.frag", "froxels.frag", "probe.frag"})
         variants.add(fmt::format("pass/inspect_{}", file), {});
     variants.add("pass/inspect_froxels.frag", {{"kSamples", ""}});
+    variants.add("pass/probe_balls.frag", {});
     for (const Defines& lights : kLights)
         for (unsigned set = 0; set < 8; ++set) {
             const Defines of_set = lights + flags(set, {"kEnvironment", "kTwoSided", "GLOSSY"}) +

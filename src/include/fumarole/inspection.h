@@ -23,13 +23,17 @@ struct Inspection {
         bricks,         ///< boxes of what is kept of the media, by the largest extinction in each
                         ///< [1/m]
         layers,         ///< transparent fragments of a pixel, one behind the other
+        probe,  ///< what a probe has seen, all around and by roughness, and the light of its
+                ///< harmonics on a matt ball [W/m^2/sr], as it is
     };
     Kind kind = Kind::transmittance;
+    int probe = 0;          ///< probe: of Scene::probes, or 0 for one that was placed by itself
     int axis = 2;           ///< density_slice: of the world, 0 x, 1 y, 2 z
     double position = 0.5;  ///< density_slice: 0..1 of the media's bounds along the axis;
                             ///< froxel_slice: 0..1 of the slices, near to far
     double scale = 0;       ///< the value at the end of the colour scale; 0: one that suits what is
-                            ///< there. Not of scattering and transmittance.
+                            ///< there. Not of scattering, transmittance
+                            ///< and probes.
 
     bool operator==(const Inspection&) const = default;
 };
