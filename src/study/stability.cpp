@@ -114,6 +114,7 @@ const std::vector<StabilityCase>& stability_table()
         add_field_cases(cases);
         add_transparent_cases(cases);
         add_indoor_cases(cases);
+        add_probe_cases(cases);
         std::stable_sort(cases.begin(), cases.end(),
                          [](const auto& a, const auto& b) { return a.group < b.group; });
         return cases;

@@ -179,5 +179,6 @@ void add_hostile_cases(std::vector<StabilityCase>& table);      ///< 12
 void add_field_cases(std::vector<StabilityCase>& table);        ///< 1, 3 and 7, all bounces
 void add_transparent_cases(std::vector<StabilityCase>& table);  ///< 4, 7
 void add_indoor_cases(std::vector<StabilityCase>& table);       ///< 4
+void add_probe_cases(std::vector<StabilityCase>& table);        ///< 3
 
 }  // namespace fumarole::study
