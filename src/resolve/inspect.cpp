@@ -331,6 +331,11 @@ InspectionLegend show_probe(const Toolbox& tools, Inspector& inspector, const Pr
 {
     InspectionLegend legend{0, 1, "W/m^2/sr", "", false};
     const int count = tools.probes.count();
+    if (probe == 0 && count == 0) {
+        inspector.dim();
+        legend.caption = "probe: the scene has none";
+        return legend;
+    }
     if (probe < 0 || probe >= count)
         throw Error(fmt::format("there is no probe {}: the scene has {}; probes count from 0",
                                 probe, count));

@@ -65,6 +65,7 @@ std::vector<Sweep> make_sweeps()
         alone("world-directions", {"26", "74"}, {}),
         alone("bounces", {"0", "1", "2", "4", "8", "auto"}, {"0"}),
         alone("surface-bounces", {"0", "1", "2", "4"}, {}),
+        alone("probes", {"auto", "off"}, {}),
         alone("resolution", {"full", "half", "quarter"}, {"full", "quarter"}),
         alone("upsample", {"2x2", "4x4", "4x4-box"}, {"4x4"}),
         alone("distribution", {"0", "0.5", "0.8", "1"}, {}),

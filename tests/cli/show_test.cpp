@@ -44,9 +44,11 @@ TEST(Show, EveryKindIsDrawnAndSaysWhatItsColoursMean)
         EXPECT_LT(legend["low"], legend["high"]) << info.name;
         EXPECT_NE(legend["caption"], "") << info.name;
         const bool raw = info.kind == Inspection::Kind::scattering ||
-                         info.kind == Inspection::Kind::transmittance;
+                         info.kind == Inspection::Kind::transmittance ||
+                         info.kind == Inspection::Kind::probe;
         EXPECT_EQ(legend["false_color"], !raw) << info.name;
-        EXPECT_EQ(json["exposure_ev"].is_null(), info.kind != Inspection::Kind::scattering);
+        EXPECT_EQ(json["exposure_ev"].is_null(), info.kind != Inspection::Kind::scattering &&
+                                                     info.kind != Inspection::Kind::probe);
         const Image exr = write::read_exr(folder.path() / (std::string(info.name) + ".exr"), {});
         EXPECT_EQ(exr.width, 96);
         EXPECT_EQ(exr.height, 54) << "no bar in numbers";

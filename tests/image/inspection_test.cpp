@@ -414,6 +414,8 @@ TEST_F(Inspect, RefusesWhatCannotBeShown)
               "a slice's position is 0..1, and not 1.5");
     EXPECT_EQ(message({.kind = Kind::depth, .scale = -1}),
               "a colour scale ends above 0, and not at -1");
+    EXPECT_EQ(message({.kind = Kind::probe, .probe = 2}),
+              "there is no probe 2: the scene has 0; probes count from 0");
     EXPECT_THROW(find_inspection("no-such"), Error);
     for (const InspectionInfo& info : inspection_table())
         EXPECT_EQ(find_inspection(inspection_name(info.kind)), info.kind);

@@ -87,7 +87,8 @@ bool change_view(ViewState& state, Action action)
 
 Display display_of(const ViewState& state)
 {
-    if (state.inspection && state.inspection->kind != Inspection::Kind::scattering)
+    if (state.inspection && state.inspection->kind != Inspection::Kind::scattering &&
+        state.inspection->kind != Inspection::Kind::probe)
         return {.exposure_ev = 0, .transform = Display::Transform::srgb};
     return state.display();
 }
@@ -151,6 +152,8 @@ std::string command_line(const ViewState& state, const std::string& input, glm::
         if (state.inspection) {
             const Inspection& what = *state.inspection;
             line += fmt::format(" --show {}", inspection_name(what.kind));
+            if (what.kind == Inspection::Kind::probe)
+                line += fmt::format("={}", what.probe);
             if (what.kind == Inspection::Kind::density_slice)
                 line += fmt::format(" --slice {}={:g}", "xyz"[what.axis], what.position);
             if (what.kind == Inspection::Kind::froxel_slice)
