@@ -164,6 +164,11 @@ std::vector<SettingInfo> make_table()
                "sample"),
         choice("temporal", "march", "on|off", &S::temporal, {{"on", 1}, {"off", 0}},
                "a view's frames are reprojected and averaged, by --history; nothing on a still"),
+        choice("passes", "march", "auto|fragment|compute", &S::passes,
+               {{"auto", as_int(S::Passes::automatic)},
+                {"fragment", as_int(S::Passes::fragment)},
+                {"compute", as_int(S::Passes::compute)}},
+               "march and resolve as fragments or as compute shaders; auto: compute on a GPU"),
         choice("volume-shadows", "light", "on|off", &S::volume_shadows, {{"on", 1}, {"off", 0}},
                "media dim the light that reaches media and surfaces"),
         number(

@@ -105,12 +105,20 @@ struct FrameSettings {
         single,   ///< one sum, whose scattered light is dimmed anew before each: dark edges
         doubled,  ///< two, each of which is given what a transparent emits: too bright
     };
+    /// What the march, the layer's depth, the march's history and the resolve run as: the same
+    /// pictures, but for rounding.
+    enum class Passes {
+        automatic,  ///< fragments on a software rasteriser (llvmpipe), compute on a GPU
+        fragment,
+        compute,  ///< the resolve where the picture's format is one that images may have
+    };
     enum class Falloff {
         sampled,  ///< light is that at a step's sample, as in 2017
         exact,    ///< 1/d^2 is its mean over the step; other light is looked up where it counts
     };
 
     Mode mode = Mode::raymarch;
+    Passes passes = Passes::automatic;
 
     // the march, and the froxels but for the number of steps
     int steps = 48;             ///< along the whole range, 1..4096
