@@ -57,6 +57,10 @@ std::vector<std::string> explain(const Toolbox& tools, int surfaces, const Frame
             settings.resolve_passes == 1 ? "blended at once with the scattering" : "two upsamples");
     if (!froxel && pass::march_format(tools, settings) != settings.format)
         say("target format: rgba16f, since r11g11b10f has no alpha");
+    say("passes: {}, {}", tools.computes(settings) ? "compute shaders" : "fragments",
+        settings.passes != Settings::Passes::automatic ? "as asked"
+        : tools.device.capabilities().software ? "as on a software rasteriser compute is slower"
+                                               : "as GPUs compute faster than they draw");
     if (!froxel)
         say("resolution: {}",
             settings.resolution == 1   ? "full"

@@ -83,6 +83,9 @@ struct PreparedFrame {
     bool prepares = false;
 
     shared::FrameParams params{};  ///< the frame's uniform block
+
+    /// What the frame is composited into.
+    [[nodiscard]] gl::TextureView picture() const { return host.target ? host.target : host.color; }
 };
 
 /// @throws Error if the projection is neither perspective nor orthographic or can't be inverted.

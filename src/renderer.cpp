@@ -112,9 +112,10 @@ struct Renderer::Parts {
     [[nodiscard]] int filters_unit() const { return GRID_UNIT + media.texture_units(); }
     [[nodiscard]] FrameScene frame_scene() const;
     /// Storage buffers that a frame of a view uses.
-    [[nodiscard]] int storages(const View::State& view) const
+    [[nodiscard]] int storages(const View::State& view, const FrameSettings& settings) const
     {
-        return transparents.empty() && view.lists == nullptr ? 0 : STORAGE_COUNT;
+        const bool lists_fragments = !transparents.empty() || view.lists != nullptr;
+        return lists_fragments || tools.computes(settings) ? STORAGE_COUNT : 0;
     }
     /// Has a march keep what it meets before the transparents of a frame, the host's too.
     void ask_depths(const View::State& view, PreparedFrame& prepared,
@@ -142,6 +143,8 @@ struct Renderer::Parts {
     /// @param unseen a flag for each of those that are left out
     void draw_surfaces(const Frame& frame, const FrameSettings& s, bool through_media,
                        const std::vector<bool>& unseen = {});
+    /// Lays what a frame's layers hold over its picture.
+    void lay_media_over(resolve::Layers& layers, const PreparedFrame& prepared);
     /// Lays the media alone over a picture of their own view.
     void draw_media(View::State& view, const Frame& frame, const FrameSettings& s);
     void capture_probe(int i);
@@ -186,6 +189,14 @@ struct Renderer::Parts {
     gl::Sampler depth_sampler;
     gl::Texture blue_noise;
     pass::SunShades sun_shades;
+    /// Of the pictures that prepare() draws: a resolve by a compute shader is compiled for it.
+    [[nodiscard]] GLenum prepared_format(const Frame& frame, const FrameSettings& settings) const
+    {
+        if (!tools.computes(settings))
+            return GL_RGBA16F;
+        const auto image = gl::image_format(device, frame.target ? frame.target : frame.color);
+        return image ? image->format : GL_SRGB8_ALPHA8;  // none of an image's either
+    }
     /// For prepare(): frames of a view that has a history, as if the scene had changed before each.
     void draw_changes(View& view, const std::function<void(const Frame&)>& draw, const Frame& still,
                       const Frame& moved);
@@ -223,6 +234,7 @@ struct Renderer::Parts {
                         volumes,       probes,     scene_settings, fullscreen, frame_block,
                         depth_sampler, blue_noise, sun_shades};
     std::string last_history;  ///< View::history() of the view that was drawn last
+    std::string last_passes;   ///< FrameReport::passes of the last frame
 };
 
 FrameScene Renderer::Parts::frame_scene() const
@@ -325,9 +337,7 @@ void Renderer::Parts::draw_transparents(View::State& view, const PreparedFrame& 
     last_volume_at_bytes = layers != nullptr ? layers->volume_at_bytes() : 0;
     if (!list_transparents(view, prepared, seen))
         return;
-    const Frame& host = prepared.host;
-    const transparent::Resolved resolved{picture, host.target ? host.target : host.color, GL_ONE,
-                                         reads_picture(view)};
+    const transparent::Resolved resolved{picture, prepared.picture(), GL_ONE, reads_picture(view)};
     transparent_painter.resolve(tools, *view.lists, layers, resolved, prepared);
 }
 
@@ -503,7 +513,7 @@ void Renderer::composite(View& view, const Frame& frame, const FrameSettings& se
     if (empty && !frame.target && !is_asked)
         return;
     const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT,
-                               parts.storages(state));
+                               parts.storages(state, settings));
     const Picture picture(parts, frame);
     if (empty && !is_asked)
         return;
@@ -518,7 +528,7 @@ void Renderer::composite(View& view, const Frame& frame, const FrameSettings& se
     }
     parts.ask_depths(state, prepared, seen);
     state.draw(prepared, parts.tools);
-    resolve::composite(parts.tools, *state.layers, parts.picture, prepared);
+    parts.lay_media_over(*state.layers, prepared);
     parts.draw_transparents(state, prepared, seen, state.layers.get());
     if (is_asked)
         state.publish_volume(state.layers.get(), prepared);
@@ -575,7 +585,7 @@ InspectionLegend Renderer::inspect(View& view, const Frame& frame, const FrameSe
     const auto timed = parts.timers.frame(frame.index);
     View::State& state = parts.state_of(view);
     const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT,
-                               parts.storages(state));
+                               parts.storages(state, settings));
     const Picture picture(parts, frame);
     const PreparedFrame prepared = parts.begin(state, frame, settings);
     Parts::check_host_fragments(state, prepared);
@@ -601,7 +611,8 @@ LayerTextures Renderer::layers(View& view, const Frame& frame, const FrameSettin
     View::State& state = parts.state_of(view);
     if (parts.media.empty())
         return {};
-    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT,
+                               parts.storages(state, settings));
     const PreparedFrame prepared = parts.begin(state, frame, settings);
     if (!prepared.sees_media)
         return {};
@@ -638,7 +649,7 @@ TransparentImages Renderer::read_transparents(View& view, const Frame& frame,
     if (parts.transparents.empty() && !state.lists_have_hosts)
         return {};
     const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT,
-                               parts.storages(state));
+                               parts.storages(state, settings));
     PreparedFrame prepared = parts.begin(state, frame, settings);
     const transparent::SeenTransparents seen = parts.transparents.look(prepared);
     if (seen.list.empty() && !state.lists_have_hosts) {
@@ -678,7 +689,8 @@ double Renderer::count_samples(View& view, const Frame& frame, const FrameSettin
     View::State& state = parts.state_of(view);
     if (parts.media.empty())
         return 0;
-    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT,
+                               parts.storages(state, settings));
     const PreparedFrame prepared = parts.begin(state, frame, settings);
     if (!prepared.sees_media)
         return 0;
@@ -718,17 +730,30 @@ void Renderer::Parts::draw_surfaces(const Frame& frame, const FrameSettings& s, 
     surface_painter.draw(tools, surfaces, view, dimmed, unseen);
 }
 
+void Renderer::Parts::lay_media_over(resolve::Layers& layers, const PreparedFrame& prepared)
+{
+    const resolve::Canvas canvas =
+        resolve::make_canvas(tools, picture, prepared.picture(), prepared.settings);
+    resolve::composite(tools, layers, canvas, prepared);
+    last_passes = canvas.image                        ? "compute shaders"
+                  : tools.computes(prepared.settings) ? "compute shaders, but the resolve by "
+                                                        "fragments: the picture's format is none "
+                                                        "of an image's"
+                                                      : "fragments";
+}
+
 void Renderer::Parts::draw_media(View::State& view, const Frame& frame, const FrameSettings& s)
 {
     if (media.empty())
         return;
-    const gl::StateGuard guard(device, texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+    const gl::StateGuard guard(device, texture_units(), BLOCK_COUNT, IMAGE_COUNT,
+                               storages(view, s));
     const Picture target(*this, frame);
     const PreparedFrame prepared = begin(view, frame, s);
     if (!prepared.sees_media)
         return;
     view.draw(prepared, tools);
-    resolve::composite(tools, *view.layers, picture, prepared);
+    lay_media_over(*view.layers, prepared);
 }
 
 Renderer::Parts::ProbeCanvas& Renderer::Parts::probe_canvas(int size)
@@ -940,8 +965,9 @@ void Renderer::prepare(const Frame& frame, const FrameSettings& settings)
 {
     check(frame, settings);
     Parts& parts = *parts_;
-    const gl::Texture color = gl::Texture::make_2d(parts.device, "prepared picture", kPreparedSize,
-                                                   GL_RGBA16F, gl::Filter::nearest);
+    const gl::Texture color =
+        gl::Texture::make_2d(parts.device, "prepared picture", kPreparedSize,
+                             parts.prepared_format(frame, settings), gl::Filter::nearest);
     const gl::Texture depth = gl::Texture::make_2d(parts.device, "prepared depth", kPreparedSize,
                                                    GL_DEPTH_COMPONENT32F, gl::Filter::nearest);
     const Bounds media = parts.media.bounds();
@@ -1026,6 +1052,7 @@ FrameReport Renderer::take_report()
     report.gpu_bytes = parts_->device.bytes();
     report.allocations = parts_->device.allocations();
     report.history = parts_->last_history;
+    report.passes = parts_->last_passes;
     report.transparents = fragment_count();
     const SceneWork before = std::exchange(parts_->reported, parts_->work());
     const SceneWork& now = parts_->reported;

@@ -564,7 +564,9 @@ Still SceneRenderer::draw_part(const Drawing& drawing, const StillOptions& optio
             report->passes.push_back(summarize(name, times[name]));
         report->volume = summarize("volume", volume);
         report->timing_method = timing_name(renderer_.measuring_timing());
-        report->history = renderer_.take_report().history;
+        FrameReport last = renderer_.take_report();
+        report->history = std::move(last.history);
+        report->passes_as = std::move(last.passes);
         report->samples = renderer_.count_samples(*view, frame, settings);
     }
 
@@ -616,6 +618,7 @@ Still SceneRenderer::draw_part(const Drawing& drawing, const StillOptions& optio
             report->volume = summarize("volume", {volume_ms(one.pass_ms)});
             report->timing_method = timing_name(renderer_.measuring_timing());
             report->history = one.history;
+            report->passes_as = one.passes;
         }
         const std::vector<float> pixels = color.read(4);
         composite.add(pixels);

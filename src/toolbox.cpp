@@ -4,6 +4,7 @@
 
 #include <fumarole/errors.h>
 
+#include "run_as.h"
 #include "shared/bindings.h"
 
 namespace fumarole {
@@ -28,6 +29,13 @@ void Toolbox::draw_fullscreen(const char* fragment_file, const gl::Defines& defi
     device->DrawArrays(GL_TRIANGLES, 0, 3);
 }
 
+void Toolbox::dispatch_over(glm::ivec2 pixels, const char* file, const gl::Defines& defines) const
+{
+    device->UseProgram(programs.get({file}, defines).id());
+    const glm::uvec2 groups((pixels + (PICTURE_GROUP - 1)) / PICTURE_GROUP);
+    device->DispatchCompute(groups.x, groups.y, 1);
+}
+
 gl::Defines Toolbox::scattering_defines(const FrameSettings& s) const
 {
     gl::Defines defines = media.defines();
@@ -49,6 +57,11 @@ bool Toolbox::monochrome(const FrameSettings& s) const
 {
     return s.targets == Settings::Targets::mono ||
            (s.targets == Settings::Targets::automatic && !media.traits().colored_extinction);
+}
+
+bool Toolbox::computes(const FrameSettings& s) const
+{
+    return runs_compute(device, s);
 }
 
 void Toolbox::check_loops(int steps, int shadow_steps) const

@@ -42,11 +42,17 @@ struct Toolbox {
     /// One fragment shader over all of the bound framebuffer.
     void draw_fullscreen(const char* fragment_file, const gl::Defines& defines) const;
 
+    /// A compute shader over that many pixels, in groups of PICTURE_GROUP along both edges.
+    void dispatch_over(glm::ivec2 pixels, const char* file, const gl::Defines& defines) const;
+
     /// The lines that glsl/scene/in_scattering.glsl needs: media, lights, and how light travels.
     [[nodiscard]] gl::Defines scattering_defines(const FrameSettings& settings) const;
 
     /// One number for transmittance, in the alpha of the scattering.
     [[nodiscard]] bool monochrome(const FrameSettings& settings) const;
+
+    /// Whether march, layer depth, history and resolve are compute shaders (FrameSettings::passes).
+    [[nodiscard]] bool computes(const FrameSettings& settings) const;
 
     /// Makes sure that a shader's loops are not cut off: `steps` points of the media, from each of
     /// which every light is looked at through the media in `shadow_steps`.

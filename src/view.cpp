@@ -95,7 +95,9 @@ LayerTextures View::State::full_size(const PreparedFrame& frame, const Toolbox& 
         framebuffer.bind(size);
         const std::array<GLfloat, 4> value{nothing, nothing, nothing, 1};
         gl->ClearNamedFramebufferfv(framebuffer.id(), GL_COLOR, 0, value.data());
-        resolve::draw_layer(tools, *layers, frame, layer);
+        resolve::draw_layer(
+            tools, *layers,
+            resolve::make_canvas(tools, framebuffer, texture.view(), frame.settings), frame, layer);
     };
     fill(full_scattering, resolve::Layer::scattering, 0);
     fill(full_transmittance, resolve::Layer::transmittance, 1);

@@ -251,6 +251,8 @@ void print_report(const StillReport& report, const std::string& device, const Sc
     fmt::print("{:<26}{:>20.3g}   evaluations of the media a frame\n", "samples", report.samples);
     fmt::print("{:<26}{:>20.2f}   MB in textures and buffers\n", "on the GPU",
                static_cast<double>(report.gpu_bytes) * 1e-6);
+    if (!report.passes_as.empty())
+        fmt::print("{:<26}{}\n", "passes", report.passes_as);
     if (!report.history.empty())
         fmt::print("{:<26}{}\n", "history", report.history);
 }
@@ -269,7 +271,8 @@ Json report_json(const StillReport& report)
     return {{"timing", report.timing_method},       {"passes", passes},
             {"volume_ms", report.volume.median_ms}, {"volume", row(report.volume)},
             {"setup_ms", report.setup_ms},          {"samples", report.samples},
-            {"gpu_bytes", report.gpu_bytes},        {"history", report.history}};
+            {"gpu_bytes", report.gpu_bytes},        {"history", report.history},
+            {"passes_as", report.passes_as}};
 }
 
 /// What all modes print of a picture for machines.

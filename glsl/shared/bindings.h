@@ -110,20 +110,32 @@
 #define SPLIT_SCATTERING_IMAGE 0
 #define SPLIT_TRANSMITTANCE_IMAGE 1
 #define FRAGMENT_LISTS_IMAGE 0
+#define LAYER_IMAGE 2  // of the march's steps, whose split layers are 0 and 1
+#define LAYER_MORE_IMAGE 3
+#define PICTURE_IMAGE 2
 #define IMAGE_COUNT 4
 
 // Storage buffers.
 #define FRAGMENT_COUNT_BUFFER 0
 #define FRAGMENTS_BUFFER 1
 #define STORAGE_COUNT 2
+#define TILE_LIST_BUFFER FRAGMENT_COUNT_BUFFER  // no transparents are listed meanwhile
+
+// What a picture is multiplied by when something is laid over it.
+#define FACTOR_ZERO 0
+#define FACTOR_ONE 1
+#define FACTOR_ALPHA 2  // of what is laid over it
+#define FACTOR_COLOR 3
+#define FACTOR_TRANSMITTANCE 4
 
 // Froxels, and columns of them along an edge, that a work group takes.
 #define FROXEL_GROUP_X 8
 #define FROXEL_GROUP_Y 4
 #define FROXEL_GROUP_Z 2
 #define FROXEL_COLUMNS 8
-#define VOLUME_GROUP 4  // nodes along each edge, in the volumes of light
-#define COLUMN_GROUP 8  // columns of nodes along each edge
+#define PICTURE_GROUP 8  // pixels along both edges
+#define VOLUME_GROUP 4   // nodes along each edge, in the volumes of light
+#define COLUMN_GROUP 8   // columns of nodes along each edge
 
 // How many of each a scene may hold: uniform blocks are at least 16 KiB and fragment shaders have
 // at least 16 texture units, so 3 bricked grids always fit, more where the driver has more.

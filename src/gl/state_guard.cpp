@@ -32,6 +32,7 @@ StateGuard::StateGuard(const Device& device, int units, int blocks, int images, 
     gl_->GetIntegerv(GL_VERTEX_ARRAY_BINDING, &vertex_array_);
     gl_->GetIntegerv(GL_ACTIVE_TEXTURE, &active_texture_);
     gl_->GetIntegerv(GL_UNIFORM_BUFFER_BINDING, &uniform_buffer_);
+    gl_->GetIntegerv(GL_DISPATCH_INDIRECT_BUFFER_BINDING, &dispatch_buffer_);
     if (storages > 0)
         gl_->GetIntegerv(GL_SHADER_STORAGE_BUFFER_BINDING, &storage_buffer_);
     gl_->GetIntegerv(GL_CULL_FACE_MODE, &cull_mode_);
@@ -128,6 +129,7 @@ StateGuard::~StateGuard()
     put_back(GL_UNIFORM_BUFFER, blocks_, uniform_buffer_);
     if (!storages_.empty())
         put_back(GL_SHADER_STORAGE_BUFFER, storages_, storage_buffer_);
+    gl_->BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, static_cast<GLuint>(dispatch_buffer_));
     for (GLuint i = 0; i < units_.size(); ++i) {
         const Unit& unit = units_[i];
         gl_->ActiveTexture(GL_TEXTURE0 + i);

@@ -57,7 +57,7 @@ private:
     std::vector<Image> images_;
     std::array<Blend, kDrawBuffers> blend_{};
     GLint draw_framebuffer_ = 0, program_ = 0, vertex_array_ = 0, active_texture_ = 0;
-    GLint uniform_buffer_ = 0, storage_buffer_ = 0, provoking_vertex_ = 0;
+    GLint uniform_buffer_ = 0, storage_buffer_ = 0, dispatch_buffer_ = 0, provoking_vertex_ = 0;
     GLint cull_mode_ = 0, front_face_ = 0, depth_func_ = 0, clip_origin_ = 0, clip_depth_ = 0;
     std::array<GLint, 2> polygon_mode_{};
     std::array<GLfloat, 4> viewport_{};

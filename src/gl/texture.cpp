@@ -27,11 +27,14 @@ std::int64_t texel_bytes(GLenum format)
     case GL_RG16F:
     case GL_R11F_G11F_B10F:
     case GL_RGBA8:
+    case GL_RGB10_A2:
+    case GL_SRGB8_ALPHA8:
     case GL_DEPTH_COMPONENT24:
     case GL_DEPTH_COMPONENT32F:
         return 4;
     case GL_RG32F:
     case GL_RG32UI:
+    case GL_RGBA16:
     case GL_RGBA16F:
         return 8;
     case GL_RGBA32F:
@@ -71,6 +74,7 @@ Texture Texture::make(const Device& gl, std::string_view label, GLenum target, g
     Texture texture;
     texture.handle_ = {gl, id};
     texture.target_ = target;
+    texture.format_ = format;
     texture.size_ = size;
     set_label(gl, GL_TEXTURE, id, label);
     if (target == GL_TEXTURE_2D)
@@ -162,6 +166,13 @@ void Texture::write(GLenum format, GLenum type, const void* data)
         gl->TextureSubImage2D(id(), 0, 0, 0, size_.x, size_.y, format, type, data);
     else
         gl->TextureSubImage3D(id(), 0, 0, 0, 0, size_.x, size_.y, size_.z, format, type, data);
+}
+
+void Texture::bind_image(GLuint unit, GLenum access) const
+{
+    const GLboolean layered = target_ == GL_TEXTURE_2D ? GL_FALSE : GL_TRUE;
+    if (handle_)
+        handle_.device()->BindImageTexture(unit, id(), 0, layered, 0, access, format_);
 }
 
 Sampler::Sampler(const Device& gl, std::string_view label)

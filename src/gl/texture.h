@@ -55,6 +55,9 @@ public:
     [[nodiscard]] glm::ivec3 size() const { return size_; }
     explicit operator bool() const { return static_cast<bool>(handle_); }
 
+    /// Binds all of it as an image. An empty texture leaves the unit as it is.
+    void bind_image(GLuint unit, GLenum access) const;
+
     /// As bind_texture(): an empty texture leaves the unit as it is.
     void bind(GLuint unit) const
     {
@@ -69,7 +72,7 @@ private:
     void write(GLenum format, GLenum type, const void* data);
 
     Handle<&Texture::destroy> handle_;
-    GLenum target_ = 0;
+    GLenum target_ = 0, format_ = 0;
     glm::ivec3 size_{0};
 };
 

@@ -10,7 +10,7 @@ namespace fumarole::pass {
 
 namespace {
 
-constexpr const char* kMarch = "pass/ray_march.frag";
+constexpr const char* kMarch = "pass/ray_march";
 
 }  // namespace
 
@@ -107,12 +107,8 @@ void RayMarch::resize_splits(const PreparedFrame& frame)
     split_scattering_.clear(GL_RGBA, GL_FLOAT, kNothing.data());
     if (split_transmittance_)
         split_transmittance_.clear(GL_RGBA, GL_FLOAT, kAll.data());
-    const auto bind_image = [&](GLuint unit, const gl::Texture& texture) {
-        if (texture)
-            gl->BindImageTexture(unit, texture.id(), 0, GL_TRUE, 0, GL_WRITE_ONLY, format);
-    };
-    bind_image(SPLIT_SCATTERING_IMAGE, split_scattering_);
-    bind_image(SPLIT_TRANSMITTANCE_IMAGE, split_transmittance_);
+    split_scattering_.bind_image(SPLIT_SCATTERING_IMAGE, GL_WRITE_ONLY);
+    split_transmittance_.bind_image(SPLIT_TRANSMITTANCE_IMAGE, GL_WRITE_ONLY);
 }
 
 SplitLayers RayMarch::splits() const
@@ -156,8 +152,13 @@ void RayMarch::draw_layer_depth(const PreparedFrame& frame)
     gl::Defines defines{{"kLayerScale", fmt::format("{}", frame.settings.resolution)}};
     if (frame.settings.layer_depth == Settings::LayerDepth::checkerboard)
         defines.emplace_back("kCheckerboard", "");
-    depth_framebuffer_.bind(size_);
-    tiles_.draw_depth("pass/layer_depth.frag", defines);
+    if (tiles_.computes())
+        depth_.bind_image(LAYER_IMAGE, GL_WRITE_ONLY);
+    else
+        depth_framebuffer_.bind(size_);
+    tiles_.run_depth("pass/layer_depth", defines);
+    if (tiles_.computes())
+        tools_.device->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
     depth_.bind(LAYER_DEPTH_UNIT);
     tools_.blue_noise.bind(BLUE_NOISE_UNIT);
 }
@@ -168,7 +169,6 @@ void RayMarch::draw(const PreparedFrame& frame)
     draw_layer_depth(frame);
     const auto time = tools_.timers.scope("ray march");
     resize_splits(frame);
-    framebuffer_.bind(size_);
     const gl::Device& gl = tools_.device;
     constexpr std::array<GLfloat, 4> kNothing{0, 0, 0, 1}, kAll{1, 1, 1, 1};
     gl->ClearNamedFramebufferfv(framebuffer_.id(), GL_COLOR, 0, kNothing.data());
@@ -179,9 +179,23 @@ void RayMarch::draw(const PreparedFrame& frame)
         defines.emplace_back("kMediaDepth", "");
     if (split_scattering_)
         defines.emplace_back("kSplits", "");
-    tiles_.draw_march(kMarch, defines);
-    if (split_scattering_)  // for lookups
+    march(framebuffer_, scattering_, transmittance_, defines);
+    if (tiles_.computes() || split_scattering_)  // for lookups
         gl->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+}
+
+void RayMarch::march(const gl::Framebuffer& framebuffer, const gl::Texture& first,
+                     const gl::Texture& second, gl::Defines& defines) const
+{
+    if (tiles_.computes()) {
+        first.bind_image(LAYER_IMAGE, GL_WRITE_ONLY);
+        second.bind_image(LAYER_MORE_IMAGE, GL_WRITE_ONLY);
+        if (!second)
+            defines.emplace_back("kOneTarget", "");
+    } else {
+        framebuffer.bind(size_);
+    }
+    tiles_.run_march(kMarch, defines);
 }
 
 MarchedLayer RayMarch::layer() const
@@ -197,12 +211,13 @@ gl::Texture RayMarch::sample_counts(const PreparedFrame& frame)
         gl::Texture::make_2d(gl, "sample counts", size_, GL_R32F, gl::Filter::nearest);
     gl::Framebuffer framebuffer(gl, "sample counts");
     framebuffer.attach_color({counts.view()});
-    framebuffer.bind(size_);
     constexpr std::array<GLfloat, 4> kNone{};
     gl->ClearNamedFramebufferfv(framebuffer.id(), GL_COLOR, 0, kNone.data());
     gl::Defines defines = march_defines(frame.settings);
     defines.emplace_back("kCountSamples", "");
-    tiles_.draw_march(kMarch, defines);
+    march(framebuffer, counts, {}, defines);
+    if (tiles_.computes())  // for who reads them back, or looks them up
+        gl->MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
     return counts;
 }
 

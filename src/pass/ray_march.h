@@ -33,7 +33,7 @@ struct SplitLayers {
 };
 
 /// Marches a ray through the media for each texel of a layer that may be smaller than the picture.
-/// Eevee's design of July 2017; glsl/pass/ray_march.frag.
+/// Eevee's design of July 2017; glsl/pass/ray_march.glsl.
 class RayMarch : public VolumePass {
 public:
     explicit RayMarch(const Toolbox& tools)
@@ -57,6 +57,9 @@ private:
     void resize(const PreparedFrame& frame);
     void resize_splits(const PreparedFrame& frame);
     void draw_layer_depth(const PreparedFrame& frame);
+    /// Into one target, or two: the framebuffer's, or these images, as the frame's passes have it.
+    void march(const gl::Framebuffer& framebuffer, const gl::Texture& first,
+               const gl::Texture& second, gl::Defines& defines) const;
     [[nodiscard]] gl::Defines march_defines(const FrameSettings& settings) const;
 
     glm::ivec2 size_{0};  ///< texels of the layer

@@ -159,6 +159,27 @@ void StepTiles::set(const PreparedFrame& frame)
     upload("tiles that march", march_);
     upload("tiles with depth", depth_);
     upload("tiles of the picture", picture_);
+    computes_ = tools_.computes(frame.settings);
+    if (computes_)
+        list();
+}
+
+void StepTiles::list()
+{
+    // Earlier frames' lists, and whatever reads, stores or is drawn to the targets of passes.
+    tools_.device->MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
+                                 GL_FRAMEBUFFER_BARRIER_BIT);
+    const auto fill = [&](TileList& list, const Tiles& tiles, gl::Defines which) {
+        which.emplace_back("kTilePixels", fmt::format("{}", tiles.pixels));
+        list.fill(tools_, tiles.texture, which);
+    };
+    if (lit_)
+        fill(lit_list_, march_, {{"kAllTiles", "false"}, {"kLitTiles", "true"}});
+    if (shaded_)
+        fill(shaded_list_, march_, {{"kAllTiles", "false"}, {"kLitTiles", "false"}});
+    fill(depth_list_, depth_, {});
+    fill(picture_list_, picture_, {});
+    TileList::let_read(tools_);
 }
 
 void StepTiles::mark_depths_asked(const PreparedFrame& frame)
@@ -281,51 +302,79 @@ void StepTiles::upload(const char* label, Tiles& tiles) const
     tiles.texture.upload(GL_RGBA_INTEGER, GL_UNSIGNED_INT, tiles.texels.data());
 }
 
-void StepTiles::draw(const Tiles& tiles, int pixels, const char* fragment_file,
-                     gl::Defines defines) const
+void StepTiles::draw(const Tiles& tiles, const char* pass, gl::Defines defines) const
 {
     const gl::Device& gl = tools_.device;
-    defines.emplace_back("kTilePixels", fmt::format("{}", pixels));
+    defines.emplace_back("kTilePixels", fmt::format("{}", tiles.pixels));
     tiles.texture.bind(STEP_TILES_UNIT);
+    const std::string fragment_file = fmt::format("{}.frag", pass);
     gl->UseProgram(tools_.programs.get({"pass/tiles.vert", fragment_file}, defines).id());
     gl->BindVertexArray(tools_.fullscreen.id());
     // Whole tiles, so that the middle of each is in view.
-    const glm::vec2 size(tiles.count * pixels);
+    const glm::vec2 size(tiles.count * tiles.pixels);
     gl->ViewportIndexedf(0, 0, 0, size.x, size.y);
     gl->Enable(GL_PROGRAM_POINT_SIZE);
     gl->DrawArrays(GL_POINTS, 0, tiles.count.x * tiles.count.y);
     gl->Disable(GL_PROGRAM_POINT_SIZE);
 }
 
-void StepTiles::draw_tiles(const char* fragment_file, gl::Defines defines) const
+void StepTiles::dispatch(const Tiles& tiles, const TileList& list, const char* pass,
+                         gl::Defines defines) const
 {
-    draw(march_, kLayerTile, fragment_file, std::move(defines));
+    defines.emplace_back("kTilePixels", fmt::format("{}", tiles.pixels));
+    tiles.texture.bind(STEP_TILES_UNIT);
+    tools_.device->UseProgram(tools_.programs.get({fmt::format("{}.comp", pass)}, defines).id());
+    list.dispatch(tools_);
 }
 
-void StepTiles::draw_march(const char* fragment_file, gl::Defines defines) const
+void StepTiles::run(Which which, const char* pass, gl::Defines defines) const
 {
-    if (tools_.lights.shadow_views() == 0) {
-        draw_tiles(fragment_file, std::move(defines));
+    if (!computes_) {
+        if (which != Which::all)
+            defines +=
+                {{"kAllTiles", "false"}, {"kLitTiles", which == Which::lit ? "true" : "false"}};
+        draw(march_, pass, std::move(defines));
         return;
     }
-    for (const bool lit : {true, false})
-        if (lit ? lit_ : shaded_) {
-            gl::Defines variant = defines;
-            variant += {{"kAllTiles", "false"}, {"kLitTiles", lit ? "true" : "false"}};
-            if (lit)  // surfaces are not asked
-                variant.emplace_back("kSurfaceShadows", "false");
-            draw_tiles(fragment_file, std::move(variant));
-        }
+    if (lit_ && which != Which::shaded)
+        dispatch(march_, lit_list_, pass, defines);
+    if (shaded_ && which != Which::lit)
+        dispatch(march_, shaded_list_, pass, defines);
 }
 
-void StepTiles::draw_depth(const char* fragment_file, gl::Defines defines) const
+void StepTiles::run_tiles(const char* pass, const gl::Defines& defines) const
 {
-    draw(depth_, kLayerTile, fragment_file, std::move(defines));
+    run(Which::all, pass, defines);
 }
 
-void StepTiles::draw_picture(const char* fragment_file, gl::Defines defines) const
+void StepTiles::run_march(const char* pass, const gl::Defines& defines) const
 {
-    draw(picture_, kPictureTile, fragment_file, std::move(defines));
+    if (tools_.lights.shadow_views() == 0) {
+        run(Which::all, pass, defines);
+        return;
+    }
+    gl::Defines lit = defines;
+    lit.emplace_back("kSurfaceShadows", "false");  // surfaces are not asked
+    if (lit_)
+        run(Which::lit, pass, lit);
+    if (shaded_)
+        run(Which::shaded, pass, defines);
+}
+
+void StepTiles::run_depth(const char* pass, const gl::Defines& defines) const
+{
+    if (computes_)
+        dispatch(depth_, depth_list_, pass, defines);
+    else
+        draw(depth_, pass, defines);
+}
+
+void StepTiles::run_picture(const char* pass, const gl::Defines& defines, bool computes) const
+{
+    if (computes)
+        dispatch(picture_, picture_list_, pass, defines);
+    else
+        draw(picture_, pass, defines);
 }
 
 }  // namespace fumarole::pass

@@ -7,6 +7,7 @@
 #include "gl/texture.h"
 #include "pass/step_slots.h"
 #include "pass/sun_shades.h"
+#include "pass/tile_list.h"
 #include "pass/volume_pass.h"
 
 namespace fumarole::pass {
@@ -22,25 +23,36 @@ public:
 
     explicit StepTiles(const Toolbox& tools) : tools_{tools} {}
 
-    /// For the frame's camera; all tiles and all depths where bricks are not to be skipped.
+    /// For the frame's camera; all tiles and all depths where bricks are not to be skipped. Where
+    /// the frame's passes are compute shaders, what earlier ones have read and stored is done with.
     void set(const PreparedFrame& frame);
 
-    /// Draws a fragment shader over the texels that march, over those whose depth is asked for, or
-    /// over the pixels that see a medium. The framebuffer is bound; its viewport is changed.
-    void draw_tiles(const char* fragment_file, gl::Defines defines) const;
+    /// Runs a pass, `pass/ray_march`, over the texels that march, over those whose depth is asked
+    /// for, or over the pixels that see a medium: its .frag, into the framebuffer that is bound,
+    /// whose viewport is changed, or its .comp, into the images that are bound, as the frame has
+    /// it.
+    void run_tiles(const char* pass, const gl::Defines& defines) const;
     /// Likewise one that lights the media: where no surface hides a sun it is a variant that does
     /// not ask.
-    void draw_march(const char* fragment_file, gl::Defines defines) const;
-    void draw_depth(const char* fragment_file, gl::Defines defines) const;
-    void draw_picture(const char* fragment_file, gl::Defines defines) const;
+    void run_march(const char* pass, const gl::Defines& defines) const;
+    void run_depth(const char* pass, const gl::Defines& defines) const;
+    /// @param computes whether it is the .comp
+    void run_picture(const char* pass, const gl::Defines& defines, bool computes) const;
+
+    /// What the passes of the frame are.
+    [[nodiscard]] bool computes() const { return computes_; }
 
 private:
     /// A texel a tile, as StepSlots::tile() makes it. Where its first number is 0 it is not drawn.
     struct Tiles {
+        explicit Tiles(int edge) : pixels{edge} {}
+        int pixels;  ///< along a tile's edge
         glm::ivec2 count{0};
         std::vector<glm::uvec4> texels;
         gl::Texture texture;
     };
+    /// Which of the march's tiles a pass runs over.
+    enum class Which { all, lit, shaded };
     /// A frame, and what of it all steps ask for.
     struct View {
         explicit View(const PreparedFrame& of);
@@ -62,12 +74,19 @@ private:
     void choose_steps(const View& view);
     void want_depths(const View& view);
     void upload(const char* label, Tiles& tiles) const;
-    void draw(const Tiles& tiles, int pixels, const char* fragment_file, gl::Defines defines) const;
+    void list();
+    /// Over tiles of the march.
+    void run(Which which, const char* pass, gl::Defines defines) const;
+    void draw(const Tiles& tiles, const char* pass, gl::Defines defines) const;
+    void dispatch(const Tiles& tiles, const TileList& list, const char* pass,
+                  gl::Defines defines) const;
 
     const Toolbox& tools_;
-    Tiles march_, depth_, picture_;
+    Tiles march_{kLayerTile}, depth_{kLayerTile}, picture_{kPictureTile};
     std::vector<Seen> seen_;
     bool lit_ = false, shaded_ = false;  ///< whether there are tiles that no surface shades; others
+    bool computes_ = false;
+    TileList lit_list_, shaded_list_, depth_list_, picture_list_;
 };
 
 }  // namespace fumarole::pass

@@ -28,14 +28,19 @@ gl::Defines bind_lookup(const PreparedFrame& frame, const pass::IntegratedFroxel
 }
 
 void look_up(const Toolbox& tools, const PreparedFrame& frame,
-             const pass::IntegratedFroxels& froxels, Layer layer)
+             const pass::IntegratedFroxels& froxels, Layer layer, const Canvas& canvas,
+             const gl::Defines& variant)
 {
     gl::Defines defines = bind_integrated(frame, froxels);
+    defines += variant;
     if (layer == Layer::transmittance)
         defines.emplace_back("kTransmittance", "");
     if (layer == Layer::both)
         defines.emplace_back("BOTH", "");
-    tools.draw_fullscreen("resolve/froxels.frag", defines);
+    if (canvas.image)
+        tools.dispatch_over(frame.picture_size, "resolve/froxels.comp", defines);
+    else
+        tools.draw_fullscreen("resolve/froxels.frag", defines);
 }
 
 }  // namespace fumarole::resolve

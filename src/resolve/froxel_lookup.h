@@ -9,9 +9,10 @@ namespace fumarole::resolve {
 /// written/volume_at.glsl of the variant names. The grid's block is bound.
 gl::Defines bind_lookup(const PreparedFrame& frame, const pass::IntegratedFroxels& froxels);
 
-/// Draws one layer of integrated froxels, looked up at the depth of every pixel of the bound
-/// framebuffer: glsl/resolve/froxels.frag.
+/// Layers::resolve() of integrated froxels, looked up at the depth of every pixel:
+/// glsl/resolve/froxels.glsl.
 void look_up(const Toolbox& tools, const PreparedFrame& frame,
-             const pass::IntegratedFroxels& froxels, Layer layer);
+             const pass::IntegratedFroxels& froxels, Layer layer, const Canvas& canvas,
+             const gl::Defines& variant);
 
 }  // namespace fumarole::resolve

@@ -121,7 +121,8 @@ void Inspector::show_layer(Layers* layers, Layer layer) const
     if (layers == nullptr)
         return;
     const auto time = tools_.timers.scope("inspection");
-    draw_layer(tools_, *layers, frame_, layer);
+    draw_layer(tools_, *layers, make_canvas(tools_, host_, frame_.picture(), frame_.settings),
+               frame_, layer);
 }
 
 void Inspector::show(const char* fragment_file) const

@@ -29,12 +29,13 @@ public:
         history_->add(frame, march_.layer());
     }
 
-    void resolve(const PreparedFrame& frame, Layer layer) override
+    void resolve(const PreparedFrame& frame, Layer layer, const Canvas& canvas,
+                 const gl::Defines& variant) override
     {
         pass::MarchedLayer marched = march_.layer();
         if (averaged_)
             history_->replace(marched);
-        upsample(frame, marched, layer);
+        upsample(frame, marched, layer, canvas, variant);
     }
 
     [[nodiscard]] gl::Defines bind_volume_at(const PreparedFrame& /*frame*/) override
@@ -95,10 +96,11 @@ public:
     explicit FroxelLayers(const Toolbox& tools) : tools_{tools}, froxels_{tools} {}
 
     void draw(const PreparedFrame& frame) override { froxels_.draw(frame); }
-    void resolve(const PreparedFrame& frame, Layer layer) override
+    void resolve(const PreparedFrame& frame, Layer layer, const Canvas& canvas,
+                 const gl::Defines& variant) override
     {
         froxels_.write_block(frame);
-        look_up(tools_, frame, froxels_.integrated(), layer);
+        look_up(tools_, frame, froxels_.integrated(), layer, canvas, variant);
     }
     [[nodiscard]] gl::Defines bind_volume_at(const PreparedFrame& frame) override
     {

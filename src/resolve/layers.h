@@ -3,9 +3,12 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include <fumarole/view.h>
 
+#include "gl/framebuffer.h"
+#include "gl/image_format.h"
 #include "pass/volume_pass.h"
 #include "prepared_frame.h"
 #include "shared/volume_at_params.h"
@@ -20,6 +23,22 @@ enum class Layer {
                     ///< transmittance
     transmittance,  ///< per channel, 0..1; not if monochrome
     both,           ///< those two at once, transmittance as the second source of blending
+};
+
+/// How a layer is laid over a picture: picture * factor, + the layer where it adds.
+struct LayerBlend {
+    Layer layer;
+    bool adds;
+    int factor;  ///< FACTOR_ZERO, ... of shared/bindings.h
+};
+
+/// Where a layer is resolved to, as large as the frame.
+struct Canvas {
+    const gl::Framebuffer& framebuffer;  ///< with the texture attached
+    gl::TextureView texture;
+    /// Where the resolve is a compute shader, which blends by itself; else it is drawn, and the
+    /// blending stage blends.
+    std::optional<gl::ImageFormat> image;
 };
 
 /// What a host's shader reads of the media before any depth: glsl/host/volume_at.glsl.
@@ -38,9 +57,11 @@ public:
     /// Works the layers out, in textures of their own.
     virtual void draw(const PreparedFrame& frame) = 0;
 
-    /// Draws one layer of the last draw() at every pixel of the bound framebuffer, which is as
-    /// large as the frame. Blending is the caller's.
-    virtual void resolve(const PreparedFrame& frame, Layer layer) = 0;
+    /// One layer of the last draw() at every pixel of a canvas that sees a medium: drawn to its
+    /// framebuffer, which is bound with the state of blending set, or by a compute shader into its
+    /// image, which is bound, with the blend in `variant`.
+    virtual void resolve(const PreparedFrame& frame, Layer layer, const Canvas& canvas,
+                         const gl::Defines& variant) = 0;
     /// What resolve() is called in a table of times.
     [[nodiscard]] virtual const char* resolve_name() const = 0;
 

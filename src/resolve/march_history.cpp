@@ -98,14 +98,21 @@ void MarchHistory::add(const PreparedFrame& frame, const pass::MarchedLayer& mar
     marched.transmittance->bind(TRANSMITTANCE_UNIT);
     kept.scattering.bind(KEPT_UNIT);
     kept.more.bind(KEPT_MORE_UNIT);
-    mean.framebuffer.bind(view.shape.texels);
+    if (marched.tiles->computes()) {
+        mean.scattering.bind_image(LAYER_IMAGE, GL_WRITE_ONLY);
+        mean.more.bind_image(LAYER_MORE_IMAGE, GL_WRITE_ONLY);
+    } else {
+        mean.framebuffer.bind(view.shape.texels);
+    }
     // Where no medium is in the way nothing is drawn: one frame's worth of that, whatever the
     // depth.
     constexpr std::array<GLfloat, 4> kNothing{0, 0, 0, 1}, kAll{1, 1, 1, -1}, kState{1, -1, 0, 0};
     gl->ClearNamedFramebufferfv(mean.framebuffer.id(), GL_COLOR, 0, kNothing.data());
     gl->ClearNamedFramebufferfv(mean.framebuffer.id(), GL_COLOR, 1,
                                 (view.shape.monochrome ? kState : kAll).data());
-    marched.tiles->draw_tiles("pass/march_history.frag", defines);
+    marched.tiles->run_tiles("pass/march_history", defines);
+    if (marched.tiles->computes())
+        gl->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
     view.last = now;
     view.last_media_range = frame.media_range;
     view.last_offset = frame.host.layer_offset;

@@ -14,7 +14,7 @@ namespace fumarole::resolve {
 
 /// The layer that was marched for one view's last frames, reprojected and averaged with the next:
 /// Yang et al. 2020, "A Survey of Temporal Antialiasing Techniques"; a ray's media are taken to
-/// lie where what it sees of them does in the mean. glsl/pass/march_history.frag.
+/// lie where what it sees of them does in the mean. glsl/pass/march_history.glsl.
 class MarchHistory {
 public:
     explicit MarchHistory(const Toolbox& tools);
@@ -31,7 +31,7 @@ public:
     [[nodiscard]] const char* use() const { return to_string(use_, change_); }
 
 private:
-    /// Two targets, scattering and what march_history.frag keeps beside it; coloured: transmittance
+    /// Two targets, scattering and what march_history.glsl keeps beside it; coloured: transmittance
     /// in rgb.
     struct Kept {
         gl::Texture scattering, more;

@@ -6,12 +6,14 @@
 
 namespace fumarole::resolve {
 
-void upsample(const PreparedFrame& frame, const pass::MarchedLayer& marched, Layer layer)
+void upsample(const PreparedFrame& frame, const pass::MarchedLayer& marched, Layer layer,
+              const Canvas& canvas, const gl::Defines& variant)
 {
     const FrameSettings& s = frame.settings;
     const bool small = s.upsample == Settings::Upsample::bilinear2x2;
-    gl::Defines defines{{"kLayerScale", fmt::format("{}", s.resolution)},
-                        {"kUpsampleTaps", s.resolution == 1 ? "1" : (small ? "2" : "4")}};
+    gl::Defines defines = variant;
+    defines += {{"kLayerScale", fmt::format("{}", s.resolution)},
+                {"kUpsampleTaps", s.resolution == 1 ? "1" : (small ? "2" : "4")}};
     if (s.upsample == Settings::Upsample::box4x4)
         defines.emplace_back("kBox2017", "");
     marched.depth->bind(LAYER_DEPTH_UNIT);
@@ -21,7 +23,7 @@ void upsample(const PreparedFrame& frame, const pass::MarchedLayer& marched, Lay
         marched.transmittance->bind(TRANSMITTANCE_UNIT);
         defines.emplace_back("BOTH", "");
     }
-    marched.tiles->draw_picture("resolve/upsample.frag", defines);
+    marched.tiles->run_picture("resolve/upsample", defines, canvas.image.has_value());
 }
 
 }  // namespace fumarole::resolve

@@ -5,8 +5,8 @@
 
 namespace fumarole::resolve {
 
-/// Draws one layer of a march at every pixel of the bound framebuffer that sees a medium, with an
-/// eye to depth: glsl/resolve/upsample.frag.
-void upsample(const PreparedFrame& frame, const pass::MarchedLayer& marched, Layer layer);
+/// Layers::resolve() of a march, with an eye to depth: glsl/resolve/upsample.glsl.
+void upsample(const PreparedFrame& frame, const pass::MarchedLayer& marched, Layer layer,
+              const Canvas& canvas, const gl::Defines& variant);
 
 }  // namespace fumarole::resolve

@@ -10,7 +10,7 @@
 namespace fumarole::pass {
 namespace {
 
-/// A texel as glsl/pass/ray_march.frag reads it.
+/// A texel as glsl/pass/ray_march.glsl reads it.
 struct Tile {
     glm::uvec4 texel;
 

@@ -76,6 +76,7 @@ constexpr std::array kNumbers{FUM_NAMED(GL_DRAW_FRAMEBUFFER_BINDING),
                               FUM_NAMED(GL_COPY_READ_BUFFER_BINDING),
                               FUM_NAMED(GL_COPY_WRITE_BUFFER_BINDING),
                               FUM_NAMED(GL_DRAW_INDIRECT_BUFFER_BINDING),
+                              FUM_NAMED(GL_DISPATCH_INDIRECT_BUFFER_BINDING),
                               FUM_NAMED(GL_CULL_FACE_MODE),
                               FUM_NAMED(GL_FRONT_FACE),
                               FUM_NAMED(GL_POLYGON_MODE),
@@ -297,9 +298,10 @@ public:
             gl_->BindBufferBase(GL_UNIFORM_BUFFER, i, 0);
             gl_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, i, 0);
         }
-        for (GLenum target : {GL_ARRAY_BUFFER, GL_UNIFORM_BUFFER, GL_SHADER_STORAGE_BUFFER,
-                              GL_PIXEL_PACK_BUFFER, GL_PIXEL_UNPACK_BUFFER, GL_COPY_READ_BUFFER,
-                              GL_COPY_WRITE_BUFFER, GL_DRAW_INDIRECT_BUFFER})
+        for (GLenum target :
+             {GL_ARRAY_BUFFER, GL_UNIFORM_BUFFER, GL_SHADER_STORAGE_BUFFER, GL_PIXEL_PACK_BUFFER,
+              GL_PIXEL_UNPACK_BUFFER, GL_COPY_READ_BUFFER, GL_COPY_WRITE_BUFFER,
+              GL_DRAW_INDIRECT_BUFFER, GL_DISPATCH_INDIRECT_BUFFER})
             gl_->BindBuffer(target, 0);
         gl_->UseProgram(0);
         gl_->BindProgramPipeline(0);
@@ -392,6 +394,7 @@ public:
         gl_->BindBuffer(GL_COPY_READ_BUFFER, buffers_[1]);
         gl_->BindBuffer(GL_COPY_WRITE_BUFFER, buffers_[2]);
         gl_->BindBuffer(GL_DRAW_INDIRECT_BUFFER, buffers_[3]);
+        gl_->BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, buffers_[4]);
         gl_->UseProgram(program_);
         gl_->BindProgramPipeline(pipeline_);
         gl_->BindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffers_[0]);
@@ -805,6 +808,16 @@ TEST_P(Guest, LeavesTheStateOfUnitsThatGreyFogHasNothingFor)
 TEST_P(Guest, LeavesTheStateOfTheListsOfTransparents)
 {
     expect_good_manners(gl(), get_proc(), glassy_scene(), GetParam());
+}
+
+class GuestByCompute : public GlTest {};
+
+TEST_F(GuestByCompute, LeavesTheStateAndDrawsTheSamePictureWhateverItIs)
+{
+    for (Settings settings : {temporal_settings(), small_settings(Settings::Mode::froxel)}) {
+        settings.passes = Settings::Passes::compute;
+        expect_good_manners(gl(), get_proc(), glassy_scene(), settings);
+    }
 }
 
 TEST_P(Guest, CompositeWritesColourAloneAndKeepsItsAlpha)

@@ -246,6 +246,20 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     if (std::system("glslangValidator --version > /dev/null 2>&1") != 0)
         GTEST_SKIP() << "glslangValidator is not in PATH (Debian: glslang-tools)";
     Variants variants;
+    const Defines kLayerTiles{{"kTilePixels", "4"}};
+    // By compute shaders: each format of a picture, each way to blend.
+    const std::array kPictures{"rgba16f", "rgba32f", "r11f_g11f_b10f",
+                               "rgba8",   "rgba16",  "rgb10_a2"};
+    std::size_t picture = 0;
+    const auto resolve = [&](const char* file, const Defines& defines) {
+        for (const char* factor : {"0", "1", "2", "3", "4"}) {
+            picture = (picture + 1) % kPictures.size();
+            variants.add(file, defines + Defines{{"PICTURE_FORMAT", kPictures.at(picture)},
+                                                 {"kFactor", factor},
+                                                 {"kAdds", picture % 2 == 0 ? "true" : "false"},
+                                                 {"kNormalized", picture < 3 ? "false" : "true"}});
+        }
+    };
     variants.add("pass/fullscreen.vert", {});
     variants.add("pass/accumulate.frag", {});
     for (const Defines& compared :
@@ -253,7 +267,9 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         variants.add("pass/display.frag", compared);
     variants.add("pass/tiles.vert", {{"kTilePixels", "8"}});
     for (const char* lit : {"true", "false"})
-        variants.add("pass/tiles.vert", {{"kAllTiles", "false"}, {"kLitTiles", lit}});
+        for (const char* file : {"pass/tiles.vert", "pass/list_tiles.comp"})
+            variants.add(file, {{"kAllTiles", "false"}, {"kLitTiles", lit}});
+    variants.add("pass/list_tiles.comp", {{"kTilePixels", "16"}});
     variants.add("pass/surface.vert", {});
     variants.add("study/texel_rate.frag", {{"kFetches", "64"}, {"kTexelPixels", "512"}});
     variants.add("light/shadow_map.frag", {});
@@ -265,19 +281,23 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     for (const char* scale : {"1", "2", "4"}) {
         const Defines at_scale{{"kLayerScale", scale}};
         for (unsigned set = 0; set < 2; ++set)
-            variants.add("pass/layer_depth.frag", at_scale + flags(set, {"kCheckerboard"}));
+            for (const char* file : {"pass/layer_depth.frag", "pass/layer_depth.comp"})
+                variants.add(file, at_scale + kLayerTiles + flags(set, {"kCheckerboard"}));
         variants.add("pass/inspect_rays.frag", at_scale);
         for (const unsigned history : {0b000u, 0b001u, 0b011u, 0b111u})
             for (unsigned set = 0; set < 2; ++set)
-                variants.add("pass/march_history.frag",
-                             at_scale + flags(set, {"MONOCHROME"}) +
-                                 flags(history, {"kHistory", "kLightChanged", "kMediaChanged"}));
+                for (const char* file : {"pass/march_history.frag", "pass/march_history.comp"})
+                    variants.add(
+                        file, at_scale + kLayerTiles + flags(set, {"MONOCHROME"}) +
+                                  flags(history, {"kHistory", "kLightChanged", "kMediaChanged"}));
         for (const char* taps : {"1", "2", "4"})
             for (unsigned set = 0; set < 2; ++set)
-                for (const Defines& targets : {Defines{}, Defines{{"BOTH", ""}}})
-                    variants.add("resolve/upsample.frag", at_scale + targets +
-                                                              Defines{{"kUpsampleTaps", taps}} +
-                                                              flags(set, {"kBox2017"}));
+                for (const Defines& targets : {Defines{}, Defines{{"BOTH", ""}}}) {
+                    const Defines defines = at_scale + targets + Defines{{"kUpsampleTaps", taps}} +
+                                            flags(set, {"kBox2017"});
+                    variants.add("resolve/upsample.frag", defines);
+                    resolve("resolve/upsample.comp", defines + Defines{{"kTilePixels", "16"}});
+                }
     }
     for (const char* file : {"box.vert", "box.frag", "color.frag", "depth.frag", "dim.frag",
                              "extent.frag", "froxels.frag", "probe.frag"})
@@ -357,9 +377,12 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
 
     for (unsigned set = 0; set < 4; ++set)
         variants.add("pass/integrate.comp", flags(set, {"EXTINCTION_IN_ALPHA", "kWronski"}));
-    for (unsigned set = 0; set < 8; ++set)
-        variants.add("resolve/froxels.frag", flags(set, {"EXTINCTION_IN_ALPHA", "kTricubic",
-                                                         set >= 4 ? "kTransmittance" : "BOTH"}));
+    for (unsigned set = 0; set < 8; ++set) {
+        const Defines defines =
+            flags(set, {"EXTINCTION_IN_ALPHA", "kTricubic", set >= 4 ? "kTransmittance" : "BOTH"});
+        variants.add("resolve/froxels.frag", defines);
+        resolve("resolve/froxels.comp", defines);
+    }
 
     variants.add("transparent/fragment.vert", {});
     for (unsigned set = 0; set < 4; ++set)
@@ -398,22 +421,30 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     };
     constexpr unsigned kFroxelSets = 1u << 10;
 
+    constexpr unsigned kDefault = 0b1100000111;
     // The march: every kind of medium with a few sets of flags, and every set with a few media.
     const auto march = [&](const Defines& media, const Defines& lights, unsigned set) {
-        variants.add("pass/ray_march.frag",
-                     media + lights +
-                         flags(set, {"kBlueNoise", "kVolumeShadows", "kWorldLight", "kCameraRange",
-                                     "kShadowToLight", "kLeastExtinction", "kMonochrome",
-                                     "kCountSamples", "kDepthVolume", "kWorldVolume"}) +
-                         flags(set ^ set >> 3, {"kExactFalloff", "kMediaDepth", "kDepthAtPoint"}) +
-                         flags(set >> 2, {"kSplits"}) +
-                         Defines{{"kLayerScale", "2"}, {"kShadowTaps", "4"}});
-        variants.add("pass/march_history.frag",
-                     media + lights + flags(set, {"kWorldLight", "MONOCHROME", "kVolumeShadows"}) +
-                         Defines{{"kLayerScale", "2"}, {"kHistory", ""}, {"HISTORY_MOVED", ""}} +
-                         flags(set >> 3, {"kLightChanged"}) + flags(set >> 4, {"kMediaChanged"}));
+        const Defines marched =
+            media + lights +
+            flags(set, {"kBlueNoise", "kVolumeShadows", "kWorldLight", "kCameraRange",
+                        "kShadowToLight", "kLeastExtinction", "kMonochrome", "kCountSamples",
+                        "kDepthVolume", "kWorldVolume"}) +
+            flags(set ^ set >> 3, {"kExactFalloff", "kMediaDepth", "kDepthAtPoint"}) +
+            flags(set >> 2, {"kSplits"}) + Defines{{"kLayerScale", "2"}, {"kShadowTaps", "4"}};
+        variants.add("pass/ray_march.frag", marched);
+        const Defines kept =
+            media + lights + flags(set, {"kWorldLight", "MONOCHROME", "kVolumeShadows"}) +
+            Defines{{"kLayerScale", "2"}, {"kHistory", ""}, {"HISTORY_MOVED", ""}} +
+            flags(set >> 3, {"kLightChanged"}) + flags(set >> 4, {"kMediaChanged"});
+        variants.add("pass/march_history.frag", kept);
+        // The same lines again: glslang has to see each of them once more only here and there.
+        if (set % 16 == 0 || set == kDefault) {
+            variants.add("pass/ray_march.comp",
+                         marched + kLayerTiles + flags(set >> 6, {"kOneTarget"}));
+            variants.add("pass/march_history.comp", kept + kLayerTiles);
+        }
     };
-    constexpr unsigned kDefault = 0b1100000111, kSets = 1u << 10;
+    constexpr unsigned kSets = 1u << 10;
     medium::MediaSet media(gl());
     const std::vector<NamedMedia> kinds = all_media();
     for (std::size_t i = 0; i < kinds.size(); ++i) {

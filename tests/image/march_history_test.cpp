@@ -121,7 +121,7 @@ TEST_F(MarchHistory, AStillHasTheMeanOfItsFramesOpticalDepths)
         int noisy = 0;
         for (std::size_t k = 0; k < size; ++k) {
             if (sums.most[k] - sums.least[k] > 0.5)
-                continue;  // the ray may have met something else: see march_history.frag
+                continue;  // the ray may have met something else: see march_history.glsl
             noisy += sums.most[k] - sums.least[k] > 0.1 ? 1 : 0;
             const double transmittance = std::exp(-sums.depth[k]);
             ASSERT_NEAR(layers.transmittance[k], transmittance, 1e-5) << k;

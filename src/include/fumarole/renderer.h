@@ -75,8 +75,10 @@ struct FrameReport {
     std::uint64_t gpu_bytes = 0;    ///< textures and buffers of the renderer
     std::uint64_t allocations = 0;  ///< textures and buffers that it has made so far
     std::string history;            ///< View::history() of the view that was drawn last
-    FragmentCount transparents;     ///< Renderer::fragment_count()
-    SceneWork work;                 ///< since the last report
+    /// What march and resolve of the last frame that saw a medium ran as (FrameSettings::passes).
+    std::string passes;
+    FragmentCount transparents;  ///< Renderer::fragment_count()
+    SceneWork work;              ///< since the last report
 };
 
 /// The volumetric post-process. One for each GL context, which must be current in every call, the

@@ -1,0 +1,113 @@
+// Brings the volume layer to the scene's resolution, minding its depth, to be blended over the picture:
+// transmittance by multiplication and scattering by addition, both targets at once or one after the other.
+//   in   a layer target or two, the layer's depth and the host's
+//   out  the targets' values at this pixel
+#include "lib/depth.glsl"
+#include "scene/frame.glsl"
+
+// Variant, besides BOTH
+const int kUpsampleTaps = 4;   // 4: a tent over 4x4 texels; 2: bilinear over 2x2; 1: copies the texel (scale 1)
+const bool kBox2017 = false;   // 4x4 texels with equal weights, depth compared in metres, one side half a texel off
+
+layout(binding = SCENE_DEPTH_UNIT) uniform sampler2D u_scene_depth_tx;
+layout(binding = LAYER_DEPTH_UNIT) uniform sampler2D u_layer_depth_tx;
+layout(binding = SCATTERING_UNIT) uniform sampler2D u_layer_tx;
+layout(binding = TRANSMITTANCE_UNIT) uniform sampler2D u_transmittance_tx;
+#include "resolve/resolved.glsl"
+
+struct Texel {
+    vec4 color;
+    vec3 transmittance;  // kBoth
+    float weight;
+};
+
+void add(inout Texel sum, ivec2 texel, float weight)
+{
+    sum.color += weight * texelFetch(u_layer_tx, texel, 0);
+    if (kBoth)
+        sum.transmittance += weight * texelFetch(u_transmittance_tx, texel, 0).rgb;
+    sum.weight += weight;
+}
+
+// Depths before and behind all media see the same of them.
+float media_view_z(float view_z)
+{
+    return clamp(view_z, u_frame.media_range.x, u_frame.media_range.y);
+}
+
+void add_box_2017(inout Texel sum, ivec2 pixel, float scene_z)
+{
+    ivec2 last = ivec2(u_frame.layer_size) - 1;
+    ivec2 first = pixel / kLayerScale - 1;
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 4; ++x) {
+            ivec2 texel = clamp(first + ivec2(x, y), ivec2(0), last);
+            float layer_z = texelFetch(u_layer_depth_tx, texel, 0).r;
+            add(sum, texel, abs(layer_z - scene_z) < u_frame.depth_threshold ? 1.0 : 0.0);
+        }
+    if (sum.weight == 0.0)
+        add(sum, clamp(first, ivec2(0), last), 1.0);
+}
+
+// position: in texels; the layer's samples lie at integers. tolerance: of depth [m]
+void add_bilinear(inout Texel sum, vec2 position, float scene_z, float tolerance)
+{
+    ivec2 last = ivec2(u_frame.layer_size) - 1;
+    ivec2 first = ivec2(floor(position));
+    vec2 high = position - vec2(first);
+    vec2 low = 1.0 - high;
+    // One fetch for four depths, in its order: upper left, upper right, lower right, lower left.
+    vec4 layer_z = textureGather(u_layer_depth_tx, (vec2(first) + 1.0) * u_frame.inverse_layer_size);
+    layer_z = clamp(layer_z, vec4(u_frame.media_range.x), vec4(u_frame.media_range.y));
+    vec4 weights = vec4(low.x * high.y, high.x * high.y, high.x * low.y, low.x * low.y) *
+                   same_depth(layer_z, scene_z, tolerance);
+    ivec2 upper_right = min(first + 1, last);
+    ivec2 lower_left = max(first, ivec2(0));
+    add(sum, ivec2(lower_left.x, upper_right.y), weights.x);
+    add(sum, upper_right, weights.y);
+    add(sum, ivec2(upper_right.x, lower_left.y), weights.z);
+    add(sum, lower_left, weights.w);
+}
+
+void add_tent(inout Texel sum, vec2 position, float scene_z, float tolerance)
+{
+    ivec2 last = ivec2(u_frame.layer_size) - 1;
+    ivec2 first = ivec2(floor(position)) - (kUpsampleTaps / 2 - 1);
+    for (int y = 0; y < kUpsampleTaps; ++y)
+        for (int x = 0; x < kUpsampleTaps; ++x) {
+            ivec2 texel = first + ivec2(x, y);
+            vec2 tent = max(1.0 - abs(vec2(texel) - position) / float(kUpsampleTaps / 2), 0.0);
+            texel = clamp(texel, ivec2(0), last);
+            float layer_z = media_view_z(texelFetch(u_layer_depth_tx, texel, 0).r);
+            add(sum, texel, tent.x * tent.y * same_depth(layer_z, scene_z, tolerance));
+        }
+}
+
+void add_texels(inout Texel sum, ivec2 pixel)
+{
+    if (kUpsampleTaps == 1) {
+        add(sum, pixel, 1.0);
+        return;
+    }
+    float scene_z = view_z_of(texelFetch(u_scene_depth_tx, pixel, 0).r, u_frame.view_z_from_depth,
+                              u_frame.sky_depth);
+    if (kBox2017) {
+        add_box_2017(sum, pixel, scene_z);
+        return;
+    }
+    scene_z = media_view_z(scene_z);
+    float reach = u_frame.media_depth > 0.0 ? u_frame.media_depth : scene_z;
+    float tolerance = u_frame.depth_threshold * reach;
+    vec2 position = (vec2(pixel) + 0.5) / float(kLayerScale) - 0.5 - u_frame.layer_offset;
+    if (kUpsampleTaps == 2)
+        add_bilinear(sum, position, scene_z, tolerance);
+    else
+        add_tent(sum, position, scene_z, tolerance);
+}
+
+Resolved resolve_pixel(ivec2 pixel)
+{
+    Texel sum = Texel(vec4(0.0), vec3(0.0), 0.0);
+    add_texels(sum, pixel);
+    return Resolved(sum.color / sum.weight, sum.transmittance / sum.weight);
+}
