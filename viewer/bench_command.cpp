@@ -15,6 +15,7 @@
 #include "machine.h"
 #include "output_folder.h"
 #include "progress.h"
+#include "run_as.h"
 #include "scene_input.h"
 #include "study/bench_grids.h"
 #include "study/bench_load.h"
@@ -141,19 +142,21 @@ public:
           context_{make_context(options.device)}, renderer_{context_->get_proc(),
                                                             {},
                                                             kept_programs()},
-          texel_rate_{renderer_.renderer().device()}
+          drawn_rate_{device(), false}, computed_rate_{device(), true}
     {
     }
 
     void run()
     {
         make_input();
-        look_at_machine();
+        look_at_machine(false);
+        look_at_machine(true);
         measure_programs();
         measure_loading();
         measure_cases();
         measure_grids();
-        look_at_machine();
+        look_at_machine(false);
+        look_at_machine(true);
         finish_rates();
         measure_errors();
         write();
@@ -178,10 +181,12 @@ private:
     {
         return std::max(1.0, effort_.seconds - study::seconds_since(begin_));
     }
-    double look_at_machine()
+    const gl::Device& device() { return renderer_.renderer().device(); }
+    double look_at_machine(bool computes)
     {
-        rates_.push_back(texel_rate_.measure());
-        return rates_.back();
+        std::vector<double>& rates = computes ? computed_rates_ : drawn_rates_;
+        rates.push_back((computes ? computed_rate_ : drawn_rate_).measure());
+        return rates.back();
     }
     void add(std::vector<BenchFigure> figures)
     {
@@ -228,7 +233,9 @@ private:
         bench.rounds = effort_.rounds;
         bench.frames = effort_.frames;
         bench.seconds = seconds;
-        bench.machine_rate = [this] { return look_at_machine(); };
+        bench.machine_rate = [this](const Settings& settings) {
+            return look_at_machine(runs_compute(device(), settings));
+        };
         bench.progress = [this](const std::string& what, double share) {
             progress_.show(what, share);
         };
@@ -266,21 +273,24 @@ private:
                                    report_.notes));
     }
 
-    /// The machine's own rate, and what of it each march reaches.
+    /// The machine's own rates, and what of them each march reaches: of that of its own kind.
     void finish_rates()
     {
-        report_.figures.push_back({"machine",
-                                   "",
-                                   "",
-                                   "",
-                                   0,
-                                   "trilinear texels a second",
-                                   "1/s",
-                                   study::spread_of(rates_),
-                                   {}});
+        for (const auto& [name, rates] :
+             {std::pair{"fragments", &drawn_rates_}, {"compute", &computed_rates_}})
+            report_.figures.push_back({"machine",
+                                       "",
+                                       name,
+                                       "",
+                                       0,
+                                       "trilinear texels a second",
+                                       "1/s",
+                                       study::spread_of(*rates),
+                                       {}});
         for (const study::MeasuredCase& one : measured_) {
             const study::BenchCase& c = one.bench_case;
-            if (c.group != "presets" || one.volume.empty() || interrupted())
+            if ((c.group != "presets" && c.group != "passes") || one.volume.empty() ||
+                interrupted())
                 continue;
             progress_.show("counting fetches");
             const double fetches = study::count_march_fetches(renderer_, c.scene, c.settings).all();
@@ -370,8 +380,8 @@ private:
     Progress progress_;
     std::unique_ptr<gl::HeadlessContext> context_;
     SceneRenderer renderer_;
-    study::TexelRate texel_rate_;
-    std::vector<double> rates_;
+    study::TexelRate drawn_rate_, computed_rate_;
+    std::vector<double> drawn_rates_, computed_rates_;
     std::vector<study::MeasuredCase> measured_;
     BenchReport report_;
     std::string plot_failure_;

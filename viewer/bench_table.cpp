@@ -134,13 +134,15 @@ void print_times(const BenchReport& report, const char* group)
 void print_bench_table(const BenchReport& report)
 {
     fmt::print("{}\n", report.machine);
-    if (const BenchFigure* rate =
-            study::find_figure(report.figures, "machine", "", "", "trilinear texels a second"))
-        fmt::print("trilinear texels: {:.4g} M/s ({:.4g} to {:.4g} in {} looks)\n",
-                   rate->value.median * 1e-6, rate->value.min * 1e-6, rate->value.max * 1e-6,
-                   rate->value.count);
+    for (const char* name : {"fragments", "compute"})
+        if (const BenchFigure* rate = study::find_figure(report.figures, "machine", "", name,
+                                                         "trilinear texels a second"))
+            fmt::print("trilinear texels, {}: {:.4g} M/s ({:.4g} to {:.4g} in {} looks)\n", name,
+                       rate->value.median * 1e-6, rate->value.min * 1e-6, rate->value.max * 1e-6,
+                       rate->value.count);
     fmt::print("Figures are medians (least - largest); ratios are taken within a round.\n");
     print_cases(report, "presets", "eevee2017");
+    print_cases(report, "passes", "fragment");
     print_cases(report, "ablation", "none");
     print_growth(report);
     print_grids(report);

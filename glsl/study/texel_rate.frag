@@ -1,20 +1,9 @@
-// How many trilinear texels a second this machine fetches from a volume: the limit of any pass that
-// reads volumes. Neighbouring pixels walk side by side through it, as neighbouring rays do.
-//   in   a volume of one channel
-//   out  the sum of what was fetched, so that no fetch can be left out
+// The rate of fetches by fragments: study/texel_rate.glsl.
+#include "study/texel_rate.glsl"
 
-// Variant
-const int kFetches = 1;      // of each pixel
-const int kTexelPixels = 1;  // along each edge of the picture
-
-layout(binding = 0) uniform sampler3D u_volume_tx;
 layout(location = 0) out vec4 out_sum;
 
 void main()
 {
-    vec2 uv = gl_FragCoord.xy / float(kTexelPixels);
-    float sum = 0.0;
-    for (int i = 0; i < kFetches; ++i)
-        sum += textureLod(u_volume_tx, vec3(uv, (float(i) + 0.5) / float(kFetches)), 0.0).r;
-    out_sum = vec4(sum);
+    out_sum = vec4(sum_of_fetches(ivec2(gl_FragCoord.xy)));
 }

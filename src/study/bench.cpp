@@ -69,6 +69,21 @@ std::vector<const BenchScene*> focus_scenes(std::span<const BenchScene> scenes, 
     return focus;
 }
 
+/// The same pictures by fragments and by compute shaders.
+void plan_passes(const BenchScene& scene, std::vector<BenchCase>& cases)
+{
+    for (const char* preset : {"default", "froxel"})
+        for (const char* passes : {"fragment", "compute"}) {
+            BenchCase made = preset_case(scene, preset, kSize);
+            made.group = "passes";
+            made.name = passes;
+            made.base = passes == std::string_view("compute") ? "fragment" : "";
+            made.scene_name = fmt::format("{}, {}", scene.name, preset);
+            made.settings = with(made.settings, "passes", passes);
+            cases.push_back(std::move(made));
+        }
+}
+
 void plan_ablation(const BenchScene& scene, std::vector<BenchCase>& cases)
 {
     const Settings all = find_preset("default");
@@ -176,9 +191,9 @@ public:
     std::vector<MeasuredCase> take() { return std::move(measured_); }
 
 private:
-    [[nodiscard]] double watch() const
+    [[nodiscard]] double watch(const Settings& settings) const
     {
-        return options_.machine_rate ? options_.machine_rate() : 0;
+        return options_.machine_rate ? options_.machine_rate(settings) : 0;
     }
 
     void tell(const BenchCase& one, int round, std::size_t i) const
@@ -200,7 +215,7 @@ private:
             }};
         try {
             StillReport report;
-            const double machine = watch();
+            const double machine = watch(one.bench_case.settings);
             renderer_.render(one.bench_case.scene, one.bench_case.settings, still, &report);
             one.volume.emplace_back(round, report.volume);
             one.passes.push_back(report.passes);
@@ -251,8 +266,8 @@ std::span<const AblatedStep> ablated_steps()
 
 std::span<const std::string_view> bench_groups()
 {
-    static constexpr std::array<std::string_view, 8> kGroups{
-        "presets", "ablation", "steps", "lights", "sizes", "grids", "load", "programs"};
+    static constexpr std::array<std::string_view, 9> kGroups{
+        "presets", "passes", "ablation", "steps", "lights", "sizes", "grids", "load", "programs"};
     return kGroups;
 }
 
@@ -297,6 +312,8 @@ std::vector<BenchCase> plan_bench(std::span<const BenchScene> scenes,
         for (const std::string& preset : names)
             cases.push_back(preset_case(scene, preset, kSize));
     const std::vector<const BenchScene*> focus = focus_scenes(scenes, quick);
+    for (const BenchScene* scene : focus)
+        plan_passes(*scene, cases);
     for (const BenchScene* scene : focus)
         plan_ablation(*scene, cases);
     for (const BenchScene* scene : focus)

@@ -69,7 +69,8 @@ struct AblatedStep {
 /// As data: another one is a row.
 std::span<const AblatedStep> ablated_steps();
 
-/// The cases of the groups `presets`, `ablation`, `steps`, `lights`, `sizes`, in this order.
+/// The cases of the groups `presets`, `passes`, `ablation`, `steps`, `lights`, `sizes`, in this
+/// order.
 /// Presets are of all scenes; the rest of the first that has a grid and of the first where light
 /// has a closed form, of that with a grid alone if quick.
 /// @param presets names; none: all @param group one group alone; "": all
@@ -98,8 +99,9 @@ struct MeasuredCase {
 struct BenchOptions {
     int rounds = 3, frames = 3;
     double seconds = 1e9;  ///< cases that would not end within are left out
-    /// Measures what the machine can do, just before each visit: it drifts.
-    std::function<double()> machine_rate;
+    /// Measures what the machine can do with passes as these settings have them, just before each
+    /// visit: it drifts.
+    std::function<double(const Settings&)> machine_rate;
     std::function<void(const std::string&, double)> progress;  ///< what is done, share of it all
     const std::atomic<bool>* cancel = nullptr;
 };

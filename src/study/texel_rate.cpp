@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "gl/state_guard.h"
+#include "shared/bindings.h"
 
 namespace fumarole::study {
 
@@ -14,17 +15,19 @@ constexpr int kMostDraws = 1 << 12;
 
 }  // namespace
 
-TexelRate::TexelRate(const gl::Device& device)
-    : device_{device}, timers_{device}, volume_{gl::Texture::make_3d(device, "texel rate",
-                                                                     glm::ivec3(kEdge), GL_R16F,
-                                                                     gl::Filter::linear)},
+TexelRate::TexelRate(const gl::Device& device, bool computes)
+    : device_{device}, computes_{computes}, timers_{device}, volume_{gl::Texture::make_3d(
+                                                                 device, "texel rate",
+                                                                 glm::ivec3(kEdge), GL_R16F,
+                                                                 gl::Filter::linear)},
       picture_{gl::Texture::make_2d(device, "texel rate", glm::ivec2(kPixels), GL_R32F,
                                     gl::Filter::nearest)},
-      framebuffer_{device, "texel rate"},
-      fullscreen_{device, "texel rate"}, program_{device,
-                                                  {"pass/fullscreen.vert", "study/texel_rate.frag"},
-                                                  {{"kFetches", fmt::format("{}", kFetches)},
-                                                   {"kTexelPixels", fmt::format("{}", kPixels)}}}
+      framebuffer_{device, "texel rate"}, fullscreen_{device, "texel rate"},
+      program_{
+          device,
+          computes ? std::vector<std::string>{"study/texel_rate.comp"}
+                   : std::vector<std::string>{"pass/fullscreen.vert", "study/texel_rate.frag"},
+          {{"kFetches", fmt::format("{}", kFetches)}, {"kTexelPixels", fmt::format("{}", kPixels)}}}
 {
     const std::vector<float> ones(std::size_t{kEdge} * kEdge * kEdge, 1.0f);
     volume_.upload(GL_RED, GL_FLOAT, ones.data());
@@ -42,16 +45,20 @@ double TexelRate::measure()
 
 double TexelRate::time(int draws)
 {
-    const gl::StateGuard guard(device_, 1, 0, 0);
+    const gl::StateGuard guard(device_, 1, 0, IMAGE_COUNT);
     framebuffer_.bind(glm::ivec2(kPixels));
     device_->UseProgram(program_.id());
     device_->BindVertexArray(fullscreen_.id());
+    picture_.bind_image(LAYER_IMAGE, GL_WRITE_ONLY);
     volume_.bind(0);
     {
         const auto frame = timers_.frame(0);
         const auto scope = timers_.scope("texel rate");
         for (int i = 0; i < draws; ++i)
-            device_->DrawArrays(GL_TRIANGLES, 0, 3);
+            if (computes_)
+                device_->DispatchCompute(kPixels / PICTURE_GROUP, kPixels / PICTURE_GROUP, 1);
+            else
+                device_->DrawArrays(GL_TRIANGLES, 0, 3);
     }
     device_->Finish();
     return timers_.take()->passes.front().second;

@@ -8,10 +8,11 @@
 namespace fumarole::study {
 
 /// The machine's own rate of trilinear fetches from a volume of 128^3 half floats, neighbours side
-/// by side: what a pass that reads volumes can reach at best. glsl/study/texel_rate.frag.
+/// by side, in fragments or in a compute shader: what a pass of that kind that reads volumes can
+/// reach at best. glsl/study/texel_rate.glsl.
 class TexelRate {
 public:
-    explicit TexelRate(const gl::Device& device);
+    TexelRate(const gl::Device& device, bool computes);
 
     /// Fetches a second, now. Takes about 50 ms where a CPU fetches, less on a GPU.
     double measure();
@@ -21,6 +22,7 @@ private:
     double time(int draws);
 
     const gl::Device& device_;
+    bool computes_;
     gl::PassTimers timers_;
     gl::Texture volume_, picture_;
     gl::Framebuffer framebuffer_;

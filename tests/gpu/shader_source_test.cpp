@@ -271,7 +271,8 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
             variants.add(file, {{"kAllTiles", "false"}, {"kLitTiles", lit}});
     variants.add("pass/list_tiles.comp", {{"kTilePixels", "16"}});
     variants.add("pass/surface.vert", {});
-    variants.add("study/texel_rate.frag", {{"kFetches", "64"}, {"kTexelPixels", "512"}});
+    for (const char* file : {"study/texel_rate.frag", "study/texel_rate.comp"})
+        variants.add(file, {{"kFetches", "64"}, {"kTexelPixels", "512"}});
     variants.add("light/shadow_map.frag", {});
     variants.add("light/filter.vert", {});
     for (unsigned set = 0; set < 4; ++set)
