@@ -168,8 +168,8 @@ FUMAROLE_API glm::dmat4 clip_from_view(const Camera& camera, glm::uvec2 size, gl
 FUMAROLE_API glm::dmat4 view_from_world(const Camera& camera);
 
 /// FrameSettings::resolution of frames that are averaged, where it is automatic: one step finer,
-/// full instead of half. Averaging takes the grain away, and what half a resolution blurs would be what is left.
-/// settled: what one frame alone would have
+/// full instead of half. Averaging takes the grain away, and what half a resolution blurs would be
+/// what is left. settled: what one frame alone would have
 FUMAROLE_API int averaged_resolution(int settled);
 
 /// Frame i of those that are averaged into a still of the scene, each with samples of its own, as
