@@ -112,6 +112,13 @@ void add_area_reflection(int first, AreaParams area, bool is_disk, vec3 p, vec3 
     vec3 open = max(ggx_once(gloss.f0, gloss.ab) * share + points.correction, 0.0);
     reflected += u_lights.lights[first].intensity * open * through;
 }
+#else
+struct AreaReflection {
+    vec3 correction, arriving;
+    float weights;
+};
+void add_point(AreaReflection sum, AreaParams area, LightSample light, float seen, vec3 through, vec3 n) {}
+void add_area_reflection(int first, AreaParams area, bool is_disk, vec3 p, vec3 n, AreaReflection points) {}
 #endif
 
 void add_area_irradiance(inout vec3 sum, int first, bool is_disk, vec3 p, vec3 n)
@@ -130,9 +137,7 @@ void add_area_irradiance(inout vec3 sum, int first, bool is_disk, vec3 p, vec3 n
     ShadowDepth depth = u_lights.views[int(u_lights.lights[first].first_view)].depth;
     vec3 arriving = vec3(0.0);
     float weights = 0.0;
-#ifdef GLOSSY
     AreaReflection reflection = AreaReflection(vec3(0.0), vec3(0.0), 0.0);
-#endif
     for (int point = 0; point < kAreaPoints; ++point) {
         int i = first + point;
         LightSample light = point_sample(i, p);
@@ -141,20 +146,13 @@ void add_area_irradiance(inout vec3 sum, int first, bool is_disk, vec3 p, vec3 n
         float seen = weight;
         if (kSurfaceShadows && weight > 0.0)
             seen *= area_visibility(area, first, point, point_sample(i, p + n * (depth.bias * light.range)));
-#ifdef GLOSSY
         vec3 through = seen > 0.0 ? through_media(i, p, light) * filter_on_surface(i, p) : vec3(0.0);
         arriving += seen * through;
         add_point(reflection, area, light, weight > 0.0 ? seen / weight : 0.0, through, n);
-#else
-        if (seen > 0.0)
-            arriving += seen * through_media(i, p, light) * filter_on_surface(i, p);
-#endif
     }
     float share = far ? area.area / float(kAreaPoints) : open / max(weights, 1e-30);
     sum += u_lights.lights[first].intensity * share * arriving;
-#ifdef GLOSSY
     add_area_reflection(first, area, is_disk, p, n, reflection);
-#endif
 }
 
 void add_rect_irradiance(inout vec3 sum, int i, vec3 p, vec3 n) { add_area_irradiance(sum, i, false, p, n); }
