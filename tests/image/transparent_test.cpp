@@ -282,7 +282,8 @@ Scene smoky_scene()
 TEST_F(Transparents, AllKindsInSmokeAreTheReference)
 {
     const Scene scene = smoky_scene();
-    const study::ReferenceStill truth = reference_of(scene, 1e-3);
+    // To 0.3 % of a pixel it errs by a fiftieth of the least bound, in a third of the time.
+    const study::ReferenceStill truth = reference_of(scene, 3e-3);
     struct Case {
         const char* name;
         Settings settings;
