@@ -2,13 +2,11 @@
 // band from m = -l to l. Sloan 2008, "Stupid Spherical Harmonics Tricks", appendix A2.
 #ifdef __cplusplus
 #pragma once
+#else
+const int kHarmonics[4] = int[4](1, 4, 9, 16);  // of bands 0 .. l
 #endif
 #include "shared/types.h"
 FUM_SHARED_BEGIN
-
-#ifndef __cplusplus
-const int kHarmonics[4] = int[4](1, 4, 9, 16);  // of bands 0 .. l
-#endif
 
 FUM_SHARED_FUNCTION float spherical_harmonic(int i, vec3 d)
 {
