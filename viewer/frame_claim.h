@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <glm/glm.hpp>
 #include <optional>
 
 namespace fumarole::command {
@@ -22,8 +21,5 @@ private:
     std::filesystem::path file_;
     int descriptor_;
 };
-
-/// Whether a picture is there, of that size, and can be read to its last pixel.
-bool is_whole(const std::filesystem::path& picture, glm::ivec2 size);
 
 }  // namespace fumarole::command

@@ -12,6 +12,7 @@
 #include "asset/printable.h"
 #include "command.h"
 #include "kept_programs.h"
+#include "pictures/ahead.h"
 #include "shell_words.h"
 #include "study/flag_names.h"
 #include <fumarole/asset/load_limits.h>
@@ -113,6 +114,7 @@ void check_words(const CLI::App& app, const std::vector<std::string>& words)
 int main(int argc, char** argv)
 {
     namespace command = fumarole::command;
+    const fumarole::pictures::AtEnd pictures;
     CLI::App app{"Fumarole: lit smoke, fire, cloud and fog from OpenVDB files, on OpenGL"};
     app.name("fumarole");
     app.set_version_flag("--version", FUMAROLE_VERSION);

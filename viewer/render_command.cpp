@@ -19,6 +19,7 @@
 #include "interruption.h"
 #include "kept_programs.h"
 #include "picture_files.h"
+#include "pictures/ahead.h"
 #include "planning.h"
 #include "progress.h"
 #include "scene_input.h"
@@ -26,6 +27,7 @@
 #include "study/deep_still.h"
 #include "study/grain.h"
 #include "study/reference.h"
+#include "write/whole_picture.h"
 #include <fumarole/asset/animation.h>
 #include <fumarole/asset/auto_scene.h>
 #include <fumarole/asset/frame_loader.h>
@@ -832,7 +834,7 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
             const std::vector<std::string> outputs = files_at(files, frame).outputs;
             const auto is_done = [&] {
                 return std::all_of(outputs.begin(), outputs.end(), [&](const std::string& output) {
-                    return is_whole(output, size);
+                    return write::is_whole(output, size);
                 });
             };
             if (is_done()) {
@@ -982,6 +984,7 @@ void run(RenderOptions options, const CLI::App& command)
     if (options.range)
         check_moving_outputs(options);
     check_resume(options, settings);
+    pictures::open_ahead();
     if (inspection) {
         run_inspection(options, files, settings, *inspection, load_alone(options));
         return;

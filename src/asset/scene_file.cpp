@@ -20,6 +20,7 @@
 #include "asset/scene_ranges.h"
 #include "asset/scene_transparents.h"
 #include "light_fields.h"
+#include "pictures/ahead.h"
 #include <fumarole/asset/animation.h>
 #include <fumarole/asset/environment_map.h>
 #include <fumarole/asset/image_file.h>
@@ -820,11 +821,16 @@ void load_scene_files(LoadedScene& loaded)
         if (const auto* mesh = std::get_if<MeshSurface>(&surface))
             files.know(mesh->file, mesh->mesh);
     }
+    bool any_picture = !scene.world.environment && !scene.world.environment_file.empty();
     for (const Transparent& transparent : scene.transparents) {
-        files.know(look_of(transparent).image_file, look_of(transparent).image);
+        const TransparentLook& look = look_of(transparent);
+        any_picture |= !look.image && !look.image_file.empty();
+        files.know(look.image_file, look.image);
         if (const auto* mesh = std::get_if<MeshTransparent>(&transparent))
             files.know(mesh->file, mesh->mesh);
     }
+    if (any_picture)
+        pictures::open_ahead();
 
     for (Medium& medium : scene.media) {
         if (auto* grid = std::get_if<GridMedium>(&medium))

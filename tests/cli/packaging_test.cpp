@@ -5,9 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <regex>
 #include <set>
 
+#include "pictures/table.h"
 #include "run_program.h"
 #include "support/temp_folder.h"
 
@@ -91,6 +93,47 @@ TEST(Packaging, AThumbnailIsOfTheSizeThatIsAskedFor)
     EXPECT_EQ(int(bytes[19]), 32);
     EXPECT_EQ(int(bytes[23]), 24);
     EXPECT_EQ(run_program(folder.path(), {"thumbnail", "none.vdb", file.string()}).code, 1);
+}
+
+/// Exit code and what was said on stderr, by a copy of the program.
+std::pair<int, std::string> said(const std::filesystem::path& program, const std::string& arguments)
+{
+    const auto file = program.parent_path() / "said";
+    const int status = std::system(
+        (program.string() + " " + arguments + " 2> " + file.string() + " > /dev/null").c_str());
+    return {WEXITSTATUS(status), read_bytes(file)};
+}
+
+/// 250 libraries that a command without a picture needn't wait for.
+TEST(Packaging, OpenImageIOIsOpenedForPicturesAlone)
+{
+    const TempFolder folder;
+    const auto libraries = folder.path() / "libraries";
+    ASSERT_EQ(
+        std::system(("LD_TRACE_LOADED_OBJECTS=1 " FUM_PROGRAM " > " + libraries.string()).c_str()),
+        0);
+    EXPECT_THAT(read_bytes(libraries), HasSubstr("libopenvdb"));
+    EXPECT_THAT(read_bytes(libraries), testing::Not(HasSubstr("OpenImageIO")));
+
+    const auto program = folder.path() / "fumarole", module = folder.path() / pictures::kModule;
+    std::filesystem::copy_file(FUM_PROGRAM, program);
+    const std::string render = "render --size 8x8 --aa 1 --bounces 0 " +
+                               sample("smoke_seq/smoke_0006.vdb") + " -o " +
+                               (folder.path() / "a.exr").string();
+    EXPECT_EQ(said(program, "info " + sample("smoke_seq/smoke_0006.vdb")),
+              std::pair(0, std::string()));
+    const auto [missing, what_misses] = said(program, render);
+    EXPECT_EQ(missing, 1);
+    EXPECT_THAT(what_misses, testing::AllOf(HasSubstr("fumarole-pictures.so: is not there"),
+                                            HasSubstr("install fumarole anew")));
+    folder.write(pictures::kModule, "no library");
+    const auto [broken, what_breaks] = said(program, render);
+    EXPECT_EQ(broken, 1);
+    EXPECT_THAT(what_breaks, HasSubstr(module.string() + ": can't be opened"));
+    std::filesystem::remove(module);
+    std::filesystem::create_symlink(
+        std::filesystem::path(FUM_PROGRAM).parent_path() / pictures::kModule, module);
+    EXPECT_EQ(said(program, render).first, 0);
 }
 
 /// What checks them is installed where packages are made.

@@ -49,6 +49,11 @@ foreach(host host_glew host_epoxy host_core host_glass "host_glad_asset;${SAMPLE
   message("${output}")
 endforeach()
 
+# An installed folder can be moved, and its program still finds what it opens at run time.
+file(RENAME ${prefix} ${WORK}/moved)
+run(${WORK}/moved/bin/fumarole render ${SAMPLE} --size 16x16 --aa 1 --bounces 0 -o ${WORK}/moved.exr)
+file(RENAME ${WORK}/moved ${prefix})
+
 cmake_path(GET library PARENT_PATH folder)
 set(ENV{PKG_CONFIG_PATH} ${folder}/pkgconfig)
 run(pkg-config --cflags --libs fumarole-asset)
