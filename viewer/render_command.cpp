@@ -984,7 +984,8 @@ void run(RenderOptions options, const CLI::App& command)
     if (options.range)
         check_moving_outputs(options);
     check_resume(options, settings);
-    pictures::open_ahead();
+    if (!std::all_of(options.outputs.begin(), options.outputs.end(), is_png))
+        pictures::open_ahead();
     if (inspection) {
         run_inspection(options, files, settings, *inspection, load_alone(options));
         return;

@@ -4,7 +4,6 @@
 
 #include "command.h"
 #include "context/headless_context.h"
-#include "pictures/ahead.h"
 #include "scene_input.h"
 #include <fumarole/asset/load_limits.h>
 #include <fumarole/scene_renderer.h>
@@ -26,7 +25,6 @@ void run(const ThumbnailOptions& options)
 {
     constexpr std::uint64_t kMostMemory = std::uint64_t(2) << 30;
     asset::set_memory_limit(kMostMemory);
-    pictures::open_ahead();
     const unsigned height = static_cast<unsigned>(std::max(1, options.size * 3 / 4));
     SceneInput input;
     input.file = options.input;

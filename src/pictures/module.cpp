@@ -13,7 +13,6 @@ const fumarole::pictures::Table* fumarole_pictures()
         .load_environment = &asset::load_environment,
         .write_exr = &write::write_exr,
         .write_deep_exr = &write::write_deep_exr,
-        .write_png = &write::write_png,
         .read_exr = &write::read_exr,
         .exr_channels = &write::exr_channels,
         .is_whole = &write::is_whole,

@@ -1,8 +1,8 @@
 // The functions that need OpenImageIO, for a program that is not linked with it. Debian's
 // OpenImageIO brings 250 libraries, OpenCV and GDAL among them, whose symbols take the dynamic
 // loader a quarter of a second: most of what a command without a picture would take. So it is in a
-// module of its own, opened when the first picture is read or written, or ahead of that in the
-// background.
+// module of its own, opened when the first picture is read or an EXR written, or ahead of that in
+// the background. A PNG needs none of it.
 
 #include "pictures/ahead.h"
 #include "pictures/table.h"
@@ -38,8 +38,8 @@ fs::path module_file()
 
 [[noreturn]] void refuse(const fs::path& file, const std::string& problem)
 {
-    throw Error(fmt::format("{}: {}, and without it no picture is read or written; install "
-                            "fumarole anew, with all that it needs",
+    throw Error(fmt::format("{}: {}, and without it no picture is read, nor any but a PNG written; "
+                            "install fumarole anew, with all that it needs",
                             file.string(), problem));
 }
 
@@ -125,11 +125,6 @@ void write_deep_exr(const DeepImage& image, const std::filesystem::path& file,
                     const ExrOptions& options)
 {
     pictures::opened().write_deep_exr(image, file, options);
-}
-
-void write_png(const Image& image, const Display& display, const std::filesystem::path& file)
-{
-    pictures::opened().write_png(image, display, file);
 }
 
 Image read_exr(const std::filesystem::path& file, const std::vector<std::string>& channels)

@@ -16,7 +16,6 @@ struct Table {
     decltype(&asset::load_environment) load_environment;
     decltype(&write::write_exr) write_exr;
     decltype(&write::write_deep_exr) write_deep_exr;
-    decltype(&write::write_png) write_png;
     decltype(&write::read_exr) read_exr;
     decltype(&write::exr_channels) exr_channels;
     decltype(&write::is_whole) is_whole;

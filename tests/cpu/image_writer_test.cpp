@@ -547,6 +547,52 @@ TEST_F(ImageWriter, PngRampIsSrgb)
     EXPECT_EQ(files(), Names{"x.png"});
 }
 
+// Rows that each of PNG's filters suits best, and each way in which a filter can go wrong.
+TEST_F(ImageWriter, PngKeepsEveryByteOfEveryKindOfRow)
+{
+    constexpr int kWidth = 37, kHeight = 48;
+    std::vector<int> bytes;
+    std::uint32_t noise = 1;
+    for (int y = 0; y < kHeight; ++y) {
+        for (int x = 0; x < kWidth; ++x) {
+            for (int c = 0; c < 3; ++c) {
+                noise = noise * 1664525u + 1013904223u;
+                const int left = x > 0 ? bytes[bytes.size() - 3] : 0;
+                const int above = y > 0 ? bytes[bytes.size() - 3 * kWidth] : 0;
+                const int random = static_cast<int>(noise >> 24);
+                const int kinds[] = {random,
+                                     (left + above) / 2 + (random & 63),
+                                     7 * x + 40 * c,
+                                     90 * c,
+                                     3 * x * c + 5 * y,
+                                     x * x + (x / 5) * y};
+                bytes.push_back(kinds[y / 8] & 255);
+            }
+        }
+    }
+    for (const bool alpha : {false, true}) {
+        Image image{kWidth, kHeight, {"R", "G", "B"}, {}};
+        if (alpha)
+            image.channels.emplace_back("A");
+        std::vector<int> expected;
+        for (std::size_t i = 0; i < bytes.size(); ++i) {
+            const bool half = alpha && i / 3 % 2 == 0;
+            const double encoded = bytes[i] / 255.0;
+            const double linear =
+                encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+            image.pixels.push_back(static_cast<float>(linear) * (half ? 0.5f : 1.0f));
+            expected.push_back(bytes[i]);
+            if (alpha && i % 3 == 2) {
+                image.pixels.push_back(half ? 0.5f : 1.0f);
+                expected.push_back(half ? 128 : 255);
+            }
+        }
+        write_png(image, kSrgb, folder_ / "x.png");
+        const std::vector<std::uint8_t> found = read_png(folder_ / "x.png").bytes;
+        EXPECT_EQ(std::vector<int>(found.begin(), found.end()), expected);
+    }
+}
+
 TEST_F(ImageWriter, PngExposureIsInStops)
 {
     write_png(row({"R", "G", "B"}, {0.1f, 0.2f, 0.05f}), {2, Display::Transform::srgb},

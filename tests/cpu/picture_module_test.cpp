@@ -25,7 +25,7 @@ TEST(PictureModule, WritesAndReadsAndItsErrorsAreOurs)
     EXPECT_EQ(table.read_exr(exr, {}).at(0, 0, 2), 3);
     EXPECT_EQ(table.load_environment(exr).radiance.at(0), glm::vec3(1, 2, 3));
     EXPECT_TRUE(table.is_whole(exr, {1, 1}));
-    table.write_png(image, {}, png);
+    write::write_png(image, {}, png);
     EXPECT_EQ(table.load_image(png).width, 1);
     try {
         table.read_exr(png.parent_path() / "none.exr", {});
