@@ -899,7 +899,7 @@ void Renderer::draw_probes(const Frame& frame, const FrameSettings& settings, do
     const Picture picture(parts, frame);
     const PreparedFrame prepared =
         prepare_frame(frame, surface::surface_settings(settings), parts.frame_scene());
-    parts.tools.bind_block(prepared);
+    parts.tools.bind(prepared);
     parts.probes.bind(prepared.eye.position);
     if (parts.probe_balls.id() == 0)
         parts.probe_balls = {parts.device, "probes as balls"};

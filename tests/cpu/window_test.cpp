@@ -202,6 +202,22 @@ TEST(LightHandles, TheNearestWithinReachIsTaken)
     EXPECT_EQ(handle_at(handles, {0.6, 0.5}, {1000, 500}, 12), std::nullopt);
 }
 
+TEST(ProbeHandles, AProbeFollowsThePointer)
+{
+    Scene scene = lit_scene();
+    LightProbe probe;
+    probe.position = scene.camera.look_at + glm::dvec3(0.2, 0.1, 0.3);
+    scene.probes = {LightProbe{.position = scene.camera.position}, probe};
+    const auto handles = probe_handles(scene, 1.6);
+    ASSERT_EQ(handles.size(), 1u) << "one is at the eye";
+    ASSERT_EQ(handles[0].index, 1u);
+    const glm::dvec2 to = handles[0].at + glm::dvec2(-0.03, 0.04);
+    scene.probes[1] = dragged(scene, probe, to, 1.6);
+    EXPECT_NEAR(glm::length(probe_handles(scene, 1.6)[0].at - to), 0, 1e-9);
+    EXPECT_EQ(handle_at(probe_handles(scene, 1.6), to, {1000, 500}, 12), 1u);
+    EXPECT_GT(probe_ball_radius(scene), 0);
+}
+
 TEST(Layout, APictureHasRoomOfItsOwn)
 {
     const float em = 10;
@@ -329,6 +345,15 @@ TEST_F(PointerInputTest, TheLineOfASplitAndTheHandlesOfLightsGoBeforeTheCamera)
     EXPECT_EQ(scene_.camera, first_);
     scene_.lights.clear();  // in the panel, while its handle is held
     EXPECT_EQ(at(handle), Change::none);
+    release(0);
+    scene_.probes = {LightProbe{.position = scene_.camera.look_at}};
+    const glm::dvec2 probe =
+        picture.at + probe_handles(scene_, picture.aspect())[0].at * picture.size;
+    at(probe);
+    press(0);
+    EXPECT_EQ(at(probe + glm::dvec2(3, 2)), Change::content);
+    EXPECT_NE(scene_.probes[0].position, scene_.camera.look_at);
+    EXPECT_EQ(scene_.camera, first_);
 }
 
 TEST_F(PointerInputTest, KeysFlyOnlyWhileOneLooksAround)

@@ -21,7 +21,7 @@ const std::vector<KeyBinding>& key_table()
         {Action::fit, GLFW_KEY_F, false, "F", "fit the media in the picture"},
         {Action::first_camera, GLFW_KEY_R, false, "R", "the scene's own camera again"},
         {Action::lights, GLFW_KEY_L, false, "L",
-         "handles to drag lights and transparents by, on or off"},
+         "handles to drag lights, probes and transparents by, on or off"},
         {Action::play, GLFW_KEY_SPACE, false, "Space", "play or pause"},
         {Action::frame_back, GLFW_KEY_LEFT, false, "Left", "a frame back"},
         {Action::frame_on, GLFW_KEY_RIGHT, false, "Right", "a frame on"},

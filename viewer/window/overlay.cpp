@@ -105,7 +105,7 @@ void draw_handles(const Scene& scene, const Area& picture)
 {
     ImDrawList& draw = background();
     const float em = ImGui::GetFontSize();
-    const auto draw_handle = [&](const Handle& handle, ImU32 color, const char* name) {
+    const auto draw_handle = [&](const Handle& handle, ImU32 color, const std::string& name) {
         const glm::vec2 p(picture.at + handle.at * picture.size);
         if (!picture.holds(p))
             return;
@@ -116,6 +116,8 @@ void draw_handles(const Scene& scene, const Area& picture)
     for (const Handle& handle : transparent_handles(scene, picture.aspect()))
         draw_handle(handle, IM_COL32(130, 200, 255, 255),
                     transparent_name(scene.transparents[handle.index]));
+    for (const Handle& handle : probe_handles(scene, picture.aspect()))
+        draw_handle(handle, IM_COL32(170, 255, 170, 255), fmt::format("probe {}", handle.index));
     for (const Handle& handle : light_handles(scene, picture.aspect()))
         draw_handle(handle, IM_COL32(255, 225, 120, 255), light_name(scene.lights[handle.index]));
 }

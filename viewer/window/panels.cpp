@@ -305,7 +305,7 @@ bool draw_lights(ViewState& state, Scene& scene, const Scene& first)
         scene.lights.push_back(light);
         changed = true;
     }
-    switch_control({"handles", "", "", "drag lights and transparents in the picture (L)"},
+    switch_control({"handles", "", "", "drag lights, probes and transparents in the picture (L)"},
                    state.lights, false);
     if (scene.world.environment == nullptr)
         changed |= triple_control({"world", "W/m2/sr", "", "radiance of the world"},
@@ -314,6 +314,52 @@ bool draw_lights(ViewState& state, Scene& scene, const Scene& first)
         changed |=
             number_control({"world", "x", "", "the environment map is scaled by it"},
                            scene.world.environment_scale, 0, 100, first.world.environment_scale);
+    return changed;
+}
+
+/// A row for each probe: where it is, when it was last captured, and what that cost.
+bool draw_probes(const PanelContext& context, Scene& scene, const Scene& first)
+{
+    bool changed = false;
+    const Renderer& renderer = context.viewport.renderer();
+    const std::vector<ProbeState> states = renderer.probes();
+    if (const std::string placement = renderer.probe_placement(); !placement.empty())
+        text(placement);
+    for (std::size_t i = 0; i < states.size(); ++i) {
+        const ProbeState& state = states[i];
+        if (state.captures == 0)
+            say("probe {}: not captured yet", i);
+        else
+            say("probe {}: captured {:.0f} s ago{}, {} times", i, state.seconds_ago,
+                state.capture_ms ? fmt::format(", in {:.0f} ms", *state.capture_ms) : "",
+                state.captures);
+        if (!state.by_itself)
+            continue;
+        ImGui::SameLine();
+        if (ImGui::SmallButton("keep")) {  // to be moved, and saved with the scene
+            scene.probes.push_back(state.probe);
+            return true;
+        }
+    }
+    for (std::size_t i = 0; i < scene.probes.size(); ++i) {
+        ImGui::PushID(static_cast<int>(i));
+        LightProbe& probe = scene.probes[i];
+        const LightProbe was = i < first.probes.size() ? first.probes[i] : probe;
+        say("probe {}", i);
+        ImGui::SameLine();
+        const bool gone = ImGui::SmallButton("remove");
+        changed |= triple_control({"position", "m", "", "in the world"}, probe.position, -1e9,
+                                  was.position);
+        changed |= number_control({"radius", "m", "", "within which surfaces have light from it"},
+                                  probe.radius, 1e-3, 1e4, was.radius);
+        changed |= number_control({"falloff", "", "", "part of it over which that ends"},
+                                  probe.falloff, 0, 1, was.falloff);
+        ImGui::PopID();
+        if (gone) {
+            scene.probes.erase(scene.probes.begin() + static_cast<std::ptrdiff_t>(i));
+            return true;
+        }
+    }
     return changed;
 }
 
@@ -464,10 +510,14 @@ bool draw_inside(ViewState& state)
             changed = true;
         }
     }
+    if (what.kind == Inspection::Kind::probe)
+        changed |=
+            number_control({"probe", "", "", "of the scene's, from 0"}, what.probe, 0, 15, 0);
     if (density || what.kind == Inspection::Kind::froxel_slice)
         changed |= number_control({"position", "", "", "0..1 of the media, or of the slices"},
                                   what.position, 0, 1, 0.5);
-    if (what.kind != Inspection::Kind::scattering && what.kind != Inspection::Kind::transmittance)
+    if (what.kind != Inspection::Kind::scattering && what.kind != Inspection::Kind::probe &&
+        what.kind != Inspection::Kind::transmittance)
         changed |=
             number_control({"scale", "", "", "value at the end of the colours; 0: what suits"},
                            what.scale, 0, 1e5, 0);
@@ -536,6 +586,8 @@ void draw_content(const PanelContext& context, PanelWishes& wishes)
         changed |= draw_lights(state, scene, first);
         changed |= setting_group("light", state);
     }
+    if (!scene.surfaces.empty() && section("probes", false))
+        changed |= draw_probes(context, scene, first);
     if (context.document.transparent_count() > 0 && section("transparents", false))
         changed |= draw_transparents(context.document);
     if (changed)

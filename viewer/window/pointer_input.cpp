@@ -58,12 +58,13 @@ Change PointerInput::press(const PointerButton& button, const PointerTarget& tar
     if (!may_begin(target))
         return Change::none;
     const bool left = button.button == 0;
-    std::optional<std::size_t> light, transparent;
+    std::optional<std::size_t> light, probe, transparent;
     if (left && target.state.lights) {
         const auto at_pointer = [&](const std::vector<Handle>& handles) {
             return handle_at(handles, picture.share(pointer_), picture.size, kHandleReach);
         };
         light = at_pointer(light_handles(target.scene, picture.aspect()));
+        probe = at_pointer(probe_handles(target.scene, picture.aspect()));
         transparent = at_pointer(transparent_handles(target.scene, picture.aspect()));
     }
     if (left && over_split(target.state, picture)) {
@@ -71,6 +72,9 @@ Change PointerInput::press(const PointerButton& button, const PointerTarget& tar
     } else if (light) {
         drag_ = Drag::light;
         dragged_ = *light;
+    } else if (probe) {
+        drag_ = Drag::probe;
+        dragged_ = *probe;
     } else if (transparent) {
         drag_ = Drag::transparent;
         dragged_ = *transparent;
@@ -98,6 +102,13 @@ Change PointerInput::move(glm::dvec2 to, const PointerTarget& target)
             return Change::none;
         Light& light = target.scene.lights[dragged_];
         light = dragged(target.scene, light, picture.share(to), picture.aspect());
+        return Change::content;
+    }
+    if (drag_ == Drag::probe) {
+        if (dragged_ >= target.scene.probes.size())
+            return Change::none;
+        LightProbe& probe = target.scene.probes[dragged_];
+        probe = dragged(target.scene, probe, picture.share(to), picture.aspect());
         return Change::content;
     }
     if (drag_ == Drag::transparent) {

@@ -38,7 +38,7 @@ public:
     [[nodiscard]] bool over_split(const ViewState& state, const Area& picture) const;
 
 private:
-    enum class Drag { none, orbit, pan, look, split, light, transparent };
+    enum class Drag { none, orbit, pan, look, split, light, probe, transparent };
 
     /// Whether a gesture on the picture may begin here.
     [[nodiscard]] bool may_begin(const PointerTarget& target) const;
@@ -47,7 +47,7 @@ private:
     Change move_camera(glm::dvec2 by, Camera& camera, double height) const;
 
     Drag drag_ = Drag::none;
-    std::size_t dragged_ = 0;       ///< Scene::lights or transparents: the one that is dragged
+    std::size_t dragged_ = 0;       ///< Scene::lights, probes or transparents: that is dragged
     glm::dvec2 pointer_{-1};        ///< in the window's units
     std::array<bool, 6> flying_{};  ///< keys held: right, left, up, down, forward, back
 };

@@ -141,6 +141,16 @@ std::vector<Handle> light_handles(const Scene& scene, double aspect)
     return handles;
 }
 
+std::vector<Handle> probe_handles(const Scene& scene, double aspect)
+{
+    std::vector<Handle> handles;
+    for (std::size_t i = 0; i < scene.probes.size(); ++i)
+        if (const Projected p = project(scene.camera, scene.probes[i].position, aspect);
+            p.view_z > scene.camera.near)
+            handles.push_back({i, p.at});
+    return handles;
+}
+
 std::vector<Handle> transparent_handles(const Scene& scene, double aspect)
 {
     std::vector<Handle> handles;
@@ -180,6 +190,13 @@ std::optional<std::size_t> handle_at(const std::vector<Handle>& handles, glm::dv
     return found;
 }
 
+double probe_ball_radius(const Scene& scene)
+{
+    constexpr double kPart = 0.05;
+    const Bounds subject = subject_of(scene);
+    return subject.empty() ? kPart : kPart * subject.diagonal();
+}
+
 Light dragged(const Scene& scene, const Light& light, glm::dvec2 to, double aspect)
 {
     const Dome dome(scene, aspect);
@@ -191,6 +208,13 @@ Light dragged(const Scene& scene, const Light& light, glm::dvec2 to, double aspe
     }
     const glm::dvec3 from = position_of(light, dome);
     move_to(moved, from + across_picture(camera, from, to, aspect));
+    return moved;
+}
+
+LightProbe dragged(const Scene& scene, const LightProbe& probe, glm::dvec2 to, double aspect)
+{
+    LightProbe moved = probe;
+    moved.position += across_picture(scene.camera, probe.position, to, aspect);
     return moved;
 }
 

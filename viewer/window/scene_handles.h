@@ -12,13 +12,17 @@ namespace fumarole::window {
 /// What one would look at: the grids' boxes, else the boxes of media, else the surfaces. World [m].
 Bounds subject_of(const Scene& scene);
 
-/// What a light or a transparent is dragged by.
+/// What a light, a probe or a transparent is dragged by.
 struct Handle {
-    std::size_t index = 0;  ///< of Scene::lights, or transparents
+    std::size_t index = 0;  ///< of Scene::lights, probes or transparents
     glm::dvec2 at{0};       ///< 0..1 of the picture from its top left
 };
 /// A sun's is on a sphere around the subject.
 std::vector<Handle> light_handles(const Scene& scene, double aspect);
+/// Between the two balls that stand for each.
+std::vector<Handle> probe_handles(const Scene& scene, double aspect);
+/// Of those balls: a part of what one looks at [m].
+double probe_ball_radius(const Scene& scene);
 /// In the middle of each.
 std::vector<Handle> transparent_handles(const Scene& scene, double aspect);
 
@@ -30,6 +34,7 @@ std::optional<std::size_t> handle_at(const std::vector<Handle>& handles, glm::dv
 /// picture at their depth.
 Light dragged(const Scene& scene, const Light& light, glm::dvec2 to, double aspect);
 /// Likewise, in the plane of the picture.
+LightProbe dragged(const Scene& scene, const LightProbe& probe, glm::dvec2 to, double aspect);
 Transparent dragged(const Scene& scene, const Transparent& transparent, glm::dvec2 to,
                     double aspect);
 

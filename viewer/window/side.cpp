@@ -21,7 +21,7 @@ Side::Side(gl::GetProc get_proc)
 bool Side::continues(const SideRequest& request) const
 {
     return drawn_ && drawn_->settings == request.settings && drawn_->pixels == request.pixels &&
-           drawn_->inspection == request.inspection &&
+           drawn_->inspection == request.inspection && drawn_->probe_balls == request.probe_balls &&
            drawn_->scene.camera == request.scene->camera &&
            drawn_->scene.time == request.scene->time && same_content(drawn_->scene, *request.scene);
 }
@@ -94,12 +94,15 @@ bool Side::draw(const SideRequest& request)
         legend_ = renderer.inspect(view, frame, settings, *request.inspection);
     else
         renderer.composite(view, frame, settings);
+    if (request.probe_balls > 0 && !request.inspection)
+        renderer.draw_probes(frame, settings, request.probe_balls);
     accumulate(number);
     FrameReport report = renderer.take_report();
     if (report.pass_ms.empty())  // none has come in since: the last ones known still tell
         report.pass_ms = std::move(report_.pass_ms);
     report_ = std::move(report);
-    drawn_ = {*request.scene, request.settings, request.pixels, request.inspection};
+    drawn_ = {*request.scene, request.settings, request.pixels, request.inspection,
+              request.probe_balls};
     frames_ = request.average ? number + 1 : 0;
     return true;
 }

@@ -19,6 +19,7 @@ struct SideRequest {
     bool average = false;  ///< at rest: frame after frame, each with samples of its own
     int most = 16;         ///< frames that are averaged
     std::optional<Inspection> inspection;
+    double probe_balls = 0;  ///< radius of the balls that stand for probes [m]; 0: none
 };
 
 /// One way to render and the picture that it has: a frame alone while things move, the mean of
@@ -49,6 +50,7 @@ private:
         Settings settings;
         glm::ivec2 pixels;
         std::optional<Inspection> inspection;
+        double probe_balls = 0;
     };
     [[nodiscard]] bool continues(const SideRequest& request) const;
     void resize(glm::ivec2 pixels);

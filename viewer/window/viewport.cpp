@@ -5,6 +5,7 @@
 
 #include "study/false_color.h"
 #include "study/reference.h"
+#include "window/scene_handles.h"
 
 namespace fumarole::window {
 
@@ -82,7 +83,8 @@ SideRequest Viewport::request(const Scene& scene, const ViewState& state, const 
             .pixels = glm::max(glm::ivec2(drawn + 0.5), glm::ivec2(8)),
             .average = !pace_.moving() && pace_.full(),
             .most = state.frames_at_rest(),
-            .inspection = state.inspection};
+            .inspection = state.inspection,
+            .probe_balls = state.lights ? probe_ball_radius(scene) : 0};
 }
 
 void Viewport::draw_sides(const Document& document, ViewState& state, glm::ivec2 pixels)

@@ -70,6 +70,8 @@ public:
     [[nodiscard]] const char* timing_method();
 
     [[nodiscard]] const Sides& sides() const { return sides_; }
+    /// Of side A.
+    [[nodiscard]] const Renderer& renderer() { return sides_.a().renderer().renderer(); }
     [[nodiscard]] const Pace& pace() const { return pace_; }
     [[nodiscard]] const ReferenceView& reference() const { return reference_; }
     [[nodiscard]] const DrawStatistics& statistics() const { return statistics_; }
