@@ -1,4 +1,5 @@
 // Light on surfaces from all around: the world's, filtered by roughness, and what placed probes have seen.
+#include "lib/phase.glsl"
 #include "lib/probe_map.glsl"
 
 // Variant
@@ -45,22 +46,43 @@ float probe_share(int i, vec3 p, inout ProbeShares shares)
     return share;
 }
 
-// Where light lies that comes to p from d, seen from a probe.
-vec3 from_probe(int i, vec3 p, vec3 d)
+// Where light lies that comes to p from d, seen from where a probe was captured, and how much farther it is from p [m].
+vec4 from_probe(int i, vec3 seen_from, vec3 p, vec3 d)
 {
-    vec3 q = p - u_probes.probes[i].position;
+    vec3 q = p - seen_from;
+    float way = 0.0;
     if (u_probes.probes[i].parallax == kParallaxSphere) {
         float r = u_probes.probes[i].radius;
         float b = dot(q, d);
-        return q + d * (sqrt(max(b * b + r * r - dot(q, q), 0.0)) - b);
+        way = sqrt(max(b * b + r * r - dot(q, q), 0.0)) - b;
     }
     if (u_probes.probes[i].parallax == kParallaxBox) {
         vec3 along = mix(vec3(-1e-6), vec3(1e-6), greaterThanEqual(d, vec3(0.0)));
         vec3 inverse = 1.0 / (abs(d.x) > 1e-6 && abs(d.y) > 1e-6 && abs(d.z) > 1e-6 ? d : d + along);
         vec3 ends = max((u_probes.probes[i].box_min - p) * inverse, (u_probes.probes[i].box_max - p) * inverse);
-        return q + d * max(min(ends.x, min(ends.y, ends.z)), 0.0);
+        way = max(min(ends.x, min(ends.y, ends.z)), 0.0);
     }
-    return d;
+    vec3 place = q + d * way;
+    return u_probes.probes[i].parallax == 0 ? vec4(d, 0.0) : vec4(place, way - length(place));
+}
+
+// Light from what lies so much farther: more of it is dimmed by the fog that the probe stands in, and scattered into the
+// way, as much as all around sends where it is even.
+vec3 through_fog(int i, int layer, vec3 light, float farther)
+{
+    const float kMost = 1.0;  // optical depth that may be taken off
+    const float kMean = 0.2820948 / kPi;
+    if (u_probes.probes[i].fog == 0.0)
+        return light;
+    vec3 source = u_probes.probes[i].fog_albedo * kMean *
+                  texelFetch(u_probes_tx, ivec3(0, u_probes.placed.harmonics, layer), 0).rgb;
+    return max(mix(source, light, exp(min(-u_probes.probes[i].fog * farther, kMost))), 0.0);
+}
+
+vec3 probe_reflection(int i, int layer, vec3 seen_from, ProbeLevel level, vec3 p, vec3 d)
+{
+    vec4 from = from_probe(i, seen_from, p, d);
+    return through_fog(i, layer, layer_reflection(layer, level, octahedral_uv(from.xyz)), from.w);
 }
 
 // What a surface of alpha at p shows about d, of unit length; world: of the world.
@@ -73,10 +95,10 @@ vec3 probes_reflection(vec3 p, vec3 d, float alpha, vec3 world)
         float share = probe_share(i, p, shares);
         if (share == 0.0)
             continue;
-        vec2 uv = octahedral_uv(from_probe(i, p, d));
-        vec3 light = layer_reflection(u_probes.probes[i].layer, level, uv);
+        vec3 light = probe_reflection(i, u_probes.probes[i].layer, u_probes.probes[i].seen_from, level, p, d);
         if (u_probes.probes[i].newness < 1.0)
-            light = mix(layer_reflection(u_probes.probes[i].old_layer, level, uv), light, u_probes.probes[i].newness);
+            light = mix(probe_reflection(i, u_probes.probes[i].old_layer, u_probes.probes[i].old_seen_from, level, p, d), light,
+                        u_probes.probes[i].newness);
         sum += share * light;
     }
     return shares.sum > 0.0 ? mix(sum / shares.sum, world, shares.left) : world;

@@ -40,10 +40,14 @@ struct FUM_STD140 PlacedProbe {
     float edge;     // [m] within that, over which its weight grows
     vec3 box_max;   // metres
     int parallax;
-    int layer;      // of what it has seen last
-    int old_layer;  // and before that
-    float newness;  // how much of the former
-    float weight;   // the most that it has
+    vec3 seen_from;      // metres: where it was when layer was captured
+    int layer;           // of what it has seen last
+    vec3 old_seen_from;  // likewise
+    int old_layer;       // and before that
+    float newness;       // how much of the former
+    float weight;        // the most that it has
+    float fog;           // [1/m]: extinction of even media that it stands in
+    float fog_albedo;    // 0..1
 };
 
 struct FUM_STD140 ProbesParams {

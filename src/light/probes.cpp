@@ -99,6 +99,7 @@ void Probes::set_placed(const Scene& scene, const SceneSettings& settings,
                         const medium::MediaSet& media)
 {
     const std::vector<LightProbe> wanted = this->wanted(scene, settings, media);
+    const bool same_surfaces = seen_.surfaces == scene.surfaces;
     Scene sees = scene;
     sees.probes.clear();
     sees.transparents = casters_of(scene.transparents);  // others are seen by the eye alone
@@ -119,32 +120,97 @@ void Probes::set_placed(const Scene& scene, const SceneSettings& settings,
     int size = 0;
     for (const LightProbe& probe : wanted)
         size = std::max(size, probe_map_size(4 * probe.size));
-    const std::vector<Placed> old = std::exchange(placed_, {});
-    const bool fits =
-        layout_ && size == layout_->maps().front().size && old.size() == wanted.size();
+    std::vector<Placed> old = std::exchange(placed_, {});
+    const bool fits = layout_ && size == layout_->maps().front().size;
+    if (!fits)
+        old.clear();
+    const bool are_as_many = old.size() == wanted.size();
+    // Those that are there yet, at whatever place of the list, keep what they have seen.
+    placed_.resize(wanted.size());
+    std::vector<std::size_t> moved;
     for (std::size_t i = 0; i < wanted.size(); ++i) {
-        Placed placed = fits ? old[i] : Placed{};
-        const bool is_there =
-            placed.probe.position == wanted[i].position && placed.probe.size == wanted[i].size;
-        if (!same || !is_there)
-            placed.turns = 0;
-        if (!is_there)
-            placed.layer = placed.old_layer = -1;
-        placed.probe = wanted[i];
-        placed.unseen = unseen_by(wanted[i], drawn);
-        placed_.push_back(placed);
+        const LightProbe& probe = wanted[i];
+        const auto before = std::find_if(old.begin(), old.end(), [&](const Placed& one) {
+            return one.probe.position == probe.position && one.probe.size == probe.size;
+        });
+        if (before == old.end()) {
+            moved.push_back(i);
+            continue;
+        }
+        placed_[i] = std::move(*before);
+        old.erase(before);
+        if (!same)
+            placed_[i].turns = 0;
+        if (!same_surfaces)
+            placed_[i].unseen = unseen_by(probe, drawn);
+        placed_[i].probe = probe;
     }
-    if (fits)
+    // One that is dragged shows what it saw where it was until it is captured anew, and that fades
+    // in over it.
+    for (std::size_t k = 0; k < moved.size(); ++k) {
+        Placed& placed = placed_[moved[k]];
+        if (are_as_many && same_surfaces)
+            placed = std::move(old[k]);
+        placed.turns = 0;
+        placed.probe = wanted[moved[k]];
+        placed.unseen = unseen_by(placed.probe, drawn);
+    }
+    if (wanted.empty()) {
+        maps_ = {};
+        faces_.clear();
+        layout_.reset();
         return;
-    faces_.clear();
-    maps_ = {};
-    layout_.reset();
-    if (wanted.empty())
+    }
+    if (!fits) {
+        faces_.clear();
+        maps_ = {};
+        layout_.emplace(size);
+        params_.placed = layout_->params();
+    }
+    make_room();
+}
+
+Probes::EvenFog Probes::even_fog_at(const std::vector<Medium>& media, glm::dvec3 p)
+{
+    EvenFog fog;
+    for (const Medium& medium : media) {
+        const auto* box = std::get_if<BoxMedium>(&medium);
+        if (box == nullptr || !std::holds_alternative<HomogeneousProfile>(box->profile) ||
+            !glm::all(glm::greaterThanEqual(p, box->min)) ||
+            !glm::all(glm::lessThanEqual(p, box->max)))
+            continue;
+        const double scattering = glm::dot(glm::dvec3(box->sigma_s), glm::dvec3(1)) / 3;
+        fog.extinction += scattering + glm::dot(glm::dvec3(box->sigma_a), glm::dvec3(1)) / 3;
+        fog.scattering += scattering;
+    }
+    return fog;
+}
+
+/// Of each probe what it sees and what it has seen before.
+void Probes::make_room()
+{
+    if (maps_ && maps_.size().z >= 2 * count())
         return;
-    layout_.emplace(size);
-    // Of each what it sees and what it has seen before.
-    maps_ = filter_.make_maps("probes", *layout_, 2 * count());
-    params_.placed = layout_->params();
+    const gl::Texture old =
+        std::exchange(maps_, filter_.make_maps("probes", *layout_, 2 * count()));
+    if (!old)
+        return;
+    const glm::ivec2 size = layout_->size();
+    device_->MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+    for (int layer = 0; layer < old.size().z; ++layer)
+        device_->CopyImageSubData(old.id(), GL_TEXTURE_2D_ARRAY, 0, 0, 0, layer, maps_.id(),
+                                  GL_TEXTURE_2D_ARRAY, 0, 0, 0, layer, size.x, size.y, 1);
+}
+
+int Probes::free_pair() const
+{
+    int first = 0;
+    const auto is_taken = [&](const Placed& one) {
+        return one.layer == first || one.layer == first + 1;
+    };
+    while (std::any_of(placed_.begin(), placed_.end(), is_taken))
+        first += 2;
+    return first;
 }
 
 void Probes::clear()
@@ -204,11 +270,14 @@ void Probes::finish(int i, const gl::Stopwatch& watch)
     // What is still fading in is replaced where it is: to begin anew from it would be a leap.
     if (placed.layer < 0 || placed.newness >= 1) {
         placed.old_layer = placed.layer;
-        placed.layer = placed.layer == 2 * i ? 2 * i + 1 : 2 * i;
+        placed.old_seen_from = placed.seen_from;
+        placed.layer = placed.layer < 0 ? free_pair() : placed.layer ^ 1;
         placed.newness = 0;
         placed.two_turns = placed.turns > 0;
     }
     filter_.filter_faces(faces(face_size_), maps_, *layout_, placed.layer);
+    placed.seen_from = placed.probe.position;
+    placed.fog = even_fog_at(seen_.media, placed.seen_from);
     placed.captured_at = std::chrono::steady_clock::now();
     placed.capture_ms = watch.ms();
     ++placed.captures;
@@ -268,16 +337,21 @@ void Probes::bind(glm::dvec3 eye)
         const float newness = !capturing_                              ? placed.newness
                               : *capturing_ == Shown::before_last_turn ? 0.0f
                                                                        : 1.0f;
-        params_.probes[params_.count++] = {glm::vec3(probe.position - eye),
-                                           static_cast<float>(probe.radius),
-                                           glm::vec3(probe.parallax_min - eye),
-                                           static_cast<float>(probe.radius * probe.falloff),
-                                           glm::vec3(probe.parallax_max - eye),
-                                           static_cast<int>(probe.parallax),
-                                           placed.layer,
-                                           has_old ? placed.old_layer : placed.layer,
-                                           has_old ? newness : 1.0f,
-                                           has_old ? 1.0f : newness};
+        params_.probes[params_.count++] = {
+            glm::vec3(probe.position - eye),
+            static_cast<float>(probe.radius),
+            glm::vec3(probe.parallax_min - eye),
+            static_cast<float>(probe.radius * probe.falloff),
+            glm::vec3(probe.parallax_max - eye),
+            static_cast<int>(probe.parallax),
+            glm::vec3(placed.seen_from - eye),
+            placed.layer,
+            glm::vec3(placed.old_seen_from - eye),
+            has_old ? placed.old_layer : placed.layer,
+            has_old ? newness : 1.0f,
+            has_old ? 1.0f : newness,
+            static_cast<float>(placed.fog.extinction),
+            static_cast<float>(placed.fog.scattering / std::max(placed.fog.extinction, 1e-30))};
     }
     block_.write(params_);
     device_->BindBufferBase(GL_UNIFORM_BUFFER, PROBES_BLOCK, block_.id());

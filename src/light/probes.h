@@ -106,12 +106,20 @@ public:
 
 private:
     static constexpr int kTurns = 2;  ///< of all captures after a change
+    /// Homogeneous media that a place is in, the mean of the channels.
+    struct EvenFog {
+        double extinction = 0;  ///< 1/m
+        double scattering = 0;  ///< 1/m
+    };
+    static EvenFog even_fog_at(const std::vector<Medium>& media, glm::dvec3 p);
     struct Placed {
         LightProbe probe;
         int layer = -1, old_layer = -1;
-        float newness = 1;       ///< of layer over old_layer
-        int turns = 0;           ///< captures since the scene changed
-        int captures = 0;        ///< in all
+        glm::dvec3 seen_from{0}, old_seen_from{0};  ///< where it was then
+        EvenFog fog;                                ///< that it stood in last
+        float newness = 1;                          ///< of layer over old_layer
+        int turns = 0;                              ///< captures since the scene changed
+        int captures = 0;                           ///< in all
         bool two_turns = false;  ///< old_layer is what was captured one turn before
         std::chrono::steady_clock::time_point captured_at;
         std::optional<double> capture_ms;
@@ -130,6 +138,9 @@ private:
     gl::UniformBuffer<shared::ProbesParams> block_;
     shared::ProbesParams params_{};
     [[nodiscard]] const gl::Texture& faces(int size);
+    void make_room();
+    /// The first of two layers that no probe has.
+    [[nodiscard]] int free_pair() const;
 
     gl::Texture world_, maps_;
     std::map<int, gl::Texture> faces_;  ///< by the pixels along an edge

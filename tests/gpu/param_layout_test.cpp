@@ -387,11 +387,13 @@ TEST_F(ParamLayout, Probes)
     probes.emplace("count", offsetof(ProbesParams, count));
     add_struct(probes, "world", offsetof(ProbesParams, world), place);
     add_struct(probes, "placed", offsetof(ProbesParams, placed), place);
-    const Offsets placed{MEMBER(PlacedProbe, position), MEMBER(PlacedProbe, radius),
-                         MEMBER(PlacedProbe, box_min),  MEMBER(PlacedProbe, edge),
-                         MEMBER(PlacedProbe, box_max),  MEMBER(PlacedProbe, parallax),
-                         MEMBER(PlacedProbe, layer),    MEMBER(PlacedProbe, old_layer),
-                         MEMBER(PlacedProbe, newness),  MEMBER(PlacedProbe, weight)};
+    const Offsets placed{MEMBER(PlacedProbe, position),  MEMBER(PlacedProbe, radius),
+                         MEMBER(PlacedProbe, box_min),   MEMBER(PlacedProbe, edge),
+                         MEMBER(PlacedProbe, box_max),   MEMBER(PlacedProbe, parallax),
+                         MEMBER(PlacedProbe, layer),     MEMBER(PlacedProbe, old_layer),
+                         MEMBER(PlacedProbe, newness),   MEMBER(PlacedProbe, weight),
+                         MEMBER(PlacedProbe, seen_from), MEMBER(PlacedProbe, old_seen_from),
+                         MEMBER(PlacedProbe, fog),       MEMBER(PlacedProbe, fog_albedo)};
     add_array<PlacedProbe>(probes, "probes", offsetof(ProbesParams, probes), MAX_PROBES, placed);
     expect_same(layout("probe_params.h", "ProbesParams"), probes, sizeof(ProbesParams));
 }

@@ -372,6 +372,7 @@ protected:
         probe.radius = radius;
         probe.edge = edge;
         probe.layer = probe.old_layer = layer;
+        probe.seen_from = probe.old_seen_from = probe.position;
         probe.newness = probe.weight = 1;
         return probe;
     }
