@@ -327,7 +327,7 @@ private:
         sized.resolution = {480, 270};
         study::ReferenceOptions wanted_reference;
         wanted_reference.bounces = study::kMeasuredBounces;
-        wanted_reference.surface_bounces = study::kMeasuredSurfaceBounces;
+        wanted_reference.surface_bounces = study::measured_surface_bounces(sized);
         wanted_reference.tolerance = study::usual_tolerance(wanted_reference.most_bounces());
         wanted_reference.cancel = Interruption::flag();
         wanted_reference.progress = [&](double share) {

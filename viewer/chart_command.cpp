@@ -41,9 +41,8 @@ using Clock = std::chrono::steady_clock;
 constexpr const char* kLogName = "chart.partial.jsonl";
 
 struct ChartOptions {
-    std::string input, output, size, grid,
-        up = "auto", target = "composite", bounces = "all",
-        surface_bounces = bounces_text(study::kMeasuredSurfaceBounces);
+    std::string input, output, size, grid, up = "auto", target = "composite", bounces = "all",
+                                           surface_bounces = "auto";
     DeviceOptions device;
     std::optional<double> tolerance;
     std::optional<int> frames;
@@ -53,12 +52,9 @@ struct ChartOptions {
     /// Light scatters once in the truth and in all that is measured against it.
     [[nodiscard]] bool once() const { return bounces == "0"; }
     /// Of the truth.
-    [[nodiscard]] int reflections() const
-    {
-        return parse_bounces("--surface-bounces", surface_bounces);
-    }
+    int reflections = 0;  ///< what that is of the scene
     /// Whether the truth is integrated, and no path of it is sampled.
-    [[nodiscard]] bool integrated() const { return once() && reflections() == 0; }
+    [[nodiscard]] bool integrated() const { return once() && reflections == 0; }
 };
 
 /// What a chart may take, and how closely it looks.
@@ -105,8 +101,7 @@ std::string continue_command(const ChartOptions& options)
            (options.quick ? " --quick" : "") + option_text("-o", options.output) +
            option_text("--target", options.target, "composite") +
            option_text("--bounces", options.bounces, "all") +
-           option_text("--surface-bounces", options.surface_bounces,
-                       bounces_text(study::kMeasuredSurfaceBounces)) +
+           option_text("--surface-bounces", options.surface_bounces, "auto") +
            option_text("--size", options.size) + option_text("--grid", options.grid) +
            option_text("--up", options.up, "auto") + device_text(options.device) +
            number("--tolerance", options.tolerance) + number("--frames", options.frames) +
@@ -185,7 +180,7 @@ void print_json(const study::Chart& chart, const study::KeptReference& reference
                 {"reused", reference.reused},
                 {"seconds", reference.seconds},
                 {"bounces", options.once() ? Json(0) : Json("all")},
-                {"surface_bounces", bounces_json(options.reflections())},
+                {"surface_bounces", bounces_json(options.reflections)},
                 {"tolerance", tolerance}}},
               {"timing", chart.timing_method},
               {"rounds", chart.rounds},
@@ -273,9 +268,9 @@ machine_of(const Renderer& renderer, const std::string& reason, const study::Cha
              fmt::format("{}{}, tolerance {:g} of each pixel, pixel centres; by its own estimate "
                          "{} {:.1e}; {}",
                          chart.once ? "light scatters once" : "all bounces",
-                         options.reflections() == 0
+                         options.reflections == 0
                              ? ""
-                             : fmt::format(", {} of surfaces", bounces_text(options.reflections())),
+                             : fmt::format(", {} of surfaces", bounces_text(options.reflections)),
                          effort.tolerance,
                          options.integrated()
                              ? "its relMSE is"
@@ -320,7 +315,7 @@ private:
     {
         study::ReferenceOptions wanted;
         wanted.bounces = options_.once() ? 0 : study::kMeasuredBounces;
-        wanted.surface_bounces = options_.reflections();
+        wanted.surface_bounces = options_.reflections;
         wanted.tolerance = effort_.tolerance;
         wanted.cancel = Interruption::flag();
         progress_.show("reference: preparing");
@@ -427,14 +422,15 @@ private:
     Made made_;
 };
 
-void run(const ChartOptions& options)
+void run(ChartOptions options)
 {
-    (void)options.reflections();  // a mistake is said before anything is loaded
+    parse_surface_bounces(options.surface_bounces, {});  // a mistake is said before loading
     const asset::LoadedScene loaded =
         load_input({options.input, options.size, options.grid, options.up});
     if (loaded.scene.media.empty())
         throw Error(
             fmt::format("{}: the scene has no media; there is nothing to chart", options.input));
+    options.reflections = parse_surface_bounces(options.surface_bounces, loaded.scene);
     const fs::path folder = options.output.empty()
                                 ? fs::path(fs::path(options.input).stem().string() + "_chart")
                                 : fs::path(options.output);

@@ -372,7 +372,7 @@ private:
     std::optional<Rendered> reference_;
     std::array<study::NoiseShare, kTargets.size()> noise_;  ///< the reference's
     const int bounces_ = options_.bounces == "0" ? 0 : study::kMeasuredBounces;
-    const int surface_bounces_ = parse_bounces("--surface-bounces", options_.surface_bounces);
+    const int surface_bounces_ = parse_surface_bounces(options_.surface_bounces, scene_);
     const double tolerance_ =
         options_.tolerance.value_or(study::usual_tolerance(std::max(bounces_, surface_bounces_)));
     std::vector<Distance> distances_;

@@ -22,7 +22,7 @@ struct ModesOptions {
     std::optional<double> tolerance;  ///< of the reference; else study::usual_tolerance()
     std::string bounces = "all";  ///< of the reference, or 0: light scatters once in the modes too
     /// Of the reference.
-    std::string surface_bounces = bounces_text(study::kMeasuredSurfaceBounces);
+    std::string surface_bounces = "auto";
     bool no_reference = false, json = false;
 };
 

@@ -62,6 +62,13 @@ std::string error_text(double error, double surely)
 
 std::string fact_text(const study::PlanFact& fact)
 {
+    if (fact.errors)
+        return fmt::format("{}, which gain{}: the error is {:.2e}, and {:.2e} without", fact.text,
+                           fact.text.starts_with("light") ? "s" : "", fact.errors->first,
+                           fact.errors->second) +
+               (fact.saving
+                    ? fmt::format("; a frame of the volume takes {:+.0f} %", -100 * *fact.saving)
+                    : "");
     constexpr double kNothing = 0.03;  // by which frames of one setting differ
     if (!fact.saving)
         return fact.text;
@@ -124,7 +131,9 @@ void print_json(const study::Plan& plan, const Scene& scene, const PlanOptions& 
                          {"without", fact.without ? Json(fmt::format("--{} {}", fact.without->first,
                                                                      fact.without->second))
                                                   : Json()},
-                         {"saving", fact.saving ? Json(*fact.saving) : Json()}});
+                         {"saving", fact.saving ? Json(*fact.saving) : Json()},
+                         {"error", fact.errors ? Json(fact.errors->first) : Json()},
+                         {"error_without", fact.errors ? Json(fact.errors->second) : Json()}});
     for (const study::PlanPoint& point : plan.points)
         points.push_back(point_json(point));
     const bool for_error = plan.goal.kind == study::PlanGoal::Kind::max_error;

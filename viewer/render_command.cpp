@@ -47,7 +47,7 @@ struct RenderOptions {
     std::string input;
     std::vector<std::string> outputs;
     std::string size, grid, up = "auto", exposure = "auto", display = "filmic", target, save_scene,
-                            mode, region, bounces, surface_bounces = "0";
+                            mode, region, bounces, surface_bounces = "auto";
     std::string frames = "1", missing_frames = "fail";
     std::string aa_text = "auto";
     int aa = 1;                ///< frames averaged, or the most of them:
@@ -136,17 +136,17 @@ int bounces_of(const RenderOptions& options)
                                    : parse_bounces("--bounces", options.bounces);
 }
 
-int surface_bounces_of(const RenderOptions& options)
+int surface_bounces_of(const RenderOptions& options, const Scene& scene)
 {
-    return parse_bounces("--surface-bounces", options.surface_bounces);
+    return parse_surface_bounces(options.surface_bounces, scene);
 }
 
 /// Single scattering is integrated; what bounces is sampled, and a tenth of the error costs a
 /// hundred times the samples.
-double tolerance_of(const RenderOptions& options)
+double tolerance_of(const RenderOptions& options, int surface_bounces)
 {
-    return options.tolerance.value_or(
-        bounces_of(options) == 0 && surface_bounces_of(options) == 0 ? 1e-3 : 2e-2);
+    return options.tolerance.value_or(bounces_of(options) == 0 && surface_bounces == 0 ? 1e-3
+                                                                                       : 2e-2);
 }
 
 constexpr int kMostAutomatic = 64;  ///< frames
@@ -637,9 +637,9 @@ study::ReferenceStill render_reference(const RenderOptions& options,
                                        const Scene& scene, Progress& progress)
 {
     study::ReferenceOptions wanted;
-    wanted.tolerance = tolerance_of(options);
     wanted.bounces = bounces_of(options);
-    wanted.surface_bounces = surface_bounces_of(options);
+    wanted.surface_bounces = surface_bounces_of(options, scene);
+    wanted.tolerance = tolerance_of(options, wanted.surface_bounces);
     wanted.aa = options.aa;
     wanted.region = region;
     wanted.progress = [&](double share) { progress.show("reference", share); };
@@ -661,8 +661,9 @@ void run_reference(const RenderOptions& options, const PictureFiles& files,
     const Picture picture = part_of(picture_of(still), region, loaded.scene);
     const float exposure_ev = write_picture(picture, files);
 
-    const double tolerance = tolerance_of(options);
-    const int bounces = bounces_of(options), surface_bounces = surface_bounces_of(options);
+    const int bounces = bounces_of(options);
+    const int surface_bounces = surface_bounces_of(options, loaded.scene);
+    const double tolerance = tolerance_of(options, surface_bounces);
     const ErrorSummary error = summarize(still, tolerance);
     if (options.json) {
         Json json = picture_json(options, picture, options.aa, exposure_ev, loaded.notes);
@@ -979,7 +980,7 @@ void run(RenderOptions options, const CLI::App& command)
     const std::optional<Inspection> inspection = inspection_of(options, settings, command);
     const std::optional<PictureRegion> region = parse_region(options.region);
     bounces_of(options);  // a mistake is said before anything is loaded
-    surface_bounces_of(options);
+    surface_bounces_of(options, {});
     check_outputs(options.outputs);
     if (options.range)
         check_moving_outputs(options);

@@ -201,33 +201,6 @@ FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& me
     return {std::clamp(static_cast<int>(std::ceil(asked)), kFewest, kMost), true};
 }
 
-/// How often surfaces send light on.
-int surface_turns(const Scene& scene, const SceneSettings& settings)
-{
-    if (scene.surfaces.empty() || settings.world_cache == 0)
-        return 0;
-    if (settings.surface_bounces != kAutomatic)
-        return settings.surface_bounces;
-    // What is left out is a few per cent of what they send in a closed room, and less in an open
-    // one.
-    constexpr double kLeftOut = 0.05;
-    constexpr int kFewest = 2, kMost = 8;
-    bool asked = !scene.probes.empty();
-    float albedo = 0;
-    for (const Surface& surface : scene.surfaces)
-        std::visit(
-            [&](const auto& s) {
-                asked |= s.gloss.has_value() || s.emission != glm::vec3(0);
-                albedo = std::max(albedo, (s.albedo.r + s.albedo.g + s.albedo.b) / 3);
-            },
-            surface);
-    if (!asked)
-        return 0;
-    const double turns =
-        std::log(kLeftOut) / std::log(std::clamp(0.9 * double(albedo), 0.01, 0.99));
-    return std::clamp(static_cast<int>(std::ceil(turns)), kFewest, kMost);
-}
-
 }  // namespace
 
 void LightVolumes::clear()
@@ -328,7 +301,7 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
     }
     const bool world = lights.world_radiance() != glm::vec3(0.0f);
     FieldKey field;
-    field.turns = surface_turns(scene, settings);
+    field.turns = turns_for(scene, settings);
     if (field.turns > 0)
         field.surfaces = scene.surfaces;
     field.casters = casters_of(scene.transparents);
@@ -369,6 +342,18 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
     }
     if (!refill_)
         extinction_ = {};
+}
+
+int LightVolumes::turns_for(const Scene& scene, const SceneSettings& settings)
+{
+    // Media that move or change leave it as it is: frames of a sequence have one.
+    TurnsKey key{scene.surfaces, scene.media.size(), scene.probes.empty(),
+                 settings.world_cache == 0, settings.surface_bounces};
+    if (turns_key_ != key) {
+        turns_ = surface_turns(scene, settings);
+        turns_key_ = std::move(key);
+    }
+    return turns_.turns;
 }
 
 LightVolumes::Obstacle LightVolumes::obstacle_of(const Surface& surface)
@@ -989,12 +974,15 @@ std::vector<std::string> LightVolumes::describe() const
         lines.push_back(fmt::format("world's light: filled from {} directions{}",
                                     world_key_.directions, filled_in(world_ms_)));
     if (bounced_)
-        lines.push_back(fmt::format("light that surfaces send on: {} turn{}{}{}", field_key_.turns,
-                                    field_key_.turns == 1 ? "" : "s", further_turn(),
+        lines.push_back(fmt::format("light that surfaces send on: {} turn{} ({}){}{}",
+                                    field_key_.turns, field_key_.turns == 1 ? "" : "s", turns_.why,
+                                    further_turn(),
                                     field_key_.surfaces.size() > kMostSenders
                                         ? fmt::format("; of {} surfaces the first {}",
                                                       field_key_.surfaces.size(), kMostSenders)
                                         : ""));
+    else if (!turns_.why.empty())
+        lines.push_back(fmt::format("light that surfaces send on: none ({})", turns_.why));
     if (!orders_why_.empty())
         lines.push_back(
             fmt::format("light that scatters again: {} order{}{} ({})", field_key_.orders.count,

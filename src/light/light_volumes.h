@@ -13,6 +13,7 @@
 #include "light/light_set.h"
 #include "light/radiance_field.h"
 #include "light/shadow_views.h"
+#include "light/surface_turns.h"
 #include "light_fields.h"
 #include "medium/media_set.h"
 #include "shared/light_volume_params.h"
@@ -209,6 +210,17 @@ private:
     std::optional<Refill> refill_;
     WorldKey world_key_;
     FieldKey field_key_;
+    /// What surface_turns() is asked of.
+    struct TurnsKey {
+        std::vector<Surface> surfaces;
+        std::size_t media = 0;
+        bool no_probes = true, no_lattice = false;
+        int asked = kAutomatic;
+        bool operator==(const TurnsKey&) const = default;
+    };
+    int turns_for(const Scene& scene, const SceneSettings& settings);
+    std::optional<TurnsKey> turns_key_;
+    SurfaceTurns turns_;
     std::string orders_why_;  ///< light is followed as often as it is; empty: nothing scatters
     std::optional<double> depth_ms_, world_ms_;  ///< that filling them took, if that was measured
     LightVolumeFills fills_;

@@ -64,6 +64,7 @@ double range_to_box(const Bounds& box, glm::dvec3 origin, glm::dvec3 direction)
 struct MeshHit {
     double range = kNoHit;  ///< in the mesh's own metres
     bool back = false;      ///< of a triangle's back
+    int triangle = -1;
 };
 
 /// Moeller and Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection"; in the mesh's own
@@ -82,7 +83,7 @@ MeshHit first_of_mesh(const Mesh& mesh, glm::dvec3 origin, glm::dvec3 direction)
         const double u = glm::dot(s, h) / determinant, v = glm::dot(direction, q) / determinant;
         const double t = glm::dot(ac, q) / determinant;
         if (u >= 0 && v >= 0 && u + v <= 1 && t > 0 && t < hit.range)
-            hit = {t, determinant < 0};
+            hit = {t, determinant < 0, static_cast<int>(i / 3)};
     }
     return hit;
 }
@@ -116,19 +117,51 @@ SurfaceRays::SurfaceRays(const std::vector<Surface>& surfaces) : surfaces_{surfa
         bounds_.push_back(bounds_around(surface));
 }
 
-double SurfaceRays::range_to(std::size_t surface, glm::dvec3 origin, glm::dvec3 direction) const
+SurfaceRays::Hit SurfaceRays::hit_of(std::size_t surface, glm::dvec3 origin,
+                                     glm::dvec3 direction) const
 {
+    const int index = static_cast<int>(surface);
     if (const auto* sphere = std::get_if<SphereSurface>(&surfaces_[surface]))
-        return range_to_sphere(*sphere, origin, direction);
+        return {range_to_sphere(*sphere, origin, direction), index};
     const Bounds& bounds = bounds_[surface];
     if (bounds.empty())
-        return kNoHit;
+        return {kNoHit, index};
     const double to_bounds = range_to_box(bounds, origin, direction);
     const auto* mesh = std::get_if<MeshSurface>(&surfaces_[surface]);
     if (mesh == nullptr || to_bounds == kNoHit || !is_traced(*mesh->mesh))
-        return to_bounds;
-    return first_of_mesh(*mesh->mesh, (origin - mesh->translate) / mesh->scale, direction).range *
-           mesh->scale;
+        return {to_bounds, index};
+    const MeshHit hit =
+        first_of_mesh(*mesh->mesh, (origin - mesh->translate) / mesh->scale, direction);
+    return {hit.range * mesh->scale, index, hit.triangle};
+}
+
+glm::dvec3 SurfaceRays::normal_of(const Hit& hit, glm::dvec3 p) const
+{
+    const auto surface = static_cast<std::size_t>(hit.surface);
+    if (const auto* sphere = std::get_if<SphereSurface>(&surfaces_[surface]))
+        return glm::normalize(p - sphere->center);
+    if (hit.triangle >= 0) {
+        const Mesh& mesh = *std::get<MeshSurface>(surfaces_[surface]).mesh;
+        const std::size_t first = 3 * static_cast<std::size_t>(hit.triangle);
+        const auto at = [&](std::size_t i) {
+            return glm::dvec3(mesh.positions[mesh.triangles[first + i]]);
+        };
+        return glm::normalize(glm::cross(at(1) - at(0), at(2) - at(0)));
+    }
+    // The face of the box that it is nearest to.
+    const Bounds& box = bounds_[surface];
+    glm::dvec3 normal(0);
+    double least = std::numeric_limits<double>::infinity();
+    for (int face = 0; face < 6; ++face) {
+        const int axis = face / 2;
+        const double away = std::abs((face % 2 == 0 ? box.min : box.max)[axis] - p[axis]);
+        if (away >= least)
+            continue;
+        least = away;
+        normal = glm::dvec3(0);
+        normal[axis] = face % 2 == 0 ? -1 : 1;
+    }
+    return normal;
 }
 
 std::optional<SurfaceRays::Hit> SurfaceRays::first(glm::dvec3 origin, glm::dvec3 direction,
@@ -138,8 +171,8 @@ std::optional<SurfaceRays::Hit> SurfaceRays::first(glm::dvec3 origin, glm::dvec3
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         if (i < left_out.size() && left_out[i])
             continue;
-        if (const double range = range_to(i, origin, direction); range < hit.range)
-            hit = {range, static_cast<int>(i)};
+        if (const Hit one = hit_of(i, origin, direction); one.range < hit.range)
+            hit = one;
     }
     if (hit.surface < 0)
         return {};

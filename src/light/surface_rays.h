@@ -17,12 +17,16 @@ public:
     explicit SurfaceRays(const std::vector<Surface>& surfaces);
 
     struct Hit {
-        double range = 0;  ///< metres
-        int surface = 0;   ///< into the surfaces
+        double range = 0;   ///< metres
+        int surface = 0;    ///< into the surfaces
+        int triangle = -1;  ///< of a mesh that is not taken for a box
     };
     /// The first surface on a way of unit length, from either side, but for those to be left out.
     [[nodiscard]] std::optional<Hit> first(glm::dvec3 origin, glm::dvec3 direction,
                                            const std::vector<bool>& left_out = {}) const;
+
+    /// Of unit length, outward or not, where a way met a surface.
+    [[nodiscard]] glm::dvec3 normal_of(const Hit& hit, glm::dvec3 p) const;
 
     /// Whether a place is inside of a surface, or nearer to one than this many metres.
     [[nodiscard]] bool is_near(glm::dvec3 p, double metres) const;
@@ -33,8 +37,7 @@ public:
     }
 
 private:
-    [[nodiscard]] double range_to(std::size_t surface, glm::dvec3 origin,
-                                  glm::dvec3 direction) const;
+    [[nodiscard]] Hit hit_of(std::size_t surface, glm::dvec3 origin, glm::dvec3 direction) const;
 
     const std::vector<Surface>& surfaces_;
     std::vector<Bounds> bounds_;  ///< of each, metres, world

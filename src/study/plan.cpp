@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 
+#include "light/surface_turns.h"
 #include "medium/media_set.h"
 #include "study/chart.h"
 #include <fumarole/errors.h>
@@ -140,8 +141,9 @@ private:
         setup_s_ = 1e-3 * start_.setup_ms;
         glance_s_ = kFrameSeconds + 3e-3 * glance_ms_;  // the first one compiled its shaders too
         plan_.timing_method = timing_name(renderer_.renderer().measuring_timing());
-        reference_ = std::make_unique<SparseReference>(scene_, guide(), coarsest(), bounces(),
-                                                       kMeasuredSurfaceBounces, options_.cancel);
+        reference_ =
+            std::make_unique<SparseReference>(scene_, guide(), coarsest(), bounces(),
+                                              measured_surface_bounces(scene_), options_.cancel);
     }
 
     void draw(std::size_t batch_size)
@@ -266,6 +268,10 @@ private:
             return !scene_.surfaces.empty() && !scene_.lights.empty();
         if (row.setting == "bounces")
             return media.scatters;
+        if (row.setting == "surface-bounces")
+            return light::surface_turns(scene_, {}).turns > 0;
+        if (row.setting == "probes")
+            return !renderer_.renderer().probes().empty();
         if (row.setting == "world-cache")
             return !is_black(scene_.world) || options_.start.bounces != 0;
         if (row.setting == "shadow-cache")
@@ -422,6 +428,7 @@ private:
         if (const std::string placement = renderer_.renderer().probe_placement();
             !placement.empty())
             plan_.facts.push_back({placement});
+        add_light_of_surfaces(choice);
         if (options_.savings)
             for (PlanFact& fact : plan_.facts)
                 measure_saving(fact, choice);
@@ -440,6 +447,33 @@ private:
         plan_.seconds = passed();
     }
 
+    /// What light from surfaces costs and gains: what they send on, and what probes have seen.
+    void add_light_of_surfaces(const Settings& choice)
+    {
+        const light::SurfaceTurns turns = light::surface_turns(scene_, choice);
+        if (!turns.why.empty())
+            plan_.facts.push_back(
+                {fmt::format("light that surfaces send on: {} ({})",
+                             turns.turns == 0 ? "none"
+                                              : fmt::format("{} turn{}", turns.turns,
+                                                            turns.turns == 1 ? "" : "s"),
+                             turns.why)});
+        if (turns.turns > 0)
+            plan_.facts.back().without = std::pair("surface-bounces", "0");
+        const std::vector<ProbeState> probes = renderer_.renderer().probes();
+        if (probes.empty() || choice.probes == Settings::Probes::off)
+            return;
+        double ms = 0;
+        for (const ProbeState& probe : probes)
+            ms += probe.capture_ms.value_or(0);
+        plan_.facts.push_back(
+            {fmt::format("{} probe{}{}", probes.size(), probes.size() == 1 ? "" : "s",
+                         ms > 0 ? fmt::format(": {:.0f} ms to capture {} once", ms,
+                                              probes.size() == 1 ? "it" : "all")
+                                : ""),
+             std::pair("probes", "off")});
+    }
+
     void measure_saving(PlanFact& fact, const Settings& choice)
     {
         if (!fact.without)
@@ -450,9 +484,13 @@ private:
         if (guess_seconds(without, longer * plan_.ms) > left(1))
             return;
         tell("what the scene saves");
-        const double ms = glance(without, 1).volume.median_ms;
+        const Glance found = glance(without, 1);
+        const double ms = found.volume.median_ms;
         if (ms > 0)
             fact.saving = 1 - plan_.ms / ms;
+        if (fact.without->first == "probes" || fact.without->first == "surface-bounces")
+            fact.errors = {plan_.chosen().tried.error,
+                           reference_->error(reference_->look(found.composite), draws_).error};
     }
 
     /// What an automatic resolution is in this picture.

@@ -26,6 +26,9 @@ struct PlanFact {
     /// Of the time that the volume takes then, the share that is saved: 0.27. Where it was
     /// measured.
     std::optional<double> saving = std::nullopt;
+    /// The picture's error with what is chosen, and without this: the root of relMSE. Where it was
+    /// measured: of what is there for the picture's sake.
+    std::optional<std::pair<double, double>> errors = std::nullopt;
 };
 
 /// Media this thin neither dim light nor each other as far as anyone sees.

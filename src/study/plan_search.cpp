@@ -162,6 +162,8 @@ const std::vector<PlanRow>& plan_rows()
         {Mode::raymarch, "shadow-cache", {"auto", "160"}, 1.2, 3},
         {Mode::raymarch, "world-cache", {"auto", "64"}, 1.2, 4},
         {Mode::raymarch, "bounces", {"0", "auto"}, 1.1, 4},
+        {Mode::raymarch, "surface-bounces", {"0", "auto"}, 1.1, 4},
+        {Mode::raymarch, "probes", {"off", "auto"}, 1.1, 4},
         {Mode::raymarch, "shadow-map", {"auto", "2048", "4096", "8192"}, 1.2, 1},
         {Mode::froxel, "tile", {"32", "16", "8", "4", "2"}, 4},
         {Mode::froxel, "slices", {"16", "32", "64", "128", "256"}, 2},
@@ -170,6 +172,8 @@ const std::vector<PlanRow>& plan_rows()
         {Mode::froxel, "shadow-cache", {"auto", "160"}, 1.2, 3},
         {Mode::froxel, "world-cache", {"auto", "64"}, 1.2, 4},
         {Mode::froxel, "bounces", {"0", "auto"}, 1.1, 4},
+        {Mode::froxel, "surface-bounces", {"0", "auto"}, 1.1, 4},
+        {Mode::froxel, "probes", {"off", "auto"}, 1.1, 4},
         {Mode::froxel, "shadow-map", {"auto", "2048", "4096", "8192"}, 1.2, 1},
     };
     return table;

@@ -9,6 +9,7 @@
 #include <oneapi/tbb/blocked_range2d.h>
 #include <oneapi/tbb/parallel_for.h>
 
+#include "light/surface_turns.h"
 #include "study/reference_emitters.h"
 #include "study/reference_geometry.h"
 #include "study/reference_lights.h"
@@ -454,6 +455,11 @@ private:
     MediaTracking clear_tracking_;
     ReferencePaths clear_paths_;
 };
+
+int measured_surface_bounces(const Scene& scene)
+{
+    return light::surface_turns(scene, {}).turns > 0 ? kAllBounces : 0;
+}
 
 Reference::Reference(const Scene& scene, double tolerance, int bounces, int surface_bounces,
                      const std::atomic<bool>* cancel)

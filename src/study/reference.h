@@ -47,8 +47,9 @@ constexpr int kLampsAndWorldOnce = -1;
 /// The bounces of the truth that the chart, the plan, `compare` and the bench measure against, and
 /// that the window shows, where a user does not ask for light that scatters once: 0.
 constexpr int kMeasuredBounces = kAllBounces;
-/// Likewise of surfaces.
-constexpr int kMeasuredSurfaceBounces = 0;
+/// Likewise of surfaces: all where a picture of the scene has light that they send on if its
+/// settings say nothing of it, else 0.
+int measured_surface_bounces(const Scene& scene);
 
 /// A truth that pictures are measured against for as long as a person waits: light that scatters
 /// once is integrated, light that scatters on is sampled, and what noise is left is known and taken

@@ -151,9 +151,9 @@ TEST_F(SurfaceBounces, SmokeBesideARedWallIsRedOnThatSide)
 }
 
 // What is not asked for costs nothing and changes nothing.
-TEST_F(SurfaceBounces, AutoLeavesLambertianSurfacesAlone)
+TEST_F(SurfaceBounces, AutoLeavesDarkSurfacesAlone)
 {
-    Scene scene = furnace(0.5f);
+    Scene scene = furnace(0.05f);
     for (Surface& surface : scene.surfaces)
         std::get<BoxSurface>(surface).emission = glm::vec3(0);
     scene.lights = {PointLight{{0.2, 0.1, 0.7}, glm::vec3(2)}};

@@ -23,7 +23,7 @@ void ReferenceWorker::start(const Scene& scene, double tolerance, int bounces)
         study::ReferenceOptions options;
         options.tolerance = tolerance;
         options.bounces = bounces;
-        options.surface_bounces = study::kMeasuredSurfaceBounces;
+        options.surface_bounces = study::measured_surface_bounces(scene);
         options.cancel = &stop;
         options.on_tile = [&](const study::ReferenceRegion& tile,
                               const study::ReferenceStill& still) {
