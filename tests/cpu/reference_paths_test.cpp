@@ -535,7 +535,7 @@ TEST(ReferencePaths, CancelEndsThem)
 TEST(ReferencePaths, SmokeAgreesWithAnotherPathTracer)
 {
     namespace fs = std::filesystem;
-    const fs::path folder = fs::path(FUM_TEST_SHARED) / "reference";
+    const fs::path folder = fs::path(FUM_TEST_DATA).parent_path() / "tests/reference";
     const fs::path file = folder / "S2.json", picture = folder / "S2_scattering_multiple.exr";
     if (!fs::exists(file) || !fs::exists(picture))
         GTEST_SKIP() << "no reference pictures: " << picture << " is not there";

@@ -984,7 +984,7 @@ TEST(SceneFile, SurvivesAnyBytes)
 
 TEST(SceneFile, ReferenceScenesAreValid)
 {
-    const fs::path references = fs::path(FUM_TEST_SHARED) / "reference";
+    const fs::path references = fs::path(FUM_TEST_DATA).parent_path() / "tests/reference";
     if (!fs::exists(references / "S1.json"))
         GTEST_SKIP() << "no reference scenes in " << references;
     const Scene fog = asset::parse_scene(references / "S1.json");

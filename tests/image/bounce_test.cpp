@@ -208,7 +208,7 @@ TEST_F(Bounces, AutoLeavesOutWhatWouldNotShow)
 // of 4x4 pixels is a relMSE of 8e-5, its own error about 1 %.
 TEST_F(Bounces, SmokeAgreesWithAPathTracer)
 {
-    const fs::path folder = fs::path(FUM_TEST_SHARED) / "reference";
+    const fs::path folder = fs::path(FUM_TEST_DATA).parent_path() / "tests/reference";
     const fs::path picture = folder / "S2_scattering_multiple.exr";
     if (!fs::exists(picture))
         GTEST_SKIP() << "no reference picture: " << picture << " is not there";

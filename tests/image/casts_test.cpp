@@ -185,7 +185,7 @@ TEST_F(Casts, ABeamInUniformFogIsTheQuadrature)
 
 TEST_F(Casts, AnAmberPaneInTheSmokeOfS2IsTheReference)
 {
-    const fs::path file = fs::path(FUM_TEST_SHARED) / "reference" / "S2.json";
+    const fs::path file = fs::path(FUM_TEST_DATA).parent_path() / "tests/reference" / "S2.json";
     if (!fs::exists(file))
         GTEST_SKIP() << "no reference scenes: " << file << " is not there";
     Scene scene = asset::load_scene(file).scene;

@@ -399,7 +399,7 @@ TEST_F(Froxel, GridShadowsMissWhatIsOutOfView)
 TEST_F(Froxel, AgreesWithPathTracing)
 {
     namespace fs = std::filesystem;
-    const fs::path folder = fs::path(FUM_TEST_SHARED) / "reference";
+    const fs::path folder = fs::path(FUM_TEST_DATA).parent_path() / "tests/reference";
     if (!fs::exists(folder / "S1.json"))
         GTEST_SKIP() << "no reference pictures in " << folder;
     Settings settings = find_preset("froxel");

@@ -1,5 +1,5 @@
 // The default preset against path-traced single scattering of the same scenes, made with Cycles;
-// shared/reference/README.md says how, with what noise.
+// tests/reference/README.md says how, with what noise.
 
 #include <cmath>
 #include <filesystem>
@@ -43,7 +43,7 @@ class PathTraced : public ImageTest, public testing::WithParamInterface<Case> {}
 TEST_P(PathTraced, AgreesBeyondTheReferencesNoise)
 {
     const Case& bounds = GetParam();
-    const fs::path folder = fs::path(FUM_TEST_SHARED) / "reference";
+    const fs::path folder = fs::path(FUM_TEST_DATA).parent_path() / "tests/reference";
     const fs::path file = folder / (std::string(bounds.scene) + ".json");
     if (!fs::exists(file))
         GTEST_SKIP() << "no reference pictures: " << file << " is not there";

@@ -305,7 +305,7 @@ TEST_F(Transparents, AllKindsInSmokeAreTheReference)
 
 TEST_F(Transparents, CrossingPanesInTheSmokeOfS2AreTheReference)
 {
-    const fs::path file = fs::path(FUM_TEST_SHARED) / "reference" / "S2.json";
+    const fs::path file = fs::path(FUM_TEST_DATA).parent_path() / "tests/reference" / "S2.json";
     if (!fs::exists(file))
         GTEST_SKIP() << "no reference scenes: " << file << " is not there";
     Scene scene = asset::load_scene(file).scene;
