@@ -217,7 +217,7 @@ void add_probe_cases(std::vector<StabilityCase>& table)
         "their sum is the same to what rounding leaves", sixteen);
     add("probe-edges",
         "steepest change across the edges of two probes, over that of a weight that rises evenly",
-        3, "times", "the weights of two meet, and what they cover is shared; a jump is a hundred",
+        2, "times", "the weights of two meet, and what they cover is shared; a jump is 3.2",
         influence_edges);
     add("probe-moved-light",
         "largest change of a mirror from frame to frame after a lamp was moved, of all of it", 0.2,

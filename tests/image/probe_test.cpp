@@ -8,6 +8,7 @@
 
 #include "gl/texture.h"
 #include "image_test.h"
+#include "shared/bindings.h"
 #include "study/metrics.h"
 #include "study/reference.h"
 #include "support/ggx.h"
@@ -359,6 +360,7 @@ TEST_F(ProbeRoom, FramesCaptureOneWhileNothingMoves)
             const auto changed = [&](double radius) {
                 captured(2);
                 const std::vector<float> plain = color.read(4);
+                gl()->BindTextureUnit(SCENE_DEPTH_UNIT, 0);  // it binds what it reads
                 renderer.draw_probes(frame, settings, radius);
                 const std::vector<float> with = color.read(4);
                 int count = 0;
