@@ -1,5 +1,6 @@
 // Group 4 too: transparents in front of, in and behind media.
 
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -76,6 +77,7 @@ StabilityFigure pane_halo(const StabilityBench& bench, std::string_view resoluti
     const auto changed = [&](std::string_view layer_size) {
         Settings settings = bench.with("resolution", layer_size);
         settings.format = Settings::Format::rgba32f;
+        settings.jitter = Settings::Jitter::none;  // its noise is everywhere, and no halo
         Picture picture = layer(bench.render(with, settings, 0), &Still::composite);
         const Picture plain = layer(bench.render(without, settings, 0), &Still::composite);
         for (std::size_t i = 0; i < picture.rgb.size(); ++i)
@@ -130,6 +132,37 @@ StabilityFigure trail(const StabilityBench& bench)
     return worst_difference(last(true), last(false));
 }
 
+/// How far smoke that has moved behind and between standing panes is from the same at rest, over
+/// what it is without panes.
+StabilityFigure trail_behind(const StabilityBench& bench)
+{
+    constexpr int kFrames = 8;
+    Settings settings = bench.settings;
+    settings.temporal = true;
+    StabilityFigure figure;
+    std::array<double, 2> lag{};
+    for (const bool panes : {false, true}) {
+        Scene scene = pane_scene();
+        if (panes)
+            scene.transparents =
+                crossing_panes(0, blended(Blend::Kind::alpha, {0.1f, 0.3f, 0.5f}, 0.25f));
+        const auto last = [&](double step) {  // of as many frames, with the same jitter
+            StabilityView view(bench, settings);
+            Picture picture;
+            for (int i = 0; i <= kFrames; ++i) {
+                std::get<GridMedium>(scene.media[0]).translate.x = step * (i - kFrames);
+                view.set_scene(scene);
+                picture = view.draw(scene);
+            }
+            return picture;
+        };
+        figure = rms_over_mean(last(0.05), last(0));
+        lag.at(panes ? 1 : 0) = figure.value;
+    }
+    figure.value = lag[1] / lag[0];
+    return figure;
+}
+
 }  // namespace
 
 void add_transparent_cases(std::vector<StabilityCase>& table)
@@ -177,6 +210,14 @@ void add_transparent_cases(std::vector<StabilityCase>& table)
                      .unit = "W/m^2/sr",
                      .reason = "panes are no part of what is kept of the media",
                      .measure = trail});
+    table.push_back({.group = 7,
+                     .name = "trail-behind-panes",
+                     .shows = "how far smoke that moves behind and between standing panes is from "
+                              "what it is at rest, over the same without panes",
+                     .bound = 1,
+                     .unit = "times",
+                     .reason = "panes that cover smoke leave it no trail of theirs",
+                     .measure = trail_behind});
 }
 
 }  // namespace fumarole::study
