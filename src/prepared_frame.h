@@ -78,6 +78,10 @@ struct PreparedFrame {
     int layer_guard = 0;
 
     DepthsAsked depths_asked;
+    /// Panes in order, whose block is bound: a march keeps what it has met at their depths instead,
+    /// and its transparents are in no list; 0: they are.
+    int panes = 0;
+    int pane_places = 0;  ///< what shaders are compiled for: a power of two, as many or more
 
     /// Drawn so that each variant of the shaders has been drawn with.
     bool prepares = false;

@@ -117,6 +117,9 @@ struct Renderer::Parts {
         const bool lists_fragments = !transparents.empty() || view.lists != nullptr;
         return lists_fragments || tools.computes(settings) ? STORAGE_COUNT : 0;
     }
+    /// Binds those of a frame as panes in order, if they need no lists.
+    void order_panes(const View::State& view, PreparedFrame& prepared,
+                     const transparent::SeenTransparents& seen) const;
     /// Has a march keep what it meets before the transparents of a frame, the host's too.
     void ask_depths(const View::State& view, PreparedFrame& prepared,
                     const transparent::SeenTransparents& seen) const;
@@ -137,6 +140,9 @@ struct Renderer::Parts {
     /// view
     void draw_transparents(View::State& view, const PreparedFrame& prepared,
                            const transparent::SeenTransparents& seen, resolve::Layers* layers);
+    /// Lays panes in order over a picture. @param layers likewise
+    void lay_panes(View::State& view, const PreparedFrame& prepared, resolve::Layers* layers,
+                   const transparent::Resolved& resolved) const;
     /// Settles a frame and binds what all passes read of it, the media and the lights too where it
     /// sees a medium.
     PreparedFrame begin(const View::State& view, const Frame& frame, const FrameSettings& s);
@@ -212,7 +218,8 @@ struct Renderer::Parts {
     std::optional<Drawn> drawn;
     std::uint64_t scene_id = 0, media_id = 0, life_id = 0;  ///< FrameScene's
     bool prepares = false;                                  ///< while prepare() draws
-    SceneWork reported;                                     ///< as far as take_report() has told
+    bool prepares_lists = false;  ///< likewise, what panes in order have no need of
+    SceneWork reported;           ///< as far as take_report() has told
     SceneSettings scene_settings;
     surface::SurfacePainter surface_painter;
     gl::UniformBuffer<shared::InspectParams> probe_balls;
@@ -260,6 +267,25 @@ PreparedFrame Renderer::Parts::begin(const View::State& view, const Frame& frame
     return prepared;
 }
 
+void Renderer::Parts::order_panes(const View::State& view, PreparedFrame& prepared,
+                                  const transparent::SeenTransparents& seen) const
+{
+    // A host's own, in lists or shaded by the host, may lie anywhere between them.
+    if (seen.list.empty() || view.lists_have_hosts || view.host_fragments ||
+        !prepared.host.transparents.empty() || prepares_lists)
+        return;
+    const auto panes = transparent::panes_in_order(transparents, seen, prepared);
+    if (!panes)
+        return;
+    transparent_painter.bind_panes(device, *panes);
+    prepared.panes = panes->count;
+    // The same as panes come into view and leave it.
+    prepared.pane_places = 1;
+    while (prepared.pane_places <
+           static_cast<int>(std::min<std::size_t>(transparents.size(), MAX_PANES)))
+        prepared.pane_places *= 2;
+}
+
 void Renderer::Parts::ask_depths(const View::State& view, PreparedFrame& prepared,
                                  const transparent::SeenTransparents& seen) const
 {
@@ -271,6 +297,8 @@ void Renderer::Parts::ask_depths(const View::State& view, PreparedFrame& prepare
         return;
     for (const transparent::SeenTransparent& one : seen.list)
         prepared.depths_asked.areas.push_back(one.area);
+    if (prepared.panes > 0)
+        return;
     glm::dvec2 range = seen.view_z;
     for (const TransparentExtent& one : of_host) {
         prepared.depths_asked.areas.push_back({one.low, one.high});
@@ -335,23 +363,40 @@ void Renderer::Parts::draw_transparents(View::State& view, const PreparedFrame& 
                                         resolve::Layers* layers)
 {
     last_volume_at_bytes = layers != nullptr ? layers->volume_at_bytes() : 0;
+    if (prepared.panes > 0) {
+        last_lists.reset();
+        const transparent::Resolved resolved{picture, prepared.picture()};
+        lay_panes(view, prepared, layers, resolved);
+        return;
+    }
     if (!list_transparents(view, prepared, seen))
         return;
     const transparent::Resolved resolved{picture, prepared.picture(), GL_ONE, reads_picture(view)};
     transparent_painter.resolve(tools, *view.lists, layers, resolved, prepared);
 }
 
+void Renderer::Parts::lay_panes(View::State& view, const PreparedFrame& prepared,
+                                resolve::Layers* layers,
+                                const transparent::Resolved& resolved) const
+{
+    transparent_painter.lay_panes(tools, view.pane_layer, layers, resolved, prepared);
+}
+
 std::string Renderer::Parts::explain_transparents(const FrameSettings& settings) const
 {
     constexpr double kMegabyte = 1e6;
-    std::string line = fmt::format("transparents: {} of the scene, in a list of fragments a pixel",
-                                   transparents.size());
-    if (const auto lists = last_lists.lock())
-        line += fmt::format(", {:.1f} MB in the last view",
+    const auto lists = last_lists.lock();
+    std::string line = fmt::format("transparents: {} of the scene, ", transparents.size());
+    if (lists != nullptr)
+        line += fmt::format("in a list of fragments a pixel, {:.1f} MB in the last view",
                             static_cast<double>(lists->bytes()) / kMegabyte);
+    else
+        line += "of which the last view needed no lists";
     if (settings.mode == Settings::Mode::froxel)
         return line + "; what media do before each is looked up in the froxels";
-    line += fmt::format("; the march keeps what it has met at {} depths", settings.splits);
+    line += lists != nullptr
+                ? fmt::format("; the march keeps what it has met at {} depths", settings.splits)
+                : "; the march keeps what it has met at the depth of each";
     if (last_volume_at_bytes > 0)
         line += fmt::format(", {:.1f} MB", static_cast<double>(last_volume_at_bytes) / kMegabyte);
     return line;
@@ -520,6 +565,8 @@ void Renderer::composite(View& view, const Frame& frame, const FrameSettings& se
     PreparedFrame prepared = parts.begin(state, frame, settings);
     Parts::check_host_fragments(state, prepared);
     const transparent::SeenTransparents seen = parts.transparents.look(prepared);
+    state.lists_have_hosts = false;
+    parts.order_panes(state, prepared, seen);
     if (!prepared.sees_media) {
         parts.draw_transparents(state, prepared, seen, nullptr);
         if (is_asked)
@@ -657,7 +704,9 @@ TransparentImages Renderer::read_transparents(View& view, const Frame& frame,
                             static_cast<std::size_t>(prepared.picture_size.y);
         return {std::vector<float>(values, 0.0f), std::vector<float>(values, 1.0f)};
     }
-    if (state.lists == nullptr || (prepared.sees_media && !state.holds(prepared)))
+    parts.order_panes(state, prepared, seen);
+    if ((prepared.panes == 0 && state.lists == nullptr) ||
+        (prepared.sees_media && !state.holds(prepared)))
         throw Error("the view holds no transparents of such a frame: its last one was of another "
                     "size or had other settings; call composite() with this one first");
     const gl::TextureView picture = frame.target ? frame.target : frame.color;
@@ -671,9 +720,12 @@ TransparentImages Renderer::read_transparents(View& view, const Frame& frame,
         parts.device->ClearNamedFramebufferfv(framebuffer.id(), GL_COLOR, 0, value.data());
         const transparent::Resolved resolved{framebuffer, picture, of_added,
                                              parts.reads_picture(state), true};
-        parts.transparent_painter.resolve(parts.tools, *state.lists,
-                                          prepared.sees_media ? state.layers.get() : nullptr,
-                                          resolved, prepared);
+        resolve::Layers* const layers = prepared.sees_media ? state.layers.get() : nullptr;
+        if (prepared.panes > 0)
+            parts.lay_panes(state, prepared, layers, resolved);
+        else
+            parts.transparent_painter.resolve(parts.tools, *state.lists, layers, resolved,
+                                              prepared);
         return gl::read_texture(parts.device, texture.view(), 3);
     };
     TransparentImages images;
@@ -1012,6 +1064,11 @@ void Renderer::prepare(const Frame& frame, const FrameSettings& settings)
         };
         for (const Frame* one : {&still, &still, &moved})
             draw(*one);
+        if (parts.transparents.size() > 1) {  // panes that are in order may cross in another view
+            parts.prepares_lists = true;
+            draw(moved);
+            parts.prepares_lists = false;
+        }
         if (s.keeps_history())
             parts.draw_changes(view, draw, still, moved);
         view.reset_history();

@@ -15,6 +15,7 @@
 #include "shared/host_transparent_params.h"
 #include "shared/volume_at_params.h"
 #include "transparent/fragment_lists.h"
+#include "transparent/panes.h"
 
 namespace fumarole {
 
@@ -45,7 +46,8 @@ struct View::State {
         std::unique_ptr<gl::BindingGuard> bindings;  ///< while the host draws
     };
     std::optional<HostFragments> host_fragments;
-    bool lists_have_hosts = false;  ///< the last frame's had some
+    bool lists_have_hosts = false;      ///< the last frame's had some
+    transparent::PaneLayer pane_layer;  ///< of panes in order, which have no lists
     gl::UniformBuffer<shared::HostTransparentParams> host_block;
     gl::UniformBuffer<shared::VolumeAtParams> volume_at_block;
     std::optional<VolumeAtNames> volume_at;  ///< of the last frame, if it asked for it

@@ -60,24 +60,24 @@ struct Layer {
     extinction_t transmittance;
     MediaDepth seen;
     ivec2 texel;
-    int split;  // the next depth at which it is to be kept
+    SplitWalk splits;
 };
 
 // Keeps what a ray has met at the depths before step.y; the step, from step.x on, is uniform.
 void keep_splits(inout Layer layer, vec2 step, float length_per_z, vec3 source, extinction_t sigma_t)
 {
-    if (layer.split < u_splits.count && split_view_z(layer.split) < step.y) do {
-        float ds = max(split_view_z(layer.split) - step.x, 0.0) * length_per_z;
+    if (layer.splits.view_z < step.y) do {
+        float ds = max(layer.splits.view_z - step.x, 0.0) * length_per_z;
         extinction_t tau = sigma_t * ds;
         vec3 scattering = layer.scattering + layer.transmittance * source * (ds * slab_weight(tau));
         extinction_t transmittance = layer.transmittance * exp(-tau);
-        ivec3 at = ivec3(layer.texel, layer.split);
+        ivec3 at = ivec3(layer.texel, layer.splits.next);
         imageStore(u_split_scattering_img, at,
                    vec4(min(scattering, vec3(u_frame.radiance_limit)), mean(transmittance)));
         if (!kMonochrome)
             imageStore(u_split_transmittance_img, at, vec4(vec3(transmittance), 1.0));
-        ++layer.split;
-    } while (layer.split < u_splits.count && split_view_z(layer.split) < step.y);
+        step_on(layer.splits);
+    } while (layer.splits.view_z < step.y);
 }
 
 // From step.x to step.y, sampled at `share` of it, z.
@@ -184,9 +184,8 @@ Marched march_texel(ivec2 texel, uvec4 tile)
     vec2 inside = vec2(u_frame.step_range.x, scene_z);
     if (!kCameraRange)
         inside = media_segment(ray.origin, ray.direction, u_frame.media_range.x, min(scene_z, u_frame.media_range.y));
-    int first_split = kSplits && tile_keeps_depths(tile.w) ? 0 : MAX_SPLITS;
-    Layer layer =
-        Layer(vec3(0.0), extinction_t(1.0), MediaDepth(inside.x, vec3(0.0), vec3(0.0)), texel, first_split);
+    Layer layer = Layer(vec3(0.0), extinction_t(1.0), MediaDepth(inside.x, vec3(0.0), vec3(0.0)), texel,
+                        split_walk(ndc, kSplits && tile_keeps_depths(tile.w)));
     if (kCameraRange)
         march_camera_range(layer, line, light, length_per_z, inside, offset);
     else

@@ -66,3 +66,5 @@ VolumeAt volume_at(FroxelRay ray, float view_z)
     volume_depth_t tau = seen.tau * ray.length_per_z;
     return VolumeAt(seen.source * ray.length_per_z * slab_weight(tau), vec3(exp(-tau)));
 }
+
+VolumeAt volume_at_pane(FroxelRay ray, int k, float view_z) { return volume_at(ray, view_z); }

@@ -80,6 +80,23 @@ VolumeAt split_between(VolumeAt near, VolumeAt far, float share)
     return VolumeAt(mix(near.scattering, far.scattering, scattered), transmittance);
 }
 
+// Where in a smaller layer a ray's look-up before a depth reads.
+vec2 split_place(SplitRay ray, float view_z)
+{
+    // A ray that ends before this depth, at a surface, knows nothing of what lies there.
+    bvec4 short_of = lessThan(ray.reach, vec4(min(view_z, u_frame.media_range.y)));
+    vec2 corner = floor(ray.texel);
+    return corner + away_from_short(ray.texel - corner, short_of);
+}
+
+// Before a pane, of those at whose depths the march kept what it met.
+VolumeAt volume_at_pane(SplitRay ray, int k, float view_z)
+{
+    if (kLayerScale == 1)
+        return split_texel(ivec2(round(ray.texel)), k);
+    return split_bilinear(split_place(ray, view_z), k);
+}
+
 VolumeAt volume_at(SplitRay ray, float view_z)
 {
     int low = 0, high = u_splits.count - 1;
@@ -99,10 +116,7 @@ VolumeAt volume_at(SplitRay ray, float view_z)
         near = split_texel(texel, low);
         far = split_texel(texel, high);
     } else {
-        // A ray that ends before this depth, at a surface, knows nothing of what lies there.
-        bvec4 short_of = lessThan(ray.reach, vec4(min(view_z, u_frame.media_range.y)));
-        vec2 corner = floor(ray.texel);
-        vec2 texel = corner + away_from_short(ray.texel - corner, short_of);
+        vec2 texel = split_place(ray, view_z);
         near = split_bilinear(texel, low);
         far = split_bilinear(texel, high);
     }

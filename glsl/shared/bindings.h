@@ -15,7 +15,8 @@
 #define SPLITS_BLOCK 7
 #define PROBES_BLOCK 8
 #define LIGHT_FILTERS_BLOCK 9
-#define BLOCK_COUNT 10
+#define PANES_BLOCK 10
+#define BLOCK_COUNT 11
 #define PROBE_FILTER_BLOCK FROXEL_BLOCK  // no froxels are filled meanwhile
 #define TRANSPARENT_BLOCK DRAW_BLOCK     // no surface is drawn meanwhile
 #define INSPECT_BLOCK DRAW_BLOCK         // no surface is drawn while a frame is inspected
@@ -61,7 +62,8 @@
 #define SPLIT_TRANSMITTANCE_UNIT TRANSMITTANCE_UNIT
 #define TRANSPARENT_IMAGE_UNIT 4
 #define PICTURE_UNIT 5
-#define LIGHT_FILTERS_DRAWN_UNIT 5  // as lights' filters are drawn, which reads no shadow map
+#define PANE_LAYER_UNIT PICTURE_UNIT  // panes in order read no picture
+#define LIGHT_FILTERS_DRAWN_UNIT 5    // as lights' filters are drawn, which reads no shadow map
 
 // An inspection's steps read one texture that no other of theirs does.
 #define INSPECTED_UNIT 1

@@ -78,13 +78,15 @@ void RayMarch::resize(const PreparedFrame& frame)
 void RayMarch::resize_splits(const PreparedFrame& frame)
 {
     const std::vector<float>& depths = frame.depths_asked.view_z;
-    if (depths.empty()) {
+    const int panes = frame.panes;
+    const int count = panes > 0 ? panes : static_cast<int>(depths.size());
+    if (count == 0) {
         split_scattering_ = {};
         split_transmittance_ = {};
         return;
     }
     const gl::Device& gl = tools_.device;
-    const glm::ivec3 size(size_, static_cast<int>(depths.size()));
+    const glm::ivec3 size(size_, count);
     const bool fine = format_ == Settings::Format::rgba32f;
     const GLenum format = fine ? GL_RGBA32F : GL_RGBA16F;  // those with an alpha
     const auto make = [&](gl::Texture& texture, const char* label, bool wanted) {
@@ -96,12 +98,14 @@ void RayMarch::resize_splits(const PreparedFrame& frame)
     make(split_scattering_, "split scattering", true);
     make(split_transmittance_, "split transmittance", !monochrome_);
     fine_splits_ = fine;
-    split_params_ = {};
-    split_params_.count = size.z;
-    for (int k = 0; k < size.z; ++k)
-        split_params_.view_z[k / 4][k % 4] = depths[static_cast<std::size_t>(k)];
-    split_block_.write(split_params_);
-    gl->BindBufferBase(GL_UNIFORM_BUFFER, SPLITS_BLOCK, split_block_.id());
+    if (panes == 0) {
+        split_params_ = {};
+        split_params_.count = count;
+        for (int k = 0; k < count; ++k)
+            split_params_.view_z[k / 4][k % 4] = depths[static_cast<std::size_t>(k)];
+        split_block_.write(split_params_);
+        gl->BindBufferBase(GL_UNIFORM_BUFFER, SPLITS_BLOCK, split_block_.id());
+    }
     // What no ray writes, as where there is no medium.
     constexpr std::array<GLfloat, 4> kNothing{0, 0, 0, 1}, kAll{1, 1, 1, 1};
     split_scattering_.clear(GL_RGBA, GL_FLOAT, kNothing.data());
@@ -149,6 +153,10 @@ void RayMarch::draw_layer_depth(const PreparedFrame& frame)
         tiles_.set(frame);
     }
     const auto time = tools_.timers.scope("layer depth");
+    // What is looked up before a depth reads rays that see no medium as well: none is short of it.
+    constexpr GLfloat kFar = 3e38f;
+    if (!frame.depths_asked.areas.empty())
+        depth_.clear(GL_RED, GL_FLOAT, &kFar);
     gl::Defines defines{{"kLayerScale", fmt::format("{}", frame.settings.resolution)}};
     if (frame.settings.layer_depth == Settings::LayerDepth::checkerboard)
         defines.emplace_back("kCheckerboard", "");
@@ -179,6 +187,8 @@ void RayMarch::draw(const PreparedFrame& frame)
         defines.emplace_back("kMediaDepth", "");
     if (split_scattering_)
         defines.emplace_back("kSplits", "");
+    if (frame.panes > 0)
+        defines.emplace_back("kPanes", fmt::format("{}", frame.pane_places));
     march(framebuffer_, scattering_, transmittance_, defines);
     if (tiles_.computes() || split_scattering_)  // for lookups
         gl->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);

@@ -7,24 +7,28 @@
 #include "resolve/layers.h"
 #include "toolbox.h"
 #include "transparent/fragment_lists.h"
+#include "transparent/panes.h"
 #include "transparent/transparent_set.h"
 
 namespace fumarole::transparent {
 
 /// Where lists of fragments are laid over a picture.
 struct Resolved {
-    const gl::Framebuffer& framebuffer;  ///< its alpha stays
-    gl::TextureView picture;             ///< that has the media
-    GLenum of_added = GL_ONE;            ///< factor of what is added, when it is blended
-    bool reads_picture = false;          ///< a factor depends on what is behind
-    bool is_done = false;                ///< the picture has the transparents already
+    gl::Framebuffer& framebuffer;  ///< its alpha stays
+    gl::TextureView picture;       ///< that has the media
+    GLenum of_added = GL_ONE;      ///< factor of what is added, when it is blended
+    bool reads_picture = false;    ///< a factor depends on what is behind
+    bool is_done = false;          ///< the picture has the transparents already
 };
 
 /// Draws a scene's transparents into lists, and lays what they hold over a picture that has the
 /// media already: glsl/transparent.
 class TransparentPainter {
 public:
-    explicit TransparentPainter(const gl::Device& device) : block_{device, "transparent draw"} {}
+    explicit TransparentPainter(const gl::Device& device)
+        : block_{device, "transparent draw"}, panes_block_{device, "panes"}
+    {
+    }
 
     /// Adds to the lists. The frame's block is bound.
     void fill(const Toolbox& tools, const TransparentSet& transparents,
@@ -36,11 +40,20 @@ public:
     void resolve(const Toolbox& tools, const FragmentLists& lists, resolve::Layers* layers,
                  const Resolved& resolved, const PreparedFrame& frame) const;
 
+    /// Binds panes in order for a march and for lay_panes().
+    void bind_panes(const gl::Device& device, const shared::PaneParams& panes) const;
+    /// Blends the panes that are bound over the framebuffer's colour.
+    /// @param layer the view's
+    /// @param layers as resolve()
+    void lay_panes(const Toolbox& tools, PaneLayer& layer, resolve::Layers* layers,
+                   const Resolved& resolved, const PreparedFrame& frame) const;
+
     /// Draws how many fragments each pixel of the bound framebuffer has. @param lists null: 0
     void draw_counts(const Toolbox& tools, const FragmentLists* lists) const;
 
 private:
     gl::UniformBuffer<shared::TransparentParams> block_;
+    gl::UniformBuffer<shared::PaneParams> panes_block_;
 };
 
 }  // namespace fumarole::transparent

@@ -82,6 +82,25 @@ bool is_of_destination(BlendFactor factor)
     }
 }
 
+/// A factor of the source's own colour.
+glm::vec3 own_factor(BlendFactor factor, glm::vec3 color, float alpha)
+{
+    switch (factor) {
+    case BlendFactor::one:
+        return glm::vec3(1);
+    case BlendFactor::src_color:
+        return color;
+    case BlendFactor::one_minus_src_color:
+        return 1.0f - color;
+    case BlendFactor::src_alpha:
+        return glm::vec3(alpha);
+    case BlendFactor::one_minus_src_alpha:
+        return glm::vec3(1 - alpha);
+    default:
+        return glm::vec3(0);
+    }
+}
+
 /// What of `old` was made of `source`, or one made now, noted in `now`.
 template <class Held, class Source, class Make>
 auto kept_or_made(const std::vector<Held>& old, std::vector<Held>& now, const Source& source,
@@ -96,6 +115,16 @@ auto kept_or_made(const std::vector<Held>& old, std::vector<Held>& now, const So
 }
 
 }  // namespace
+
+glm::vec3 PlainPane::of_source(glm::vec3 color) const
+{
+    return own_factor(source_factor, color, source.a);
+}
+
+glm::vec3 PlainPane::of_behind(glm::vec3 color) const
+{
+    return own_factor(destination_factor, color, source.a);
+}
 
 void TransparentSet::set(const std::vector<Transparent>& transparents)
 {
@@ -224,6 +253,22 @@ SeenTransparents TransparentSet::look(const PreparedFrame& frame) const
         all.list.begin(), all.list.end(),
         [](const SeenTransparent& a, const SeenTransparent& b) { return a.view_z.x < b.view_z.x; });
     return all;
+}
+
+std::optional<PlainPane> TransparentSet::plain(const SeenTransparent& seen) const
+{
+    const Item& item = items_[seen.index];
+    const TransparentLook& look = look_of(item.transparent);
+    const BlendState state = blend_state(look);
+    if (item.mesh != nullptr || look.image != nullptr || look.depth_fade > 0 ||
+        is_of_destination(state.source) || is_of_destination(state.destination))
+        return {};
+    const glm::dmat4& object = seen.world_from_object;
+    return PlainPane{glm::dvec3(object[3]),
+                     {glm::dvec3(object[0]), glm::dvec3(object[1])},
+                     own_source(look),
+                     state.source,
+                     state.destination};
 }
 
 shared::TransparentParams TransparentSet::params(const SeenTransparent& seen,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -29,6 +30,17 @@ struct SeenTransparents {
     glm::dvec2 view_z{0};
 };
 
+/// A transparent that is flat and of one colour, and blends by factors of its own colour alone.
+struct PlainPane {
+    glm::dvec3 corner{0}, edges[2];  ///< metres, world
+    glm::vec4 source{0};             ///< radiance [W/m^2/sr] or filter, and alpha
+    BlendFactor source_factor{}, destination_factor{};
+
+    /// The factors of its source, whose colour is `color`, and of what is behind.
+    [[nodiscard]] glm::vec3 of_source(glm::vec3 color) const;
+    [[nodiscard]] glm::vec3 of_behind(glm::vec3 color) const;
+};
+
 /// The scene's transparents on the GPU: meshes and pictures, each once.
 class TransparentSet {
 public:
@@ -46,6 +58,9 @@ public:
     [[nodiscard]] std::vector<light::Caster> casters() const;
 
     [[nodiscard]] SeenTransparents look(const PreparedFrame& frame) const;
+
+    /// It as a pane; nothing if it is none.
+    [[nodiscard]] std::optional<PlainPane> plain(const SeenTransparent& seen) const;
 
     /// What its draw's block holds.
     [[nodiscard]] shared::TransparentParams params(const SeenTransparent& seen,

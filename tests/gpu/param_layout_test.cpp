@@ -21,6 +21,7 @@
 #include "shared/light_volume_params.h"
 #include "shared/march_history_params.h"
 #include "shared/medium_params.h"
+#include "shared/pane_params.h"
 #include "shared/probe_params.h"
 #include "shared/split_params.h"
 #include "shared/step_tile.h"
@@ -245,6 +246,7 @@ private:
         {"TransparentParams", "u_params.unused"},
         {"LightFiltersParams", "u_params.points[0].first_layer"},
         {"LightFilterDrawParams", "u_params.unused"},
+        {"PaneParams", "u_params.view_z.x"},
         {"SplitParams", "float(u_params.count)"},
         {"ProbesParams", "u_params.world.last"},
         {"ProbeFilterParams", "u_params.alpha"},
@@ -423,6 +425,17 @@ TEST_F(ParamLayout, Transparent)
                            MEMBER(TransparentParams, unused)};
     expect_same(layout("transparent_params.h", "TransparentParams"), expected,
                 sizeof(TransparentParams));
+}
+
+TEST_F(ParamLayout, Panes)
+{
+    Offsets expected{MEMBER(PaneParams, view_z), MEMBER(PaneParams, count),
+                     MEMBER(PaneParams, unused)};
+    for (const auto& [name, offset] :
+         Offsets{MEMBER(PaneParams, at), MEMBER(PaneParams, at_dx), MEMBER(PaneParams, at_dy),
+                 MEMBER(PaneParams, emitted), MEMBER(PaneParams, kept)})
+        expected.emplace(name + "[0]", offset);
+    expect_same(layout("pane_params.h", "PaneParams"), expected, sizeof(PaneParams));
 }
 
 TEST_F(ParamLayout, Splits)

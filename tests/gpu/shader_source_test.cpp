@@ -426,6 +426,26 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
             }
     for (unsigned set = 0; set < 2; ++set)
         variants.add("transparent/layers.frag", flags(set, {"kHalfColor"}));
+    for (const char* count : {"1", "8"}) {
+        const Defines panes{{"kPaneCount", count}};
+        for (unsigned set = 0; set < 2; ++set)
+            variants.add("transparent/panes.vert",
+                         panes + flags(set, {"kOfLayer"}) + Defines{{"kLayerScale", "2"}});
+        for (const char* volume : {"none", "froxels", "splits"}) {
+            Defines defines = panes;
+            defines.add_file("written/volume_at.glsl", volume_at_text(volume));
+            variants.add("transparent/panes.frag", defines);
+            if (volume[0] != 's')
+                continue;
+            for (unsigned set = 0; set < 4; ++set) {
+                const Defines of_march = flags(set, {"kMonochrome"}) +
+                                         Defines{{"kLayerScale", set % 2 == 0 ? "1" : "2"}};
+                variants.add("transparent/pane_layer.frag", panes + of_march);
+                variants.add("transparent/panes.frag",
+                             defines + of_march + flags(set >> 1, {"kPaneLayer"}));
+            }
+        }
+    }
 
     // The froxels that sample: as the march below, with what is theirs alone.
     const auto froxels = [&](const Defines& media, const Defines& lights, unsigned set) {
@@ -455,7 +475,9 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                         "kShadowToLight", "kLeastExtinction", "kMonochrome", "kCountSamples",
                         "kDepthVolume", "kWorldVolume"}) +
             flags(set ^ set >> 3, {"kExactFalloff", "kMediaDepth", "kDepthAtPoint"}) +
-            flags(set >> 2, {"kSplits"}) + Defines{{"kLayerScale", "2"}, {"kShadowTaps", "4"}};
+            flags(set >> 2, {"kSplits"}) +
+            Defines{
+                {"kLayerScale", "2"}, {"kShadowTaps", "4"}, {"kPanes", set % 3 == 0 ? "4" : "0"}};
         variants.add("pass/ray_march.frag", marched);
         const Defines kept =
             media + lights + flags(set, {"kWorldLight", "MONOCHROME", "kVolumeShadows"}) +

@@ -453,6 +453,41 @@ TEST_F(Transparents, WhatDoesNotFitIsToldAndFitsTheNextFrame)
     EXPECT_EQ(pixel(render(scene, plain_settings()).composite, kSize, 3, 3).x, 0.25f * kSheets);
 }
 
+TEST_F(Transparents, PanesInOrderAreWhatListsMakeOfThem)
+{
+    Scene scene = fog_scene(33);
+    scene.surfaces = {BoxSurface{{-0.5, -5.4, -9}, {0.7, -4.6, -0.3}, glm::vec3(0.5f)}};
+    // Their planes cross, and they don't: three upright ones, and two above each other.
+    QuadTransparent front = pane(4.4, Kind::alpha), middle = pane(5, Kind::multiply),
+                    last = pane(5.7, Kind::add), low, high;
+    front.corner = {1, -4.4, -1};
+    front.edges = {glm::dvec3(-1.7, -0.3, 0), glm::dvec3(0.2, 0, 1.6)};
+    front.look.alpha = 0.5f;
+    front.look.radiance = {0.5f, 0.25f, 1};
+    middle.look.filter = {0.5f, 1, 0.25f};
+    last.corner.x = 0.6;
+    last.look.radiance = {1, 0.5f, 0.25f};
+    low.corner = {-0.6, -6, -0.6};
+    low.edges = {glm::dvec3(1.3, 0, 0), glm::dvec3(0, 0.8, 0)};
+    low.look = front.look;
+    high = low;
+    high.corner.z = 0.9;
+    scene.transparents = {middle, low, front, high, last};
+    Scene listed = scene;
+    MeshTransparent unseen;  // no pane: all go to lists
+    unseen.mesh = sheets(1).mesh;
+    unseen.look.blend.kind = Kind::add;
+    listed.transparents.emplace_back(unseen);
+    for (Settings settings : modes()) {
+        settings.splits = 64;  // between which lists interpolate, over the fog's faces too
+        SCOPED_TRACE(testing::Message()
+                     << "mode " << int(settings.mode) << ", 1/" << settings.resolution);
+        const double exact = settings.mode == Settings::Mode::froxel ? 3e-6 : 1e-3;
+        EXPECT_TRUE(images_near(composite(scene, settings), composite(listed, settings), exact,
+                                exact / 5, "the depths of the lists"));
+    }
+}
+
 TEST_F(Transparents, ASceneWithoutThemHasNoPassAndNoMemory)
 {
     Scene scene = fog_scene();
@@ -475,6 +510,7 @@ TEST_F(Transparents, ASceneWithoutThemHasNoPassAndNoMemory)
     renderer.set_scene(scene, plain_settings());
     const FrameReport with = draw();
     EXPECT_EQ(passes(with), 2);
+    EXPECT_EQ(with.transparents, FragmentCount{}) << "a pane by itself is in no list";
     EXPECT_GT(with.gpu_bytes, without.gpu_bytes);
     EXPECT_EQ(with.work, SceneWork{}) << "nothing else sees a pane";
     scene.transparents.clear();
