@@ -26,7 +26,7 @@
 #include "study/reference_cache.h"
 #include "study/seconds.h"
 #include "study/texel_rate.h"
-#include "study/whole_file.h"
+#include "write/whole_file.h"
 #include <fumarole/asset/vdb_file.h>
 #include <fumarole/errors.h>
 #include <fumarole/scene_renderer.h>
@@ -361,7 +361,7 @@ private:
         report_.device = chosen_json(*context_, renderer_.renderer().device());
         report_.goals = study::bench_goals(report_.figures, report_.scenes);
         report_.files = {folder_ / "bench.csv"};
-        study::write_whole(report_.files.front(), study::bench_csv(report_.figures));
+        write::write_whole(report_.files.front(), study::bench_csv(report_.figures));
         try {
             if (study::plot_bench(report_.figures,
                                   fmt::format("{}, {}", gl.renderer, processor_name()),
@@ -430,11 +430,11 @@ void add_bench(CLI::App& app)
         ->add_option("--time-limit", o.time_limit,
                      "seconds, without --errors; what does not fit is named [900, with --quick "
                      "120]")
-        ->check(CLI::Range(1.0, 1e6));
+        ->check(within(1.0, 1e6));
     command->add_option("--rounds", o.rounds, "visits to each case, in turn [3, with --quick 2]")
-        ->check(CLI::Range(1, 1000));
+        ->check(within(1, 1000));
     command->add_option("--frames", o.frames, "frames timed at each visit [3, with --quick 2]")
-        ->check(CLI::Range(1, 1000));
+        ->check(within(1, 1000));
     command->add_flag("--errors", o.errors,
                       "the presets' errors too, against references to 1 %, which take minutes and "
                       "stay in the folder");

@@ -8,7 +8,7 @@
 
 #include "asset/printable.h"
 #include "study/child_process.h"
-#include "study/whole_file.h"
+#include "write/whole_file.h"
 
 namespace fumarole::command {
 
@@ -77,7 +77,7 @@ std::vector<study::BenchFigure> program_figures(const fs::path& vdb, const Scene
                                                 const fs::path& folder, int rounds,
                                                 std::vector<std::string>& notes)
 {
-    const study::UnfinishedFile picture(folder / "picture.png");
+    const write::UnfinishedFile picture(folder / "picture.png");
     const GridMedium* medium = nullptr;
     for (const Medium& m : scene.media)
         if (medium == nullptr)

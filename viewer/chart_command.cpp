@@ -24,7 +24,7 @@
 #include "study/chart_report.h"
 #include "study/metrics.h"
 #include "study/reference_cache.h"
-#include "study/whole_file.h"
+#include "write/whole_file.h"
 #include <fumarole/asset/auto_scene.h>
 #include <fumarole/asset/scene_file.h>
 #include <fumarole/errors.h>
@@ -379,7 +379,7 @@ private:
     {
         progress_.show("writing");
         made_.csv = folder_ / "chart.csv";
-        study::write_whole(made_.csv, study::chart_csv(chart_));
+        write::write_whole(made_.csv, study::chart_csv(chart_));
         study::ReportFacts facts;
         facts.title = fs::path(options_.input).filename().string();
         facts.command = render_command(options_, scene_);
@@ -397,7 +397,7 @@ private:
             made_.plot_failure = error.what();
         }
         made_.report = folder_ / "report.html";
-        study::write_whole(
+        write::write_whole(
             made_.report,
             study::report_html(chart_, facts,
                                study::front_pictures(chart_, scene_, reference_.still, renderer_,
@@ -477,13 +477,13 @@ void add_chart(CLI::App& app)
         ->add_option("--tolerance", o.tolerance,
                      "relative error of the reference's pixels [0.1, with --quick 0.2; with "
                      "--bounces 0 1e-3 and 1e-2]")
-        ->check(CLI::Range(1e-6, 0.5));
+        ->check(within(1e-6, 0.5));
     command
         ->add_option("--time-limit", o.time_limit,
                      "seconds; reference, points and visits are cut to fit [600, with --quick 60]")
-        ->check(CLI::Range(1.0, 1e6));
+        ->check(within(1.0, 1e6));
     command->add_option("--frames", o.frames, "frames timed at each visit [3, with --quick 2]")
-        ->check(CLI::Range(1, 1000));
+        ->check(within(1, 1000));
     command->add_flag("--fresh", o.fresh, "measure again what an earlier run measured");
     command->add_flag("--json", o.json, "print JSON");
     add_device_options(*command, o.device);

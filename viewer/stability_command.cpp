@@ -14,7 +14,7 @@
 #include "progress.h"
 #include "study/stability.h"
 #include "study/stability_held.h"
-#include "study/whole_file.h"
+#include "write/whole_file.h"
 #include <fumarole/errors.h>
 
 namespace fumarole::command {
@@ -224,7 +224,7 @@ void judge(const std::vector<study::HeldCase>& before, const std::vector<Stabili
            const study::HeldChanges& changes, const StabilityOptions& options)
 {
     if (options.accept) {
-        study::write_whole(options.held, study::accepted_csv(before, results, options.held));
+        write::write_whole(options.held, study::accepted_csv(before, results, options.held));
         return;
     }
     std::vector<std::string> lines = changes.lost;
@@ -248,14 +248,14 @@ void run(const StabilityOptions& options)
     // Before minutes of work: can it be compared, and is there a folder?
     std::vector<study::HeldCase> before;
     if (!options.held.empty())
-        before = study::read_held(study::read_whole(options.held), options.held);
+        before = study::read_held(write::read_whole(options.held), options.held);
     const fs::path folder = options.output;
     make_folder(folder);
 
     const Measured measured = measure(runs, options);
     const std::vector<StabilityResult>& results = measured.results;
     std::vector<fs::path> files{folder / "stability.csv"};
-    study::write_whole(files[0], study::stability_csv(results));
+    write::write_whole(files[0], study::stability_csv(results));
     const std::vector<fs::path> pictures = write_pictures(results, folder);
     files.insert(files.end(), pictures.begin(), pictures.end());
     const study::HeldChanges changes =

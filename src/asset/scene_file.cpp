@@ -2,17 +2,14 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <fmt/format.h>
 #include <fstream>
 #include <map>
 #include <sstream>
 #include <system_error>
-#include <unistd.h>
 #include <utility>
 
 #include "asset/json_reader.h"
@@ -21,6 +18,7 @@
 #include "asset/scene_transparents.h"
 #include "light_fields.h"
 #include "pictures/ahead.h"
+#include "write/whole_file.h"
 #include <fumarole/asset/animation.h>
 #include <fumarole/asset/environment_map.h>
 #include <fumarole/asset/image_file.h>
@@ -595,61 +593,6 @@ std::string camera_text(const Scene& scene)
     return list_text(keys);
 }
 
-// ------------------------------------------------------------------------------- writing a file
-
-[[noreturn]] void fail_write(const fs::path& file, int error)
-{
-    throw Error(fmt::format("{}: cannot be written: {}", file.string(), std::strerror(error)));
-}
-
-// Returns 0 or the errno of what went wrong. `mode` as of fopen.
-int write_text(const fs::path& file, const std::string& text, const char* mode)
-{
-    errno = 0;
-    std::FILE* stream = std::fopen(file.c_str(), mode);
-    if (stream == nullptr)
-        return errno != 0 ? errno : EIO;
-    int error = 0;
-    if (std::fwrite(text.data(), 1, text.size(), stream) != text.size() || std::fflush(stream) != 0)
-        error = errno != 0 ? errno : EIO;
-    if (std::fclose(stream) != 0 && error == 0)
-        error = errno != 0 ? errno : EIO;
-    return error;
-}
-
-void replace_file(const fs::path& file, const std::string& text)
-{
-    std::error_code error;
-    const fs::file_status status = fs::status(file, error);
-    if (fs::is_directory(status))
-        fail_write(file, EISDIR);
-    if (fs::exists(status) && !fs::is_regular_file(status)) {
-        // A device or a pipe must not be renamed over.
-        if (const int failed = write_text(file, text, "wb"))
-            fail_write(file, failed);
-        return;
-    }
-    // Written through a link, not over it.
-    fs::path target = fs::canonical(file, error);
-    if (error)
-        target = file;
-    static std::atomic<unsigned> counter{0};
-    fs::path temporary = target;
-    temporary += fmt::format(".{}-{}.tmp", getpid(), counter++);
-    int failed = write_text(temporary, text, "wbx");
-    if (failed == 0) {
-        if (fs::exists(status))
-            fs::permissions(temporary, status.permissions(), error);  // keep them if we may
-        fs::rename(temporary, target, error);
-        failed = error ? error.value() : 0;
-    }
-    if (failed != 0) {
-        if (failed != EEXIST)  // then it is not ours
-            fs::remove(temporary, error);
-        fail_write(file, failed);
-    }
-}
-
 // ------------------------------------------------------------------------------- named files
 
 std::string file_key(const std::string& file)
@@ -922,7 +865,7 @@ std::string scene_to_json(const Scene& scene, const fs::path& folder)
 
 void save_scene(const Scene& scene, const fs::path& file)
 {
-    replace_file(file, scene_to_json(scene, file.parent_path()));
+    write::write_whole(file, scene_to_json(scene, file.parent_path()));
 }
 
 }  // namespace fumarole::asset

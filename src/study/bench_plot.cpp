@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "study/gnuplot.h"
-#include "study/whole_file.h"
+#include "write/whole_file.h"
 
 namespace fumarole::study {
 
@@ -136,7 +136,7 @@ std::string bench_plot_program(std::span<const BenchFigure> figures, const std::
 bool plot_bench(std::span<const BenchFigure> figures, const std::string& title,
                 const std::filesystem::path& png)
 {
-    UnfinishedFile unfinished(png);
+    write::UnfinishedFile unfinished(png);
     const std::string program = bench_plot_program(figures, title, unfinished.path());
     if (program.empty())
         return false;

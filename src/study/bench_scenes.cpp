@@ -9,7 +9,7 @@
 #include <tbb/parallel_for.h>
 
 #include "study/handmade_vdb.h"
-#include "study/whole_file.h"
+#include "write/whole_file.h"
 
 namespace fumarole::study {
 
@@ -200,7 +200,7 @@ void write_plume(const VoxelGrid& grid, const std::filesystem::path& file)
         std::copy_n(grid.values.begin() + static_cast<std::ptrdiff_t>(i) * VoxelGrid::kBrickVoxels,
                     VoxelGrid::kBrickVoxels, made.bricks[i].values.begin());
     }
-    write_whole(file, handmade_vdb(made));
+    write::write_whole(file, handmade_vdb(made));
 }
 
 Scene fog_scene()

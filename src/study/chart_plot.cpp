@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "study/gnuplot.h"
-#include "study/whole_file.h"
+#include "write/whole_file.h"
 #include <fumarole/errors.h>
 
 namespace fumarole::study {
@@ -248,7 +248,7 @@ std::string plot_program(const Chart& chart, const std::string& title, const fs:
 void plot_chart(const Chart& chart, const std::string& title, const fs::path& svg,
                 const fs::path& png)
 {
-    UnfinishedFile new_svg(svg), new_png(png);
+    write::UnfinishedFile new_svg(svg), new_png(png);
     run_gnuplot(plot_program(chart, title, new_svg.path(), new_png.path()), svg.parent_path());
     new_svg.finish();
     new_png.finish();

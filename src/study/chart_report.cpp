@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "study/false_color.h"
-#include "study/whole_file.h"
+#include "write/whole_file.h"
 #include <fumarole/write/image_writer.h>
 
 namespace fumarole::study {
@@ -77,9 +77,9 @@ Image small(Image image)
 
 std::string png_bytes(const Image& image, const Display& display, const fs::path& folder)
 {
-    const UnfinishedFile file(folder / "picture.png");
+    const write::UnfinishedFile file(folder / "picture.png");
     write::write_png(image, display, file.path());
-    return read_whole(file.path());
+    return write::read_whole(file.path());
 }
 
 const std::vector<float>& target_of(const Still& still, Target target)
@@ -264,7 +264,7 @@ std::string report_html(const Chart& chart, const ReportFacts& facts,
         title, kStyle, title, chart.points.size(), chart.size.x, chart.size.y, target_name(chart),
         chart.floor);
     if (!facts.chart_png.empty())
-        html += picture(read_whole(facts.chart_png), "chart of time against error") + "\n";
+        html += picture(write::read_whole(facts.chart_png), "chart of time against error") + "\n";
     html += "<h2>What to know before believing it</h2>\n<ul>\n";
     for (const std::string& limit : chart.limits)
         html += "<li>" + html_text(limit) + "</li>\n";

@@ -9,7 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "study/whole_file.h"
+#include "write/whole_file.h"
 #include <fumarole/errors.h>
 
 extern char** environ;  // NOLINT: POSIX declares it nowhere
@@ -18,7 +18,7 @@ namespace fumarole::study {
 
 ChildResult run_child(std::vector<std::string> arguments, const std::filesystem::path& log)
 {
-    const UnfinishedFile output(log);
+    const write::UnfinishedFile output(log);
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
@@ -46,7 +46,7 @@ ChildResult run_child(std::vector<std::string> arguments, const std::filesystem:
     result.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     result.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    result.said = read_whole(output.path());
+    result.said = write::read_whole(output.path());
     return result;
 }
 

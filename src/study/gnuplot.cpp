@@ -4,7 +4,7 @@
 
 #include "asset/printable.h"
 #include "study/child_process.h"
-#include "study/whole_file.h"
+#include "write/whole_file.h"
 #include <fumarole/errors.h>
 
 namespace fumarole::study {
@@ -24,8 +24,8 @@ std::string data_block(const std::string& name, const std::string& rows)
 
 void run_gnuplot(const std::string& program, const std::filesystem::path& folder)
 {
-    const UnfinishedFile file(folder / "program.gnuplot");
-    write_whole(file.path(), program);
+    const write::UnfinishedFile file(folder / "program.gnuplot");
+    write::write_whole(file.path(), program);
     const ChildResult run = run_child({"gnuplot", file.path().string()}, folder / "gnuplot.log");
     if (!run.found)
         throw Error("gnuplot is not installed, which draws the plot: apt-get install gnuplot-nox; "

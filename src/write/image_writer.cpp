@@ -151,8 +151,10 @@ OpenedExr open_exr(const fs::path& file)
                                 file.string(), one_line(OIIO::geterror())));
     }
     if (!exr.input->open(file.string(), exr.spec)) {
-        throw Error(fmt::format("{}: not a readable EXR file: {}; write it again", file.string(),
-                                one_line(exr.input->geterror())));
+        const bool named = file.extension() == ".exr";
+        throw Error(fmt::format("{}: not a readable EXR file: {}; {}", file.string(),
+                                one_line(exr.input->geterror()),
+                                named ? "write it again" : "name an .exr"));
     }
     return exr;
 }

@@ -4,7 +4,8 @@
 #include <cerrno>
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <string>
+#include <fstream>
+#include <sstream>
 #include <system_error>
 #include <unistd.h>
 #include <utility>
@@ -12,6 +13,7 @@
 #include <fumarole/errors.h>
 
 namespace fumarole::write {
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -21,18 +23,16 @@ fs::path folder_of(const fs::path& file)
     return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
-// What a failed system call on `file` means for the person who asked for it, with what to do.
+/// What a failed system call on `file` means for the person who asked for it, with what to do.
 std::string reason_for(int error, const fs::path& file, std::size_t bytes)
 {
     const std::string folder = folder_of(file).string();
+    std::error_code unknown;
     switch (error) {
-    case ENOENT: {
-        std::error_code unknown;  // of a folder that is there it means that none can be made there
-        if (fs::is_directory(folder_of(file), unknown)) {
+    case ENOENT:
+        if (fs::is_directory(folder, unknown))
             return fmt::format("folder '{}' takes no new files; choose another", folder);
-        }
         return fmt::format("no such folder '{}'; create it first", folder);
-    }
     case ENOTDIR:
         return fmt::format("'{}' is not a folder; choose another", folder);
     case EACCES:
@@ -49,105 +49,124 @@ std::string reason_for(int error, const fs::path& file, std::size_t bytes)
         return fmt::format("{} bytes are over the limit for a file; raise it (ulimit -f)", bytes);
     case ENAMETOOLONG:
         return "the name is too long; choose a shorter one";
+    case ENXIO:
+        return "nobody reads this pipe; start its reader first";
     default:
         return fmt::format("{}; choose another folder than '{}'",
                            std::generic_category().message(error), folder);
     }
 }
 
-// An unfinished file: gone again unless it was renamed to its name.
-class TemporaryFile {
-public:
-    // Beside the destination, since rename is atomic only within one file system. Not named after
-    // it: a name of legal length must not become too long.
-    explicit TemporaryFile(const fs::path& destination)
-    {
-        static std::atomic<unsigned> count = 0;
-        do {
-            path_ =
-                folder_of(destination) / fmt::format(".fumarole-{}-{}.tmp", ::getpid(), count++);
-            // 0666 less umask, as any program's file; mkstemp's 0600 would survive the rename.
-            descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        } while (descriptor_ < 0 && errno == EEXIST);
-        error_ = descriptor_ < 0 ? errno : 0;
-        created_ = descriptor_ >= 0;
-    }
-    TemporaryFile(const TemporaryFile&) = delete;
-    TemporaryFile& operator=(const TemporaryFile&) = delete;
-    ~TemporaryFile()
-    {
-        if (descriptor_ >= 0) {
-            ::close(descriptor_);
-        }
-        if (created_) {
-            ::unlink(path_.c_str());
-        }
-    }
+[[noreturn]] void fail(const fs::path& file, int error, std::size_t bytes)
+{
+    throw Error(
+        fmt::format("{}: {}", file.string(), reason_for(error != 0 ? error : EIO, file, bytes)));
+}
 
-    // Each returns 0, or the errno of the first step that failed; later steps then do nothing.
-    int write(std::span<const unsigned char> bytes)
-    {
-        while (error_ == 0 && !bytes.empty()) {
-            const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
-            if (written >= 0) {
-                bytes = bytes.subspan(static_cast<std::size_t>(written));
-            } else if (errno != EINTR) {
-                error_ = errno;
-            }
-        }
-        return error_;
+/// @returns 0, or the errno of the first step that failed. A network's file system reports a full
+/// disk only as the file is closed.
+int write_bytes(const fs::path& path, int flags, std::string_view bytes)
+{
+    // 0666 less umask, as any program's file; mkstemp's 0600 would survive the rename.
+    const int descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | flags, 0666);
+    if (descriptor < 0)
+        return errno;
+    int error = 0;
+    while (error == 0 && !bytes.empty()) {
+        const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+        if (written >= 0)
+            bytes.remove_prefix(static_cast<std::size_t>(written));
+        else if (errno != EINTR)
+            error = errno;
     }
+    if (::close(descriptor) != 0 && error == 0)
+        error = errno;
+    return error;
+}
 
-    int become(const fs::path& destination)
-    {
-        // Network file systems report a full disk only here.
-        if (error_ == 0 && ::close(std::exchange(descriptor_, -1)) != 0) {
-            error_ = errno;
-        }
-        if (error_ == 0 && ::rename(path_.c_str(), destination.c_str()) != 0) {
-            error_ = errno;
-        }
-        created_ = created_ && error_ != 0;
-        return error_;
-    }
-
-private:
-    fs::path path_;
-    int descriptor_ = -1;
-    int error_ = 0;
-    bool created_ = false;
-};
+/// A pipe that nobody reads is an error, not a wait for ever; what is read may take its time.
+int write_into(const fs::path& device, std::string_view bytes)
+{
+    const int reader = ::open(device.c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK);
+    if (reader < 0)
+        return errno;
+    const int error = write_bytes(device, 0, bytes);
+    ::close(reader);
+    return error;
+}
 
 }  // namespace
 
-void write_whole(const fs::path& file, std::span<const unsigned char> bytes)
+UnfinishedFile::UnfinishedFile(fs::path file) : file_{std::move(file)}
 {
-    if (!file.has_filename()) {
+    // Beside the file, since a rename is atomic only within one file system. Not named after it: a
+    // name of legal length must not become too long. It ends alike, for programs that go by that.
+    static std::atomic<unsigned> counter{0};
+    std::error_code unknown;
+    do {
+        path_ = file_.parent_path() / fmt::format(".fumarole-{}-{}.part{}", ::getpid(), counter++,
+                                                  file_.extension().string());
+    } while (fs::exists(fs::symlink_status(path_, unknown)));
+}
+
+UnfinishedFile::~UnfinishedFile()
+{
+    std::error_code ignored;
+    fs::remove(path_, ignored);
+}
+
+void UnfinishedFile::finish()
+{
+    std::error_code error;
+    fs::rename(path_, file_, error);
+    if (error)
+        fail(file_, error.value(), 0);
+}
+
+void write_whole(const fs::path& file, std::string_view bytes)
+{
+    if (!file.has_filename())
         throw Error(fmt::format("'{}': no file name; add one", file.string()));
-    }
-    std::error_code ignored;  // what cannot be asked about fails below, with its reason
-    const fs::file_status status = fs::status(file, ignored);
-    if (fs::is_directory(status)) {
+    std::error_code unknown;  // what cannot be asked about fails below, with its reason
+    const fs::file_status status = fs::status(file, unknown);
+    const bool there = fs::exists(status);
+    if (fs::is_directory(status))
         throw Error(fmt::format("{}: is a folder; name a file", file.string()));
-    }
-    // A rename would replace /dev/null itself.
-    if (fs::exists(status) && !fs::is_regular_file(status)) {
-        throw Error(fmt::format("{}: is not a regular file; choose another", file.string()));
+    if (there && !fs::is_regular_file(status)) {
+        if (const int error = write_into(file, bytes))
+            fail(file, error, bytes.size());
+        return;
     }
     // A rename needs no right on the file that it replaces; who protected it does not expect that.
-    if (fs::exists(status) && ::access(file.c_str(), W_OK) != 0) {
+    if (there && ::access(file.c_str(), W_OK) != 0)
         throw Error(fmt::format("{}: is write-protected; choose another or change its rights",
                                 file.string()));
-    }
+    fs::path target = fs::canonical(file, unknown);
+    if (unknown)
+        target = file;
+    UnfinishedFile unfinished(target);
+    if (const int error = write_bytes(unfinished.path(), O_CREAT | O_EXCL, bytes))
+        fail(file, error, bytes.size());
+    if (there)
+        fs::permissions(unfinished.path(), status.permissions(), unknown);  // if we may
+    unfinished.finish();
+}
 
-    TemporaryFile temporary(file);
-    int error = temporary.write(bytes);
-    if (error == 0) {
-        error = temporary.become(file);
-    }
-    if (error != 0) {
-        throw Error(fmt::format("{}: {}", file.string(), reason_for(error, file, bytes.size())));
-    }
+void write_whole(const fs::path& file, std::span<const unsigned char> bytes)
+{
+    write_whole(file, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+}
+
+std::string read_whole(const fs::path& file)
+{
+    errno = 0;
+    std::ifstream stream(file, std::ios::binary);
+    std::ostringstream bytes;
+    bytes << stream.rdbuf();
+    if (!stream || fs::is_directory(file))
+        throw Error(fmt::format("{}: {}", file.string(),
+                                std::generic_category().message(errno != 0 ? errno : EISDIR)));
+    return bytes.str();
 }
 
 }  // namespace fumarole::write

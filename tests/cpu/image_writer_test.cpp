@@ -320,9 +320,21 @@ TEST_F(ImageWriter, OnlyRegularFilesAreReplaced)
 {
     EXPECT_NE(error_of([&] { write_exr(row({"R"}, {1}), folder_); }).find("is a folder"),
               std::string::npos);
-    EXPECT_NE(error_of([&] { write_exr(row({"R"}, {1}), "/dev/null"); }).find("not a regular file"),
-              std::string::npos);
+    write_exr(row({"R"}, {1}), "/dev/null");  // takes the bytes, and stays what it is
     EXPECT_TRUE(fs::is_character_file("/dev/null"));
+    EXPECT_NE(error_of([&] { write_exr(row({"R"}, {1}), "/dev/full"); }).find("disk full"),
+              std::string::npos);
+    const fs::path pipe = folder_ / "pipe.exr", link = folder_ / "link.exr";
+    ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+    EXPECT_NE(error_of([&] { write_exr(row({"R"}, {1}), pipe); }).find("nobody reads this pipe"),
+              std::string::npos);
+    fs::create_symlink("target.exr", link);
+    write_exr(row({"R"}, {1}), folder_ / "target.exr");
+    write_exr(row({"R", "G"}, {1, 2}), link);
+    EXPECT_TRUE(fs::is_symlink(link));
+    EXPECT_EQ(read_exr(folder_ / "target.exr").channels.size(), 2u);
+    for (const char* name : {"pipe.exr", "link.exr", "target.exr"})
+        fs::remove(folder_ / name);
     EXPECT_NE(error_of([&] { write_exr(row({"R"}, {1}), ""); }).find("no file name"),
               std::string::npos);
     EXPECT_NE(error_of([&] {

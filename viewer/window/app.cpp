@@ -3,11 +3,11 @@
 #include <filesystem>
 #include <imgui.h>
 
-#include "study/whole_file.h"
 #include "window/camera_control.h"
 #include "window/overlay.h"
 #include "window/saving.h"
 #include "window/scene_handles.h"
+#include "write/whole_file.h"
 #include <fumarole/asset/scene_file.h>
 #include <fumarole/errors.h>
 
@@ -179,7 +179,7 @@ void App::perform(const ScriptAction& action, std::vector<Event>& events)
                          [&](const ResizeWindow& resize) { window.resize(resize.size); },
                          [&](const Minimise& minimise) { window.minimise(minimise.on); },
                          [&](const WriteClipboard& to) {
-                             study::write_whole(to.file, window.clipboard());
+                             write::write_whole(to.file, window.clipboard());
                          }},
                action);
 }

@@ -6,8 +6,8 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "study/whole_file.h"
 #include "window/keys.h"
+#include "write/whole_file.h"
 #include <fumarole/errors.h>
 
 namespace fumarole::window {
@@ -68,7 +68,7 @@ Script Script::read(const std::filesystem::path& file)
     script.file_ = file.string();
     Json all;
     try {
-        all = Json::parse(study::read_whole(file));
+        all = Json::parse(write::read_whole(file));
     } catch (const Json::exception& error) {
         throw Error(fmt::format("{}: not valid JSON: {}", file.string(), error.what()));
     }

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "study/whole_file.h"
+#include "write/whole_file.h"
 #include <fumarole/errors.h>
 
 namespace fumarole::window {
@@ -64,7 +64,7 @@ Remembered recall(const fs::path& file, std::string& complaint)
     if (file.empty() || !fs::exists(file, none))
         return what;
     try {
-        const Json json = Json::parse(study::read_whole(file));
+        const Json json = Json::parse(write::read_whole(file));
         what.recent = json.value("recent", what.recent);
         const auto size = json.value("window", std::vector<int>{what.size.x, what.size.y});
         if (size.size() == 2)
@@ -109,7 +109,7 @@ void remember(const Remembered& what)
     if (error)
         throw Error(fmt::format("{}: {}; what you chose is not kept", file.parent_path().string(),
                                 error.message()));
-    study::write_whole(file, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+    write::write_whole(file, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 void add_recent(Remembered& what, const std::string& file)
