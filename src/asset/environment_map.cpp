@@ -55,12 +55,7 @@ std::vector<glm::vec3> placed_in_frame(const std::vector<glm::vec3>& stored,
 
 Environment load_environment(const fs::path& file)
 {
-    std::error_code error;
-    const fs::file_status status = fs::status(file, error);
-    if (!fs::exists(status))
-        fail(file, "no such environment map");
-    if (!fs::is_regular_file(status))
-        fail(file, "is not a file");
+    check_file(file, "environment map");
 
     OIIO::ImageSpec hints;
     hints.attribute("oiio:UnassociatedAlpha", 1);  // colour as stored; alpha means nothing here

@@ -26,12 +26,7 @@ float held(float value)
 
 TransparentImage load_image(const fs::path& file)
 {
-    std::error_code error;
-    const fs::file_status status = fs::status(file, error);
-    if (!fs::exists(status))
-        fail(file, "no such picture");
-    if (!fs::is_regular_file(status))
-        fail(file, "is not a file");
+    check_file(file, "picture");
     // As it is in the file: what is display-encoded becomes linear before alpha multiplies it.
     OIIO::ImageSpec hints;
     hints.attribute("oiio:UnassociatedAlpha", 1);

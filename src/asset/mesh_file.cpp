@@ -2,19 +2,21 @@
 
 #include <algorithm>
 #include <array>
+#include <assimp/BaseImporter.h>
 #include <assimp/Importer.hpp>
 #include <assimp/ProgressHandler.hpp>
 #include <assimp/config.h>
+#include <assimp/importerdesc.h>
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <cctype>
 #include <cmath>
-#include <cstring>
 #include <fmt/format.h>
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
@@ -107,23 +109,84 @@ std::size_t check_gltf(const fs::path& file)
     return materials != tree.end() && materials->is_array() ? materials->size() : 0;
 }
 
-// The bytes of a PLY as Assimp can be trusted with; nothing for other kinds of file.
-std::optional<std::string> ply_bytes(const fs::path& file)
+// What a PLY holds; nothing for other kinds of file.
+std::optional<PlyPolygons> ply_polygons(const fs::path& file)
 {
     std::array<char, 3> magic{};
     std::ifstream(file, std::ios::binary).read(magic.data(), magic.size());
     const bool is_ply = lower_case(std::string(magic.data(), magic.size())) == "ply";
     if (!is_ply && lower_case(file.extension().string()) != ".ply")
         return std::nullopt;
-    std::optional<std::string> checked;
+    std::optional<PlyPolygons> polygons;
     try {
-        checked = checked_ply(read_bytes(file));
+        polygons = read_ply(read_bytes(file));
     } catch (const Error& problem) {
         fail(file, problem.what());
     }
-    if (!checked)
+    if (!polygons)
         fail(file, "cannot be read as a mesh: is no PLY file");
-    return checked;
+    return polygons;
+}
+
+// Hands polygons to Assimp, which makes triangles and normals of them, in its PLY reader's stead.
+class PolygonsImporter : public Assimp::BaseImporter {
+public:
+    explicit PolygonsImporter(PlyPolygons polygons) : polygons_(std::move(polygons)) {}
+
+    bool CanRead(const std::string& /*file*/, Assimp::IOSystem* /*io*/,
+                 bool /*by_content*/) const override
+    {
+        return true;
+    }
+
+protected:
+    const aiImporterDesc* GetInfo() const override
+    {
+        static const aiImporterDesc info{"PLY", "", "", "", 0, 0, 0, 0, 0, "ply"};
+        return &info;
+    }
+
+    void InternReadFile(const std::string& /*file*/, aiScene* scene,
+                        Assimp::IOSystem* /*io*/) override
+    {
+        auto mesh = std::make_unique<aiMesh>();
+        mesh->mNumVertices = static_cast<unsigned>(polygons_.vertices.size());
+        mesh->mVertices = new aiVector3D[mesh->mNumVertices];  // arrays that it owns, as all below
+        if (polygons_.has_normals)
+            mesh->mNormals = new aiVector3D[mesh->mNumVertices];
+        for (unsigned i = 0; i < mesh->mNumVertices; ++i) {
+            const auto& [x, y, z, nx, ny, nz] = polygons_.vertices[i];
+            mesh->mVertices[i] = {x, y, z};
+            if (mesh->mNormals != nullptr)
+                mesh->mNormals[i] = {nx, ny, nz};
+        }
+        mesh->mNumFaces = static_cast<unsigned>(polygons_.faces.size());
+        mesh->mFaces = new aiFace[mesh->mNumFaces];
+        for (unsigned f = 0; f < mesh->mNumFaces; ++f) {
+            const std::vector<std::uint32_t>& corners = polygons_.faces[f];
+            aiFace& face = mesh->mFaces[f];
+            face.mNumIndices = static_cast<unsigned>(corners.size());
+            face.mIndices = new unsigned[corners.size()];
+            std::copy(corners.begin(), corners.end(), face.mIndices);
+        }
+        scene->mNumMeshes = 1;
+        scene->mMeshes = new aiMesh* [1] { mesh.release() };
+        scene->mRootNode = new aiNode;
+        scene->mRootNode->mNumMeshes = 1;
+        scene->mRootNode->mMeshes = new unsigned[1]{0};
+    }
+
+private:
+    PlyPolygons polygons_;
+};
+
+const aiScene* read_polygons(Assimp::Importer& importer, PlyPolygons polygons, unsigned steps)
+{
+    if (Assimp::BaseImporter* own = importer.GetImporter("ply"))
+        importer.UnregisterLoader(own);
+    importer.RegisterLoader(new PolygonsImporter(std::move(polygons)));  // which it owns
+    constexpr std::string_view kAny = "ply";
+    return importer.ReadFileFromMemory(kAny.data(), kAny.size(), steps, "ply");
 }
 
 glm::dmat4 to_glm(const aiMatrix4x4& m)
@@ -284,14 +347,8 @@ void add_factors(const aiScene& scene, std::size_t materials,
 
 Mesh load_mesh(const fs::path& file)
 {
+    check_file(file, "mesh file");
     std::error_code error;
-    const fs::file_status status = fs::status(file, error);
-    if (!fs::exists(status))
-        fail(file, "no such mesh file");
-    if (!fs::is_regular_file(status))
-        fail(file, "is not a file");
-    if (!std::ifstream(file, std::ios::binary))
-        fail(file, fmt::format("cannot be opened: {}", std::strerror(errno)));
     check_memory(file, fs::file_size(file, error));
     const std::size_t materials = check_gltf(file);
 
@@ -307,8 +364,8 @@ Mesh load_mesh(const fs::path& file)
     const unsigned steps = aiProcess_RemoveComponent | aiProcess_Triangulate |
                            aiProcess_SortByPType | aiProcess_GenSmoothNormals |
                            aiProcess_JoinIdenticalVertices;
-    const std::optional<std::string> ply = ply_bytes(file);
-    const aiScene* scene = ply ? importer.ReadFileFromMemory(ply->data(), ply->size(), steps, "ply")
+    std::optional<PlyPolygons> ply = ply_polygons(file);
+    const aiScene* scene = ply ? read_polygons(importer, std::move(*ply), steps)
                                : importer.ReadFile(file.string(), steps);
     check_cancelled(file);
     if (scene == nullptr)

@@ -18,7 +18,7 @@ namespace fumarole::asset {
 
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "numbers are written as they lie");
+static_assert(std::endian::native == std::endian::little, "numbers are read as they lie");
 
 enum class Encoding { ascii, little_endian, big_endian };
 enum class Number { none, i8, u8, i16, u16, i32, u32, f32, f64 };
@@ -206,13 +206,7 @@ std::vector<Element> read_header(Reader& reader)
     return elements;
 }
 
-struct Polygons {
-    std::vector<std::array<float, 6>> vertices;  // position, normal
-    std::vector<std::vector<std::uint32_t>> faces;
-    bool has_normals = false;
-};
-
-void read_rows(Reader& reader, const Element& element, Polygons& out)
+void read_rows(Reader& reader, const Element& element, PlyPolygons& out)
 {
     constexpr std::array<std::string_view, 6> kVertex = {"x", "y", "z", "nx", "ny", "nz"};
     const bool is_vertex = element.name == "vertex";
@@ -261,42 +255,15 @@ void read_rows(Reader& reader, const Element& element, Polygons& out)
     }
 }
 
-template <typename T> void append(std::string& out, const T& value)
-{
-    const auto bytes = std::bit_cast<std::array<char, sizeof(T)>>(value);
-    out.append(bytes.data(), bytes.size());
-}
-
-std::string plain_ply(const Polygons& polygons)
-{
-    std::string out = fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\n",
-                                  polygons.vertices.size());
-    const std::size_t components = polygons.has_normals ? 6 : 3;
-    for (std::size_t i = 0; i < components; ++i)
-        out += fmt::format("property float {}\n", std::array{"x", "y", "z", "nx", "ny", "nz"}[i]);
-    out += fmt::format("element face {}\nproperty list uint uint vertex_indices\nend_header\n",
-                       polygons.faces.size());
-    for (const auto& vertex : polygons.vertices) {
-        for (std::size_t i = 0; i < components; ++i)
-            append(out, vertex[i]);
-    }
-    for (const auto& face : polygons.faces) {
-        append(out, static_cast<std::uint32_t>(face.size()));
-        for (const std::uint32_t corner : face)
-            append(out, corner);
-    }
-    return out;
-}
-
 }  // namespace
 
-std::optional<std::string> checked_ply(const std::string& bytes)
+std::optional<PlyPolygons> read_ply(std::string_view bytes)
 {
     Reader reader(bytes);
     if (!bytes.starts_with("ply\n") && !bytes.starts_with("ply\r"))
         return std::nullopt;
     reader.header_line();
-    Polygons polygons;
+    PlyPolygons polygons;
     for (const Element& element : read_header(reader))
         read_rows(reader, element, polygons);
     for (const auto& face : polygons.faces) {
@@ -308,7 +275,7 @@ std::optional<std::string> checked_ply(const std::string& bytes)
     }
     if (polygons.faces.empty())
         throw Error("has no triangle");
-    return plain_ply(polygons);
+    return polygons;
 }
 
 }  // namespace fumarole::asset

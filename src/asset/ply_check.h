@@ -1,16 +1,24 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <optional>
-#include <string>
+#include <string_view>
+#include <vector>
 
 namespace fumarole::asset {
 
-/// Reads a PLY file (ascii, binary of either byte order) strictly and returns the same polygons as
-/// a plain binary PLY: positions, normals if all are there, and faces of three corners or more.
-/// Assimp 5.2 takes that well, while a PLY that is cut short or damaged makes it abort, crash or
-/// read for ever.
+/// What a PLY file holds of a mesh.
+struct PlyPolygons {
+    std::vector<std::array<float, 6>> vertices;     ///< position, which is finite, and normal
+    std::vector<std::vector<std::uint32_t>> faces;  ///< three corners or more, each of a vertex
+    bool has_normals = false;
+};
+
+/// Reads a PLY file (ascii, binary of either byte order) strictly. Assimp 5.2 aborts, crashes or
+/// reads for ever where one is cut short or damaged.
 /// @return nothing if the bytes are no PLY
 /// @throws Error saying what is wrong, without the name of the file
-std::optional<std::string> checked_ply(const std::string& bytes);
+std::optional<PlyPolygons> read_ply(std::string_view bytes);
 
 }  // namespace fumarole::asset

@@ -1,6 +1,9 @@
 #include "asset/printable.h"
 
+#include <cerrno>
 #include <fmt/format.h>
+#include <fstream>
+#include <system_error>
 
 #include <fumarole/errors.h>
 
@@ -33,6 +36,22 @@ std::string printable(std::string_view text, std::size_t max_bytes)
 void fail(const std::filesystem::path& file, const std::string& problem)
 {
     throw Error(fmt::format("{}: {}", file.string(), problem));
+}
+
+void check_file(const std::filesystem::path& file, std::string_view what)
+{
+    std::error_code unknown;
+    const std::filesystem::file_status status = std::filesystem::status(file, unknown);
+    if (status.type() == std::filesystem::file_type::not_found)
+        fail(file, fmt::format("no such {}", what));
+    if (unknown)
+        fail(file, "cannot be opened: " + unknown.message());
+    if (!std::filesystem::is_regular_file(status))
+        fail(file, "is not a file");
+    errno = 0;
+    if (!std::ifstream(file, std::ios::binary))
+        fail(file,
+             "cannot be opened: " + std::generic_category().message(errno != 0 ? errno : EIO));
 }
 
 }  // namespace fumarole::asset

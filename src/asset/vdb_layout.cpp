@@ -554,12 +554,8 @@ VdbLayout read_vdb_layout(const std::filesystem::path& file, VdbDepth depth)
 {
     VdbLayout layout;
     layout.file = file;
+    check_file(file, "file");
     std::error_code error;
-    const auto status = std::filesystem::status(file, error);
-    if (!std::filesystem::exists(status))
-        throw Error(fmt::format("{}: no such file", file.string()));
-    if (!std::filesystem::is_regular_file(status))
-        throw Error(fmt::format("{}: not a file", file.string()));
     const std::uintmax_t size = std::filesystem::file_size(file, error);
     std::ifstream in(file, std::ios::binary);
     if (error || !in)
