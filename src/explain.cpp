@@ -7,6 +7,7 @@
 #include "light_fields.h"
 #include "pass/froxels.h"
 #include "pass/ray_march.h"
+#include "scene_words.h"
 
 namespace fumarole {
 
@@ -48,12 +49,14 @@ std::vector<std::string> explain(const Toolbox& tools, int surfaces, const Frame
         for (const std::string& line : pass::explain_froxels(tools, settings))
             lines.push_back(line);
     else if (tools.monochrome(settings))
-        say("extinction: {}: transmittance rides in the alpha of one target, one upsample instead "
-            "of two",
-            media.colored_extinction ? "coloured, but its mean was asked for" : "grey");
+        say("{}{}", words::kGreyExtinction,
+            media.colored_extinction ? "; it is coloured, and its mean was asked for" : "");
+    else if (media.colored_extinction)
+        say("{}, {}", words::kColoredExtinction,
+            settings.resolve_passes == 1 ? "blended at once with the scattering" : "two upsamples");
     else
-        say("extinction: {}: a target of its own for transmittance, {}",
-            media.colored_extinction ? "coloured" : "grey, but two targets were asked for",
+        say("extinction: grey, but two targets were asked for: one of its own for transmittance, "
+            "{}",
             settings.resolve_passes == 1 ? "blended at once with the scattering" : "two upsamples");
     if (!froxel && pass::march_format(tools, settings) != settings.format)
         say("target format: rgba16f, since r11g11b10f has no alpha");
@@ -73,20 +76,20 @@ std::vector<std::string> explain(const Toolbox& tools, int surfaces, const Frame
         say("history: a view's layer is reprojected and weighs {} while the view moves, and is the "
             "mean of all frames while it stands; a frame of no view has none",
             settings.history);
-    say("phase: {}", media.isotropic ? "g is 0 everywhere: a constant, no angle is worked out"
-                     : media.mixed_g
-                         ? "media differ in g: its mean, weighted by sigma_s, per sample"
-                         : "one g for all media");
-    say("emission: {}", media.blackbody  ? "yes, of a temperature by Stefan and Boltzmann in the "
-                                           "colour of Planck's law"
-                        : media.emission ? "yes"
-                                         : "none: no fetch");
+    say("{}", media.isotropic ? words::kIsotropic
+              : media.mixed_g
+                  ? "phase: media differ in g: its mean, weighted by sigma_s, per sample"
+                  : "phase: one g for all media");
+    say("{}", media.blackbody  ? "emission: yes, of a temperature by Stefan and Boltzmann in the "
+                                 "colour of Planck's law"
+              : media.emission ? "emission: yes"
+                               : words::kNoEmission);
     if (lights.count() == 0)
-        say("lights: none: no loop over lights, no shadows");
+        say("{}", words::kNoLights);
     else
         say("lights: {}", counts_of(lights.lights()));
     if (lights.count() > 0 && lights.shadow_views() == 0)
-        say("surfaces: none that could hide a light: no shadow map, no lookup");
+        say("{}", words::kNoSurfaces);
     else if (lights.count() > 0)
         say("surfaces: {} in {} views of the shadow map, {}", surfaces, lights.shadow_views(),
             froxel || !settings.skip || settings.range == Settings::Range::camera
@@ -107,7 +110,7 @@ std::vector<std::string> explain(const Toolbox& tools, int surfaces, const Frame
                 "of view throws no shadow",
                 settings.shadow_steps);
         else if (media.heterogeneous == 0)
-            say("light through media: closed form, no marching: all media are homogeneous");
+            say("{}", words::kHomogeneous);
         else if (tools.volumes.has_depth())
             say("light through media: from a volume for marched media; closed form where a medium "
                 "is homogeneous or falls off with height");
@@ -118,12 +121,12 @@ std::vector<std::string> explain(const Toolbox& tools, int surfaces, const Frame
                 settings.shadow_steps);
     }
     const bool world = lights.world_radiance() != glm::vec3(0.0f);
-    say("world: {}", !world ? "black: no ambient term"
-                     : tools.volumes.has_world()
-                         ? "scatters from all around, dimmed by media and hidden by surfaces"
-                     : tools.scene_settings.world_light
-                         ? "its mean radiance scatters, isotropic and undimmed"
-                         : "left out of the media, as asked");
+    say("{}", !world ? words::kBlackWorld
+              : tools.volumes.has_world()
+                  ? "world: scatters from all around, dimmed by media and hidden by surfaces"
+              : tools.scene_settings.world_light
+                  ? "world: its mean radiance scatters, isotropic and undimmed"
+                  : "world: left out of the media, as asked");
     for (const auto& more : {tools.volumes.describe(), tools.media.describe()})
         lines.insert(lines.end(), more.begin(), more.end());
     return lines;

@@ -8,6 +8,7 @@
 
 #include "light_fields.h"
 #include "medium/media_set.h"
+#include "scene_words.h"
 
 namespace fumarole::study {
 
@@ -84,30 +85,28 @@ std::vector<PlanFact> scene_facts(const Scene& scene, const medium::MediaTraits&
     const bool march = settings.mode == Settings::Mode::raymarch;
     const bool lit = std::any_of(scene.lights.begin(), scene.lights.end(), shines);
     if (media.colored_extinction)
-        facts.push_back({"extinction is coloured: a target of its own for transmittance"});
+        facts.push_back({words::kColoredExtinction});
     else if (march)
-        facts.push_back(
-            {"extinction is grey: one target and one upsample", std::pair("targets", "two")});
+        facts.push_back({words::kGreyExtinction, std::pair("targets", "two")});
     else
-        facts.push_back({"extinction is grey"});
+        facts.push_back({"extinction: grey"});
     if (media.noise_grids > 0)
-        facts.push_back(
-            {"noise that stands still: read from a grid, its octaves are not worked out",
-             std::pair("noise-grid", "off")});
+        facts.push_back({"noise: stands still: read from a grid, its octaves are not worked out",
+                         std::pair("noise-grid", "off")});
     if (!media.emission)
-        facts.push_back({"no emission: no fetch"});
+        facts.push_back({words::kNoEmission});
     if (media.isotropic)
-        facts.push_back({"g is 0: a constant phase, no angle is worked out"});
+        facts.push_back({words::kIsotropic});
     if (is_black(scene.world))
-        facts.push_back({"the world is black: no volume of its light, no fetch"});
+        facts.push_back({words::kBlackWorld});
     if (scene.surfaces.empty())
-        facts.push_back({"no surfaces: no shadow map, no lookup"});
+        facts.push_back({words::kNoSurfaces});
     if (!lit) {
-        facts.push_back({"no lights: no loop over them, no shadows"});
+        facts.push_back({words::kNoLights});
         return facts;
     }
     if (media.heterogeneous == 0)
-        facts.push_back({"homogeneous: closed-form shadows, no marching"});
+        facts.push_back({words::kHomogeneous});
     if (depth < kThin) {
         facts.push_back(
             {fmt::format("optical depth never above {:.2g}: shadows change nothing", depth)});

@@ -85,7 +85,7 @@ TEST_F(PlanCommand, FindsSettingsAndPredictsTheirError)
     }
     bool grey = false;
     for (const Json& fact : found["facts"])
-        grey = grey || fact["text"].get<std::string>().starts_with("extinction is grey");
+        grey = grey || fact["text"].get<std::string>().starts_with("extinction: grey");
     EXPECT_TRUE(grey) << found["facts"];
 }
 
@@ -109,7 +109,7 @@ TEST_F(PlanCommand, SaysItInWordsAlsoWhereNothingWillDo)
 {
     const Outcome words = run({"plan", "fog.json", "--max-error", "1e-6", "--time-limit", "3"});
     EXPECT_EQ(words.code, 0) << words;
-    for (const char* said : {"what this scene needs", "extinction is grey", "<- chosen",
+    for (const char* said : {"what this scene needs", "extinction: grey", "<- chosen",
                              "nothing that was tried comes below that error",
                              "\nfumarole render fog.json", "root of relMSE"})
         EXPECT_NE(words.out.find(said), std::string::npos) << said << words;

@@ -328,10 +328,10 @@ TEST(PlanFacts, SayWhatASceneDoesWithout)
     fog.scatters = true;
     const auto thin = scene_facts(scene, fog, 0.01, {});
     for (const char* words :
-         {"extinction is grey", "homogeneous: closed-form shadows", "no emission", "g is 0",
-          "the world is black", "optical depth never above 0.01: shadows change nothing"})
+         {"extinction: grey", "closed form, no marching", "emission: none", "g is 0",
+          "world: black", "optical depth never above 0.01: shadows change nothing"})
         EXPECT_TRUE(says(thin, words)) << words << testing::PrintToString(texts(thin));
-    EXPECT_FALSE(says(thin, "no surfaces"));
+    EXPECT_FALSE(says(thin, "surfaces: none"));
     EXPECT_EQ(thin.front().without->first, "targets") << "grey can be forced to be two targets";
 
     medium::MediaTraits fire = fog;
@@ -341,14 +341,14 @@ TEST(PlanFacts, SayWhatASceneDoesWithout)
     scene.surfaces.clear();
     scene.world.radiance = glm::vec3(1);
     const auto thick = scene_facts(scene, fire, 7, {});
-    for (const char* words : {"extinction is coloured", "no surfaces", "optical depth up to 7",
+    for (const char* words : {"extinction: coloured", "surfaces: none", "optical depth up to 7",
                               "shadows out of a volume"})
         EXPECT_TRUE(says(thick, words)) << words << testing::PrintToString(texts(thick));
     for (const char* words : {"grey", "homogeneous", "no emission", "g is 0", "black", "nothing"})
         EXPECT_FALSE(says(thick, words)) << words << testing::PrintToString(texts(thick));
 
     scene.lights = {SunLight{{0, 0, 1}, glm::vec3(0)}};
-    EXPECT_TRUE(says(scene_facts(scene, fire, 7, {}), "no lights"));
+    EXPECT_TRUE(says(scene_facts(scene, fire, 7, {}), "lights: none"));
 }
 
 }  // namespace
