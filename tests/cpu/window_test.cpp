@@ -22,6 +22,7 @@
 #include "window/glfw_window.h"
 #include "window/keys.h"
 #include "window/layout.h"
+#include "window/look.h"
 #include "window/notices.h"
 #include "window/pace.h"
 #include "window/playback.h"
@@ -44,6 +45,64 @@ using testing::HasSubstr;
 double distance(const Camera& camera)
 {
     return glm::length(camera.look_at - camera.position);
+}
+
+// What an artist turns changes what it names and nothing else, of the grids where there are any.
+TEST(Look, TurnsOneThingAtATime)
+{
+    Scene read;
+    GridMedium smoke;
+    smoke.sigma_s_per_density = {4, 6, 10};
+    smoke.sigma_a_per_density = {1, 2, 0};
+    smoke.emission_per_unit = {3, 1, 0};
+    smoke.temperature_grid = "temperature";
+    smoke.blackbody_intensity = 2;
+    smoke.g = 0.4f;
+    BoxMedium haze;
+    haze.sigma_s = glm::vec3(0.1f);
+    read.media = {haze, smoke};
+    read.lights = {PointLight{}, SunLight{{0, 0, 1}, {5, 4, 3}}};
+    read.world.radiance = {1, 2, 3};
+    Scene scene = read;
+    const auto now = [&]() -> GridMedium& { return std::get<GridMedium>(scene.media[1]); };
+
+    EXPECT_DOUBLE_EQ(density_of(scene, read), 1);
+    set_density(scene, read, 8);
+    set_density(scene, read, 0.25);  // of what was read, not of what is
+    EXPECT_NEAR(density_of(scene, read), 0.25, 1e-6);
+    EXPECT_EQ(now().sigma_s_per_density, glm::vec3(1, 1.5f, 2.5f));
+    EXPECT_EQ(std::get<BoxMedium>(scene.media[0]), haze) << "it is the smoke that is looked at";
+    EXPECT_EQ(albedo_of(scene), albedo_of(read));
+
+    set_albedo(scene, {0.5f, 0, 1});
+    EXPECT_NEAR(density_of(scene, read), 0.25, 1e-6);
+    EXPECT_EQ(albedo_of(scene), glm::vec3(0.5f, 0, 1));
+    EXPECT_EQ(now().sigma_a_per_density, glm::vec3(0.625f, 2, 0));
+    set_density(scene, read, 1);
+    EXPECT_EQ(albedo_of(scene), glm::vec3(0.5f, 0, 1)) << "the colour stays as it was chosen";
+
+    set_anisotropy(scene, -0.2f);
+    EXPECT_FLOAT_EQ(anisotropy_of(scene), -0.2f);
+
+    set_fire(scene, read, 3);
+    EXPECT_DOUBLE_EQ(fire_of(scene, read), 3);
+    EXPECT_EQ(now().emission_per_unit, glm::vec3(9, 3, 0));
+    EXPECT_EQ(now().blackbody_intensity, 6);
+
+    ASSERT_NE(sun_of(scene), nullptr);
+    EXPECT_EQ(sun_of(scene)->irradiance, glm::vec3(5, 4, 3));
+    set_sky(scene, read, 2);
+    EXPECT_EQ(scene.world.radiance, glm::vec3(2, 4, 6));
+    EXPECT_DOUBLE_EQ(sky_of(scene, read), 2);
+    Scene dark = read;
+    dark.world.radiance = glm::vec3(0);
+    set_sky(scene, dark, 0.5);
+    EXPECT_EQ(scene.world.radiance, glm::vec3(0.5f));
+    EXPECT_DOUBLE_EQ(sky_of(scene, dark), 0.5);
+
+    scene.media = {haze};  // with nothing else, it is looked at
+    set_density(scene, scene, 2);
+    EXPECT_EQ(std::get<BoxMedium>(scene.media[0]).sigma_s, glm::vec3(0.2f));
 }
 
 TEST(CameraControl, AnOrbitKeepsItsDistanceAndItsTarget)

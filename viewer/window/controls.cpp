@@ -54,7 +54,8 @@ bool row(const ControlText& text, bool is_first, Control&& control, Reset&& rese
 ImGuiSliderFlags flags_of(double low, double high)
 {
     constexpr double kFarApart = 200;
-    const bool far_apart = low >= 0 && high > kFarApart * std::max(low, 1e-9) && high >= kFarApart;
+    const bool far_apart =
+        low >= 0 && high > kFarApart * std::max(low, 1e-9) && (low > 0 || high >= kFarApart);
     return ImGuiSliderFlags_AlwaysClamp | (far_apart ? ImGuiSliderFlags_Logarithmic : 0);
 }
 
@@ -223,6 +224,17 @@ bool triple_control(const ControlText& text, glm::dvec3& value, double low, glm:
         return false;
     value = numbers == glm::vec3(first) ? first : glm::dvec3(numbers);
     return true;
+}
+
+bool color_control(const ControlText& text, glm::vec3& value, glm::vec3 first)
+{
+    return row(
+        text, value == first,
+        [&] {
+            return ImGui::ColorEdit3("##k", &value.x,
+                                     ImGuiColorEditFlags_Float | ImGuiColorEditFlags_NoInputs);
+        },
+        [&] { value = first; });
 }
 
 bool switch_control(const ControlText& text, bool& value, bool first)

@@ -22,6 +22,8 @@ bool number_control(const ControlText& text, int& value, int low, int high, int 
 /// Three numbers, each `low` at least. Without an upper end: dragged at the pace of their size.
 bool triple_control(const ControlText& text, glm::vec3& value, float low, glm::vec3 first);
 bool triple_control(const ControlText& text, glm::dvec3& value, double low, glm::dvec3 first);
+/// A colour, each channel 0..1.
+bool color_control(const ControlText& text, glm::vec3& value, glm::vec3 first);
 bool switch_control(const ControlText& text, bool& value, bool first);
 /// One of several names.
 bool choice_control(const ControlText& text, std::string& value,

@@ -11,6 +11,7 @@
 #include "light_fields.h"
 #include "window/controls.h"
 #include "window/keys.h"
+#include "window/look.h"
 #include "window/scene_handles.h"
 
 namespace fumarole::window {
@@ -529,9 +530,6 @@ bool draw_display(ViewState& state)
     bool changed =
         switch_control({"auto exposure", "", "", "from the picture, when a scene is new"},
                        state.auto_exposure, true);
-    if (number_control({"exposure", "stops", "", "radiance is multiplied by 2^stops"},
-                       state.exposure_ev, -15, 15, state.exposure_ev))
-        state.auto_exposure = false;
     std::string transform = state.transform == Display::Transform::srgb ? "srgb" : "filmic";
     if (choice_control({"display", "", "", "transform for the screen"}, transform,
                        {"filmic", "srgb"}, "filmic"))
@@ -572,6 +570,97 @@ void draw_cost(const PanelContext& context)
     say("{}, {}", context.device, context.viewport.timing_method());
 }
 
+/// The few numbers that an artist turns; all others are under `advanced`.
+bool draw_look(const PanelContext& context)
+{
+    Scene& scene = context.document.scene();
+    const Scene& first = context.document.as_read();
+    bool changed = false;
+    if (double density = density_of(scene, first); density > 0) {
+        if (number_control({"density", "x", "", "of all smoke, over what the file had"}, density,
+                           1.0 / 64, 64, 1)) {
+            set_density(scene, first, density);
+            changed = true;
+        }
+        glm::vec3 albedo = albedo_of(scene);
+        if (color_control({"colour", "", "", "of the smoke: how much of each colour it scatters"},
+                          albedo, albedo_of(first))) {
+            set_albedo(scene, albedo);
+            changed = true;
+        }
+        float g = anisotropy_of(scene);
+        if (number_control({"anisotropy", "", "", "> 0 scatters forward: it glows against a light"},
+                           g, -0.95f, 0.95f, anisotropy_of(first))) {
+            set_anisotropy(scene, g);
+            changed = true;
+        }
+    }
+    if (double fire = fire_of(scene, first); fire > 0 && has_fire(scene))
+        if (number_control({"fire", "x", "", "its intensity, over what the file had"}, fire,
+                           1.0 / 64, 64, 1)) {
+            set_fire(scene, first, fire);
+            changed = true;
+        }
+    if (SunLight* sun = sun_of(scene)) {
+        Scene read = first;
+        const SunLight was = sun_of(read) != nullptr ? *sun_of(read) : *sun;
+        changed |=
+            direction_controls(sun->direction_to_light, was.direction_to_light, "of the sun");
+        const float base = std::max({was.irradiance.x, was.irradiance.y, was.irradiance.z});
+        float strength = std::max({sun->irradiance.x, sun->irradiance.y, sun->irradiance.z});
+        if (base > 0 && strength > 0) {
+            strength /= base;
+            if (number_control({"sun", "x", "", "its strength, over what the file had"}, strength,
+                               1.0f / 64, 64, 1)) {
+                sun->irradiance = strength * was.irradiance;
+                changed = true;
+            }
+        }
+    }
+    double sky = sky_of(scene, first);
+    if (number_control({"sky", "x", "", "light from all around, over what the file had"}, sky, 0,
+                       16, sky_of(first, first))) {
+        set_sky(scene, first, sky);
+        changed = true;
+    }
+    return changed;
+}
+
+void draw_exposure(ViewState& state)
+{
+    if (number_control({"exposure", "stops", "", "radiance is multiplied by 2^stops"},
+                       state.exposure_ev, -15, 15, state.exposure_ev))
+        state.auto_exposure = false;
+}
+
+/// One slider for all settings of quality: those that the plan finds for an error or for a time are
+/// looked for once it is let go.
+void draw_quality(const PanelContext& context, PanelQuality& quality, PanelWishes& wishes)
+{
+    using Kind = study::PlanGoal::Kind;
+    const bool by_time = quality.by_time;
+    if (by_time)
+        quality.due |= number_control({"quality", "ms", "", "the best that this time can buy"},
+                                      quality.budget_ms, 1, 500, 16);
+    else
+        quality.due |= number_control({"quality", "", "",
+                                       "error of a frame (the root of relMSE), "
+                                       "by the cheapest settings that keep it"},
+                                      quality.max_error, 0.001f, 0.3f, 0.01f);
+    quality.by_time = ImGui::RadioButton("by time", by_time) || by_time;
+    ImGui::SameLine();
+    if (ImGui::RadioButton("by error", !by_time))
+        quality.by_time = false;
+    quality.due |= quality.by_time != by_time;
+    if (quality.due && !ImGui::IsAnyItemActive()) {
+        quality.due = false;
+        wishes.plan = quality.by_time ? study::PlanGoal{Kind::budget, double{quality.budget_ms}}
+                                      : study::PlanGoal{Kind::max_error, double{quality.max_error}};
+    }
+    if (!context.plan.empty())
+        text(context.plan);
+}
+
 void draw_content(const PanelContext& context, PanelWishes& wishes)
 {
     ViewState& state = context.state;
@@ -606,22 +695,6 @@ bool draw_mode_settings(ViewState& state)
     return changed;
 }
 
-void draw_plan(const PanelContext& context, float& max_error, float& budget_ms, PanelWishes& wishes)
-{
-    using Kind = study::PlanGoal::Kind;
-    text("the cheapest settings for an error (the root of relMSE), or the best for a time");
-    number_control({"error", "", "", "of one frame's composite, at most"}, max_error, 1e-4f, 1,
-                   0.01f);
-    number_control({"budget", "ms", "", "that the volume adds to a frame, at most"}, budget_ms,
-                   0.1f, 1000, 16);
-    if (ImGui::Button("plan for the error"))
-        wishes.plan = {Kind::max_error, max_error};
-    ImGui::SameLine();
-    if (ImGui::Button("for the time"))
-        wishes.plan = {Kind::budget, budget_ms};
-    text(context.plan);
-}
-
 constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
                                     ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings;
 
@@ -644,25 +717,33 @@ PanelWishes Panels::draw_panel(const PanelContext& context, const Layout& layout
 void Panels::draw_sections(const PanelContext& context, PanelWishes& wishes)
 {
     ViewState& state = context.state;
-    draw_content(context, wishes);
     bool changed = false;
-    if (section("mode"))
-        changed |= draw_mode_settings(state);
-    if (section("plan", false))
-        draw_plan(context, max_error_, budget_ms_, wishes);
-    if (section("resolve", false))
-        changed |= setting_group("resolve", state);
-    if (section("display"))
-        changed |= draw_display(state);
+    if (section("look")) {
+        if (draw_look(context))
+            include(wishes.change, Change::content);
+        draw_exposure(state);
+        draw_quality(context, quality_, wishes);
+    }
     if (section("compare"))
         changed |= draw_compare(context);
-    if (section("see inside"))
+    if (section("see inside", false))
         changed |= draw_inside(state);
-    if (section("cost"))
+    if (section("cost", false))
         draw_cost(context);
-    if (section("what the scene needs", false))
-        for (const std::string& line : context.viewport.explain(state.settings))
-            text(line);
+    if (section("advanced", false)) {
+        ImGui::Indent();
+        draw_content(context, wishes);
+        if (section("mode"))
+            changed |= draw_mode_settings(state);
+        if (section("resolve", false))
+            changed |= setting_group("resolve", state);
+        if (section("display"))
+            changed |= draw_display(state);
+        if (section("what the scene needs", false))
+            for (const std::string& line : context.viewport.explain(state.settings))
+                text(line);
+        ImGui::Unindent();
+    }
     ImGui::TextDisabled("? lists the keys");
     if (changed)
         include(wishes.change, Change::view);

@@ -30,6 +30,13 @@ struct PanelWishes {
     std::vector<Action> actions = {};                    ///< buttons that were pressed
 };
 
+/// The one slider of quality, which is a plan's goal.
+struct PanelQuality {
+    bool by_time = false;
+    float max_error = 0.01f, budget_ms = 16;
+    bool due = false;  ///< moved, and not yet planned for
+};
+
 class Panels {
 public:
     /// The panel at the left.
@@ -47,7 +54,7 @@ private:
     void draw_sections(const PanelContext& context, PanelWishes& wishes);
 
     std::string path_;  ///< being typed
-    float max_error_ = 0.01f, budget_ms_ = 16;
+    PanelQuality quality_;
 };
 
 }  // namespace fumarole::window
