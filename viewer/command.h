@@ -5,7 +5,8 @@
 
 namespace CLI {
 class App;
-}
+class Validator;
+}  // namespace CLI
 
 namespace fumarole::command {
 
@@ -14,6 +15,9 @@ class UsageError : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;
 };
+
+/// For an option's check(): a number in least..most, which NaN is not.
+CLI::Validator within(double least, double most);
 
 /// Each adds its subcommand; parsing then runs it.
 void add_info(CLI::App& app);

@@ -365,7 +365,7 @@ void add_compare(CLI::App& app)
     command
         ->add_option("--max-relmse", o.max_relmse,
                      "exit with 1 if a compared target's relMSE is above")
-        ->check(CLI::NonNegativeNumber);
+        ->check(within(0, 1e30));
     command->add_option("--exposure", o.exposure,
                         "stops at which FLIP sees both [auto: the reference's]");
     command
@@ -375,7 +375,7 @@ void add_compare(CLI::App& app)
     command
         ->add_option("--scale", o.scale,
                      "in -o: relative error at the end of the scale, to compare pictures [auto]")
-        ->check(CLI::PositiveNumber);
+        ->check(within(1e-30, 1e30));
     command->add_flag("--json", o.json, "print JSON");
     const std::string scenes = "Of a scene";
     ModesOptions& m = o.modes;
@@ -392,17 +392,17 @@ void add_compare(CLI::App& app)
         ->check(CLI::IsMember({"auto", "y", "z"}))
         ->group(scenes);
     command->add_option("--aa", m.aa, "frames averaged over the pixel's square [1]")
-        ->check(CLI::Range(1, 65536))
+        ->check(within(1, 65536))
         ->group(scenes);
     command
         ->add_option("--frames", m.frames,
                      "frames timed; froxels gather over them, where none are averaged [16]")
-        ->check(CLI::Range(1, 100000))
+        ->check(within(1, 100000))
         ->group(scenes);
     command
         ->add_option("--tolerance", m.tolerance,
                      "of the reference: relative error of each pixel [0.2, with no bounces 0.01]")
-        ->check(CLI::Range(1e-6, 0.5))
+        ->check(within(1e-6, 0.5))
         ->group(scenes);
     command
         ->add_option("--bounces", m.bounces,

@@ -10,6 +10,7 @@
 #include "command.h"
 #include "device_options.h"
 #include "medium/grid_layout.h"
+#include "scene_input.h"
 #include <fumarole/asset/animation.h>
 #include <fumarole/asset/sequence.h>
 #include <fumarole/asset/vdb_file.h>
@@ -198,6 +199,7 @@ struct Frames {
 void run(const std::string& name, bool json)
 {
     std::optional<Frames> frames;
+    check_no_glob(name);
     if (is_sequence(name))
         frames.emplace(name);
     const std::string file = frames ? frame_file(name, frames->shown).string() : name;
@@ -206,7 +208,8 @@ void run(const std::string& name, bool json)
     if (!json && frames)
         frames->print(name);
     if (!json)
-        fmt::print("{}: {} grids, {} bytes{}\n", file, info.grids.size(), info.file_bytes,
+        fmt::print("{}: {} grid{}, {} bytes{}\n", file, info.grids.size(),
+                   info.grids.size() == 1 ? "" : "s", info.file_bytes,
                    info.creator.empty() ? "" : ", made by " + info.creator);
     for (const asset::GridInfo& grid : info.grids) {
         const GpuPlan gpu = plan(info.file, grid);

@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -26,10 +27,18 @@ std::string one_line(const char* message)
     return fumarole::asset::printable(fumarole::study::with_flags(message), std::string::npos);
 }
 
+/// What CLI11 refuses, as we say it. A shell makes many words of an unquoted smoke_*.vdb.
 std::string usage_message(const CLI::App* app, const CLI::Error& error)
 {
-    return CLI::FailureMessage::simple(
-        app, CLI::Error(error.get_name(), one_line(error.what()), error.get_exit_code()));
+    std::string asked = app->get_name();
+    for (const CLI::App* command : app->get_subcommands())
+        asked += " " + command->get_name();
+    const bool many = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
+    return fmt::format("fumarole: {}; {}{} --help tells more\n", one_line(error.what()),
+                       many ? "one input at a time: a sequence is named in quotes, e.g. "
+                              "'smoke_####.vdb'; "
+                            : "",
+                       asked);
 }
 
 /// Letters to be added, dropped, replaced or swapped with the next until one word is the other
@@ -114,6 +123,8 @@ void check_words(const CLI::App& app, const std::vector<std::string>& words)
 int main(int argc, char** argv)
 {
     namespace command = fumarole::command;
+    // A file over its limit (ulimit -f) is an error like a full disk, and no end of the process.
+    std::signal(SIGXFSZ, SIG_IGN);
     const fumarole::pictures::AtEnd pictures;
     CLI::App app{"Fumarole: lit smoke, fire, cloud and fog from OpenVDB files, on OpenGL"};
     app.name("fumarole");

@@ -200,7 +200,7 @@ void add_plan(CLI::App& app)
     command
         ->add_option("--time-limit", o.time_limit,
                      "seconds; references and tries are cut to fit [10]")
-        ->check(CLI::Range(0.1, 1e6));
+        ->check(within(0.1, 1e6));
     command->add_flag("--json", o.json, "print JSON");
     add_device_options(*command, o.device);
     command->add_option("--mode", o.words.mode, "raymarch or froxel alone [both are tried]")

@@ -212,6 +212,7 @@ void parse_frames(RenderOptions& options)
             fmt::format("--frames: '{}' is neither a number of frames to time (1..100000) nor "
                         "frames A..B of a moving picture, e.g. 1..48, or 1..48x2 for every second",
                         options.frames));
+    check_no_glob(options.input);
     if (!is_scene_file(options.input) && !is_sequence(options.input))
         throw UsageError(
             fmt::format("--frames: '{}' is one file, and {} asks for a moving picture; "
@@ -897,6 +898,8 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
 
 void check_words(const RenderOptions& options, const CLI::App& command)
 {
+    if (options.input.empty())
+        throw UsageError("INPUT: names no file; give a .vdb, a .nvdb or a scene file");
     check_mode(options, command);
     check_device(options.device);
     if (options.alpha && !options.target.empty())
@@ -1075,7 +1078,7 @@ void add_render(CLI::App& app, const std::string& line)
     command
         ->add_option("--tolerance", o.tolerance,
                      "of the reference: relative error of each pixel [0.02, with no bounces 0.001]")
-        ->check(CLI::Range(1e-6, 0.5));
+        ->check(within(1e-6, 0.5));
     command->add_option("--region", o.region,
                         "this part alone: X,Y,WIDTH,HEIGHT in pixels from the top left; an .exr "
                         "keeps the whole picture's display window");

@@ -40,6 +40,15 @@ bool is_scene_file(const std::string& file)
     return has_extension(file, ".json");
 }
 
+void check_no_glob(const std::string& file)
+{
+    std::error_code unknown;
+    if (file.find_first_of("*?<") != std::string::npos && !std::filesystem::exists(file, unknown))
+        throw Error(fmt::format("{}: no such file; the numbers of a sequence are #, e.g. "
+                                "smoke_####.vdb",
+                                file));
+}
+
 namespace {
 
 /// A scene file without the files that it names.
@@ -67,6 +76,7 @@ asset::LoadedScene open_moving(const SceneInput& input)
         asset::settle_sequences(parsed.scene);
         return parsed;
     }
+    check_no_glob(input.file);
     asset::AutoSceneOptions automatic;
     automatic.grid = input.grid;
     automatic.up = input.up == "auto" ? '\0' : input.up.front();

@@ -25,6 +25,10 @@ bool has_extension(const std::string& file, std::string_view extension);
 
 bool is_scene_file(const std::string& file);
 
+/// A sequence that is named as a shell's files are, and not by its numbers.
+/// @throws Error if there is no such file and the name has a * or a ?
+void check_no_glob(const std::string& file);
+
 /// Reads a scene file, or makes a scene for a bare .vdb. Of a sequence it is the first frame that
 /// holds something.
 /// @throws UsageError if the words don't fit; Error as the readers do.

@@ -1,12 +1,27 @@
 #include "settings_input.h"
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <fmt/format.h>
 
 #include "command.h"
 #include <fumarole/errors.h>
 
 namespace fumarole::command {
+
+CLI::Validator within(double least, double most)
+{
+    return {[least, most](std::string& word) -> std::string {
+                double value = 0;
+                const char* end = word.data() + word.size();
+                const auto parsed = std::from_chars(word.data(), end, value);
+                return parsed.ec == std::errc{} && parsed.ptr == end && value >= least &&
+                               value <= most
+                           ? ""
+                           : fmt::format("'{}' is no number in {:g}..{:g}", word, least, most);
+            },
+            "", "within"};
+}
 
 void add_settings(CLI::App& command, SettingsInput& input)
 {

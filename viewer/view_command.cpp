@@ -116,12 +116,12 @@ void add_view(CLI::App& app)
                         "of a .vdb: name or name[n] [the first fog volume]");
     command->add_option("--up", o.scene.up, "of a .vdb [auto]")
         ->check(CLI::IsMember({"auto", "y", "z"}));
-    command->add_option("--aa", o.aa, "frames averaged at rest [16]")->check(CLI::Range(1, 65536));
+    command->add_option("--aa", o.aa, "frames averaged at rest [16]")->check(within(1, 65536));
     command
         ->add_option("--frame-time", o.frame_time,
                      "held while things move, by lower resolution and fewer steps (1..10000 ms) "
                      "[33]")
-        ->check(CLI::Range(1.0, 10000.0));
+        ->check(within(1.0, 10000.0));
     command
         ->add_option("--compare", o.compare,
                      "split the screen with a mode, a preset or "
@@ -134,7 +134,7 @@ void add_view(CLI::App& app)
     command->add_option("--show", o.show, "see inside instead of the picture")
         ->check(CLI::IsMember(kinds));
     command->add_option("--exposure", o.exposure, "stops [from the picture]")
-        ->check(CLI::Range(-40.0, 40.0));
+        ->check(within(-40.0, 40.0));
     command->add_option("--display", o.display, "transform for the screen [filmic]")
         ->check(CLI::IsMember({"filmic", "srgb"}));
     command->add_option("--mode", o.settings.mode, "raymarch or froxel [the preset's]")
@@ -144,7 +144,7 @@ void add_view(CLI::App& app)
     command
         ->add_option("--frames", o.frames,
                      "close after so many frames, those of a script not counted")
-        ->check(CLI::Range(1, 1000000));
+        ->check(within(1, 1000000));
     command
         ->add_option("--missing-frames", o.missing_frames,
                      "where a frame's file is missing or broken: fail, or hold the one before it "

@@ -13,6 +13,7 @@
 
 #include "asset/grid_names.h"
 #include "asset/printable.h"
+#include "asset/scene_ranges.h"
 #include "blackbody.h"
 #include <fumarole/asset/animation.h>
 #include <fumarole/asset/sequence.h>
@@ -744,6 +745,7 @@ std::vector<WeightedColumn> columns_of(const std::vector<Shown>& shown,
 
 /// What a scene's medium is called, and the largest value of its colour grid.
 struct Names {
+    std::string file;
     std::string density, emission;
     double brightest_color = 1;
     double kelvin = 0;  ///< per unit of `emission`, which is a temperature; 0: it is none
@@ -762,6 +764,11 @@ LoadedScene compose(const std::vector<Shown>& shown, Unread unread, const Names&
     medium.grid = names.density;
     medium.g = kG;
     const double sigma_t = sigma_t_for_opacity(columns_of(shown, &Shown::density), kOpacity);
+    if (sigma_t > kCoefficient.max)
+        throw Error(fmt::format("{}: grid '{}' is next to nothing: it would take {:.3g} /m per "
+                                "density to be seen, and {:.0e} is the most; multiply it, or name "
+                                "another grid",
+                                names.file, names.density, sigma_t, kCoefficient.max));
     // A colour above 1 must not scatter more than is lost.
     const double albedo = kAlbedo / std::max(1.0, names.brightest_color);
     medium.sigma_s_per_density = three_digits(glm::dvec3(albedo * sigma_t));
@@ -860,8 +867,13 @@ void tell_grids(const VdbInfo& file, const GridMedium& medium, std::vector<std::
             !channel_of_color)
             rest.push_back(grid.name);
     }
+    const auto smoke = std::find_if(file.grids.begin(), file.grids.end(),
+                                    [&](const GridInfo& grid) { return grid.name == medium.grid; });
     if (all.size() > 1)
         notes.push_back(fmt::format("grid '{}' is the smoke, of {}", medium.grid, quoted(all)));
+    else if (smoke != file.grids.end() && !like_smoke(base_name(*smoke), smoke->grid_class))
+        notes.push_back(
+            fmt::format("grid '{}' is drawn as smoke, for the file has no other", medium.grid));
     if (!medium.color_grid.empty())
         notes.push_back(fmt::format("grid '{}' colours it", medium.color_grid));
     if (!rest.empty())
@@ -1059,7 +1071,7 @@ LoadedScene Sequence::scene(const AutoSceneOptions& options) const
         fullest.creator = all_.creator;
     const char up = choose_up(options, fullest, most - least, notes);
 
-    Names names{density_, kelvin > 0 ? temperature_ : emission_, 1, kelvin};
+    Names names{pattern_.string(), density_, kelvin > 0 ? temperature_ : emission_, 1, kelvin};
     for (const SequenceFrame* frame : known) {
         if (color_.empty() || voxels_in(frame->file, color_) == 0)
             continue;
@@ -1150,7 +1162,9 @@ std::string guess_color_grid(const VdbInfo& file, const std::string& density)
                 return grid.name;
         const auto channels = find_channels(names, name);
         if (channels && std::all_of(channels->begin(), channels->end(), [&](std::size_t c) {
-                return can_tint(file.grids[c]) && !is_vector(file.grids[c]);
+                return can_tint(file.grids[c]) && !is_vector(file.grids[c]) &&
+                       file.grids[c].world_from_index ==
+                           file.grids[channels->front()].world_from_index;
             }))
             return file.grids[channels->front()].name.substr(0, name.size());
     }
@@ -1207,7 +1221,7 @@ LoadedScene frame_grids(std::shared_ptr<const VoxelGrid> density,
     assert(density && !density->empty());
     LoadedScene loaded =
         compose({{density, emission, nullptr}}, {},
-                {density->name, emission ? emission->name : "", 1, 0}, up, resolution);
+                {"the grids", density->name, emission ? emission->name : "", 1, 0}, up, resolution);
     auto& medium = std::get<GridMedium>(loaded.scene.media.front());
     medium.density = std::move(density);
     medium.emission = std::move(emission);
@@ -1245,9 +1259,10 @@ LoadedScene make_auto_scene(const fs::path& vdb, const AutoSceneOptions& options
     const char up = choose_up(options, info, world_bounds(*grid).size(), notes);
 
     const bool colored = color && !color->empty();
-    LoadedScene loaded = compose(
-        shown, {}, {grid->name, glow, colored ? static_cast<double>(color->max_value) : 1, kelvin},
-        up, options.resolution);
+    LoadedScene loaded = compose(shown, {},
+                                 {vdb.string(), grid->name, glow,
+                                  colored ? static_cast<double>(color->max_value) : 1, kelvin},
+                                 up, options.resolution);
     auto& medium = std::get<GridMedium>(loaded.scene.media.front());
     medium.file = vdb.string();
     medium.density = grid;

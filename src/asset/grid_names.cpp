@@ -59,6 +59,9 @@ std::optional<int> place_in(const std::array<std::string_view, N>& names,
     return std::nullopt;
 }
 
+// Ranks of grids as fog.
+constexpr int kExact = 0, kWithin = 100, kUnknown = 200, kLevelSet = 300, kHot = 400, kNone = 500;
+
 }  // namespace
 
 std::string lower_case(std::string_view text)
@@ -75,8 +78,6 @@ std::string_view without_number(std::string_view address)
 
 int fog_rank(std::string_view name, std::string_view grid_class)
 {
-    constexpr int kExact = 0, kWithin = 100, kUnknown = 200, kLevelSet = 300, kHot = 400,
-                  kNone = 500;
     const bool level_set = grid_class == "level set";
     const std::string whole = lower_case(name);
     const std::vector<std::string> words = words_of(name);
@@ -93,6 +94,11 @@ int fog_rank(std::string_view name, std::string_view grid_class)
     if (level_set)
         return none || hot ? kNone : kLevelSet;
     return none ? kNone + 1 : kHot;
+}
+
+bool like_smoke(std::string_view name, std::string_view grid_class)
+{
+    return fog_rank(name, grid_class) < kHot;
 }
 
 std::optional<std::size_t> find_name(const std::vector<GridName>& grids, std::string_view wanted)

@@ -27,6 +27,9 @@ std::string_view without_number(std::string_view address);
 /// sets; at last what is known not to be smoke, as temperature, flame, shadow or distance.
 int fog_rank(std::string_view name, std::string_view grid_class);
 
+/// Whether it looks like smoke, or tells nothing: no temperature, flame, shadow, distance, ...
+bool like_smoke(std::string_view name, std::string_view grid_class);
+
 /// Which of the grids is meant: by its address, else by its name, else by either whatever the case.
 std::optional<std::size_t> find_name(const std::vector<GridName>& grids, std::string_view wanted);
 

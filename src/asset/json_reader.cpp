@@ -41,6 +41,30 @@ std::string line_and_column(std::string_view text, std::size_t offset)
     return fmt::format("line {}, column {}", line, std::max<std::size_t>(column, 1));
 }
 
+/// What a person most likely meant where the text is no JSON, and what to do about it; or "".
+std::string remedy(std::string_view text, std::size_t position)
+{
+    if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff") ||
+        text.substr(0, 2).find('\0') != std::string_view::npos)
+        return "; is it UTF-16? Save it as UTF-8";
+    // The parser stops behind the character that it can't take.
+    const std::string_view read = text.substr(0, std::min(position, text.size()));
+    const std::size_t word = read.find_last_of(" \t\r\n,:[{") + 1;  // 0 where there is none
+    const std::string_view last = text.substr(word);
+    const std::size_t before =
+        read.empty() ? read.npos : read.find_last_not_of(" \t\r\n", read.size() - 2);
+    if (last.starts_with('/') || last.starts_with('#') || read.ends_with('/'))
+        return "; JSON has no comments: take it out, or make it a \"note\"";
+    if (last.starts_with("N") || last.starts_with("I") || last.starts_with("-I") ||
+        last.starts_with("i"))
+        return "; JSON has no NaN and no infinity: give a number";
+    if (last.starts_with('\'') || read.ends_with('\''))
+        return "; text stands in double quotes";
+    if ((read.ends_with('}') || read.ends_with(']')) && before != read.npos && read[before] == ',')
+        return "; take out the comma before it";
+    return "";
+}
+
 // Builds the tree as nlohmann's own builder does, but sees duplicates, depth and positions.
 class TreeBuilder : public nlohmann::json_sax<Json> {
 public:
@@ -85,8 +109,8 @@ public:
             if (const auto at = what.find(prefix); titled && at != std::string_view::npos)
                 what.remove_prefix(at + prefix.size());
         }
-        JsonPlace{place_.file, line_and_column(text_, position)}.fail("not valid JSON: " +
-                                                                      printable(what, 240));
+        JsonPlace{place_.file, line_and_column(text_, position)}.fail(
+            "not valid JSON: " + printable(what, 240) + remedy(text_, position));
     }
 
 private:

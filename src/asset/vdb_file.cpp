@@ -786,10 +786,13 @@ LoadedGrid load_default(const VdbLayout& file)
     const bool has_vectors = std::ranges::any_of(file.grids, [](const VdbGridLayout& grid) {
         return grid.value == VdbValue::vec3f || grid.value == VdbValue::vec3d;
     });
-    throw Error(fmt::format(
-        "{}: {}{} {}", file.file.string(),
-        candidates.empty() ? "no grid to take as fog" : "nothing above 0 in any grid",
-        has_vectors ? "; a vec3 grid must be asked for by name" : "", list_grids(file)));
+    throw Error(
+        fmt::format("{}: {}{} {}", file.file.string(),
+                    candidates.empty() ? "no grid to take as fog" : "nothing above 0 in any grid",
+                    has_vectors          ? "; a vec3 grid must be asked for by name"
+                    : candidates.empty() ? "; grids of floats are, write one"
+                                         : "",
+                    list_grids(file)));
 }
 
 // --- Description --------------------------------------------------------------------------------

@@ -93,6 +93,9 @@ TEST(Usage, IsRefusedWithTwoAndTheNameOfWhatIsWrong)
         {{"render", "x.vdb", "--mode=reference", "--explain"}, "--explain"},
         {{"view", "x.vdb", "--screenshot", "x.jpg"}, "--screenshot: 'x.jpg'"},
         {{"render", "x.vdb", "no\nsuch word"}, "no\\x0asuch word"},
+        {{"render", ""}, "INPUT: names no file"},
+        {{"render", "a_1.vdb", "a_2.vdb"}, "in quotes, e.g. 'smoke_####.vdb'"},
+        {{"render", "x.vdb", "--max-error", "nan"}, "--max-error: 'nan'"},
     };
     const TempFolder folder;
     std::vector<Arguments> arguments;
@@ -105,7 +108,8 @@ TEST(Usage, IsRefusedWithTwoAndTheNameOfWhatIsWrong)
             << joined(arguments[i]) << '\n'
             << runs[i];
         EXPECT_EQ(runs[i].out, "") << joined(arguments[i]);
-        EXPECT_LE(runs[i].error_lines(), 2) << joined(arguments[i]) << '\n' << runs[i];
+        EXPECT_EQ(runs[i].error_lines(), 1) << joined(arguments[i]) << '\n' << runs[i];
+        EXPECT_EQ(runs[i].err.find("fumarole: "), 0u) << joined(arguments[i]);
     }
     EXPECT_EQ(list(folder.path()).size(), 0u) << "nothing is written";
 }

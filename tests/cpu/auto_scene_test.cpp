@@ -561,6 +561,36 @@ TEST(AutoScene, SaysWhichGridOfWhichWasTakenAndWhatIsNotShown)
     EXPECT_EQ(VoxelLookup(*medium.color).value({1, 1, 1}), glm::vec3(0.5f, 0.2f, 1));
 }
 
+// What a bare file can't use is left out or said: it is no reason to show nothing.
+TEST(AutoScene, LeavesOutWhatDoesNotFitAndNamesWhatIsTooThin)
+{
+    const test::TempFolder folder;
+    const fs::path file = folder.path() / "a.vdb";
+    const glm::ivec3 from(0), to(3);
+    test::VdbGrid blue = box_grid("Cd.z", from, to, glm::dvec3(1));
+    blue.world_from_index = glm::dmat4(2);
+    blue.world_from_index[3].w = 1;
+    test::write_vdb(file, {box_grid("density", from, to, glm::dvec3(1)),
+                           box_grid("Cd.x", from, to, glm::dvec3(1)),
+                           box_grid("Cd.y", from, to, glm::dvec3(1)), blue});
+    const LoadedScene coloured = make_auto_scene(file, {});
+    EXPECT_EQ(std::get<GridMedium>(coloured.scene.media.front()).color_grid, "");
+    EXPECT_NE(text_of(coloured.notes).find("not shown: 'Cd.x', 'Cd.y', 'Cd.z'"), std::string::npos);
+
+    test::write_vdb(file, {box_grid("temperature", from, to, glm::dvec3(900))});
+    EXPECT_NE(text_of(make_auto_scene(file, {}).notes).find("'temperature' is drawn as smoke"),
+              std::string::npos);
+
+    test::write_vdb(file, {box_grid("density", from, to, glm::dvec3(1e-30))});
+    try {
+        make_auto_scene(file, {});
+        FAIL() << "was accepted";
+    } catch (const Error& error) {
+        const std::string text = error.what();
+        EXPECT_EQ(text.find(file.string() + ": grid 'density' is next to nothing"), 0u) << text;
+    }
+}
+
 TEST(AutoScene, ATemperatureGlowsAsABlackbodyWhereItIsHotEnough)
 {
     const test::TempFolder folder;
