@@ -26,6 +26,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kOpacity = 0.75;       // of the average line of sight: dense, with soft edges
+constexpr double kFireOpacity = 0.25;   // of fire without smoke, which hides little
 constexpr double kAlbedo = 0.9;         // of smoke that reads as white
 constexpr float kG = 0.3f;              // a little forward, so that it glows against the sun
 constexpr double kFill = 0.8;           // of the picture, in the direction that binds
@@ -749,6 +750,9 @@ struct Names {
     std::string density, emission;
     double brightest_color = 1;
     double kelvin = 0;  ///< per unit of `emission`, which is a temperature; 0: it is none
+
+    /// Of the average line of sight. A flame that is its own smoke is fire alone.
+    [[nodiscard]] double opacity() const { return emission == density ? kFireOpacity : kOpacity; }
 };
 
 /// A scene for grids at hand and for what is not read of a sequence. A density at hand holds
@@ -763,7 +767,7 @@ LoadedScene compose(const std::vector<Shown>& shown, Unread unread, const Names&
     GridMedium medium;
     medium.grid = names.density;
     medium.g = kG;
-    const double sigma_t = sigma_t_for_opacity(columns_of(shown, &Shown::density), kOpacity);
+    const double sigma_t = sigma_t_for_opacity(columns_of(shown, &Shown::density), names.opacity());
     if (sigma_t > kCoefficient.max)
         throw Error(fmt::format("{}: grid '{}' is next to nothing: it would take {:.3g} /m per "
                                 "density to be seen, and {:.0e} is the most; multiply it, or name "
@@ -776,7 +780,7 @@ LoadedScene compose(const std::vector<Shown>& shown, Unread unread, const Names&
     PerValue per_value{sigma_t, 0};
     notes.push_back(
         fmt::format("coefficient {:.3g} /m per density: average line of sight {:.0f} % opaque",
-                    sigma_t, 100 * kOpacity));
+                    sigma_t, 100 * names.opacity()));
 
     if (const std::vector<WeightedColumn> columns = columns_of(shown, &Shown::emission);
         !columns.empty()) {
@@ -871,9 +875,12 @@ void tell_grids(const VdbInfo& file, const GridMedium& medium, std::vector<std::
                                     [&](const GridInfo& grid) { return grid.name == medium.grid; });
     if (all.size() > 1)
         notes.push_back(fmt::format("grid '{}' is the smoke, of {}", medium.grid, quoted(all)));
-    else if (smoke != file.grids.end() && !like_smoke(base_name(*smoke), smoke->grid_class))
-        notes.push_back(
-            fmt::format("grid '{}' is drawn as smoke, for the file has no other", medium.grid));
+    const bool glows =
+        medium.grid == medium.emission_grid || medium.grid == medium.temperature_grid;
+    if (glows || (all.size() == 1 && smoke != file.grids.end() &&
+                  !like_smoke(base_name(*smoke), smoke->grid_class)))
+        notes.push_back(fmt::format("grid '{}' is drawn as {}, for the file has no smoke",
+                                    medium.grid, glows ? "fire alone" : "smoke"));
     if (!medium.color_grid.empty())
         notes.push_back(fmt::format("grid '{}' colours it", medium.color_grid));
     if (!rest.empty())
@@ -1116,6 +1123,22 @@ std::string find_glow(const VdbInfo& file, const std::string& density,
     return "";
 }
 
+/// Whether what was taken for the smoke is one of `names`, as nothing in the file is like smoke.
+bool is_all_there_is(const VdbInfo& file, const std::string& density,
+                     const std::vector<std::string_view>& names)
+{
+    bool found = false;
+    for (const GridInfo& grid : file.grids) {
+        const std::string name = base_name(grid);
+        if (grid.name == density)
+            found = std::find(names.begin(), names.end(), name) != names.end();
+        else if (!is_vector(grid) && grid.active_voxels > 0 && grid.max > 0 &&
+                 like_smoke(name, grid.grid_class))
+            return false;
+    }
+    return found;
+}
+
 }  // namespace
 
 double sigma_t_for_opacity(const VoxelGrid& grid, double opacity)
@@ -1129,6 +1152,8 @@ std::string guess_emission_grid(const VdbInfo& file, const std::string& density)
     const std::string flame = find_glow(file, density, flame_names());
     if (!flame.empty())
         return flame;
+    if (is_all_there_is(file, density, flame_names()))
+        return density;
     // Hot is not burning: a solver's temperature fills all of its smoke. Where it is a part of it,
     // it marks the source.
     const auto smoke = std::find_if(file.grids.begin(), file.grids.end(),
@@ -1141,9 +1166,10 @@ std::string guess_emission_grid(const VdbInfo& file, const std::string& density)
 
 std::string guess_temperature_grid(const VdbInfo& file, const std::string& density)
 {
-    return find_glow(file, density, flame_names()).empty()
-               ? find_glow(file, density, temperature_names())
-               : "";
+    if (!find_glow(file, density, flame_names()).empty())
+        return "";
+    const std::string other = find_glow(file, density, temperature_names());
+    return other.empty() && is_all_there_is(file, density, temperature_names()) ? density : other;
 }
 
 std::string guess_color_grid(const VdbInfo& file, const std::string& density)
@@ -1239,14 +1265,16 @@ LoadedScene make_auto_scene(const fs::path& vdb, const AutoSceneOptions& options
     const VdbInfo info = inspect_vdb(vdb);
 
     std::vector<std::string> notes = std::move(density.notes);
+    const auto grid = std::make_shared<const VoxelGrid>(std::move(density.grid));
     const auto read = [&](const std::string& name) -> std::shared_ptr<const VoxelGrid> {
         if (name.empty())
             return nullptr;
+        if (name == grid->name)
+            return grid;
         LoadedGrid loaded = load_grid(vdb, name);
         notes.insert(notes.end(), loaded.notes.begin(), loaded.notes.end());
         return std::make_shared<const VoxelGrid>(std::move(loaded.grid));
     };
-    const auto grid = std::make_shared<const VoxelGrid>(std::move(density.grid));
     const std::string flame = guess_emission_grid(info, grid->name),
                       heat = guess_temperature_grid(info, grid->name);
     std::vector<Shown> shown{{grid, read(flame), nullptr}};

@@ -458,7 +458,9 @@ TEST(GuessEmissionGrid, TakesFlamesAndLocalHeat)
 
     VdbInfo fire;
     fire.grids = {grid_info("flame", 10)};
-    EXPECT_EQ(guess_emission_grid(fire, "flame"), "");  // it is shown as the density
+    EXPECT_EQ(guess_emission_grid(fire, "flame"), "flame");  // fire without smoke burns
+    fire.grids.push_back(grid_info("soot", 10));
+    EXPECT_EQ(guess_emission_grid(fire, "flame"), "");  // it was asked for as the smoke
 }
 
 TEST(AutoScene, MakesASceneOfASmoke)
@@ -514,7 +516,9 @@ TEST(GuessTemperatureGrid, TakesWhatSimulatorsCallItWhereNoFlameTells)
     EXPECT_EQ(guess({grid_info("heat", 9), grid_info("flame", 0)}), "heat");
     VdbInfo hot;
     hot.grids = {grid_info("temperature", 10)};
-    EXPECT_EQ(guess_temperature_grid(hot, "temperature"), "");
+    EXPECT_EQ(guess_temperature_grid(hot, "temperature"), "temperature") << "it is all there is";
+    hot.grids.push_back(grid_info("fog", 10));
+    EXPECT_EQ(guess_temperature_grid(hot, "temperature"), "") << "it was asked for as smoke";
 }
 
 test::VdbGrid box_grid(const std::string& name, const glm::ivec3& min, const glm::ivec3& max,
@@ -577,9 +581,21 @@ TEST(AutoScene, LeavesOutWhatDoesNotFitAndNamesWhatIsTooThin)
     EXPECT_EQ(std::get<GridMedium>(coloured.scene.media.front()).color_grid, "");
     EXPECT_NE(text_of(coloured.notes).find("not shown: 'Cd.x', 'Cd.y', 'Cd.z'"), std::string::npos);
 
-    test::write_vdb(file, {box_grid("temperature", from, to, glm::dvec3(900))});
+    test::write_vdb(file, {box_grid("temperature", from, to, glm::dvec3(300))});
     EXPECT_NE(text_of(make_auto_scene(file, {}).notes).find("'temperature' is drawn as smoke"),
               std::string::npos);
+
+    // Fire without smoke burns.
+    for (const char* name : {"flame", "temperature"}) {
+        const bool hot = std::string(name) == "temperature";
+        test::write_vdb(file, {box_grid(name, from, to, glm::dvec3(1500))});
+        const LoadedScene loaded = make_auto_scene(file, {});
+        const auto& medium = std::get<GridMedium>(loaded.scene.media.front());
+        EXPECT_EQ(hot ? medium.temperature_grid : medium.emission_grid, name);
+        EXPECT_EQ(glows_hot(medium), hot);
+        EXPECT_EQ(medium.emission_per_unit != glm::vec3(0), !hot);
+        EXPECT_NE(text_of(loaded.notes).find("is drawn as fire alone"), std::string::npos);
+    }
 
     test::write_vdb(file, {box_grid("density", from, to, glm::dvec3(1e-30))});
     try {

@@ -228,8 +228,9 @@ bool triple_control(const ControlText& text, glm::dvec3& value, double low, glm:
 
 bool color_control(const ControlText& text, glm::vec3& value, glm::vec3 first)
 {
+    constexpr float kRounded = 1e-4f;  // it is worked out of other numbers
     return row(
-        text, value == first,
+        text, glm::length(value - first) < kRounded,
         [&] {
             return ImGui::ColorEdit3("##k", &value.x,
                                      ImGuiColorEditFlags_Float | ImGuiColorEditFlags_NoInputs);
