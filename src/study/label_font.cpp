@@ -1,3 +1,6 @@
+// OpenImageIO's render_text would need a font file: Debian's build brings none ("Could not set
+// default font face"), and the captions of a test's pictures must not depend on what is installed.
+
 // The 5 x 7 dot matrix of character displays: seven rows from the top, five bits each, the highest
 // bit to the left.
 
