@@ -59,8 +59,10 @@ std::optional<int> place_in(const std::array<std::string_view, N>& names,
     return std::nullopt;
 }
 
-// Ranks of grids as fog.
+/// Ranks of grids as fog.
+namespace rank {
 constexpr int kExact = 0, kWithin = 100, kUnknown = 200, kLevelSet = 300, kHot = 400, kNone = 500;
+}  // namespace rank
 
 }  // namespace
 
@@ -86,19 +88,19 @@ int fog_rank(std::string_view name, std::string_view grid_class)
     if (!level_set && !hot && !none) {
         for (std::size_t i = 0; i < kFog.size(); ++i)
             if (whole == kFog[i])
-                return kExact + static_cast<int>(i);
+                return rank::kExact + static_cast<int>(i);
         if (const std::optional<int> place = place_in(kFog, words))
-            return kWithin + *place;
-        return kUnknown + (grid_class == "fog volume" ? 0 : 1);
+            return rank::kWithin + *place;
+        return rank::kUnknown + (grid_class == "fog volume" ? 0 : 1);
     }
     if (level_set)
-        return none || hot ? kNone : kLevelSet;
-    return none ? kNone + 1 : kHot;
+        return none || hot ? rank::kNone : rank::kLevelSet;
+    return none ? rank::kNone + 1 : rank::kHot;
 }
 
 bool like_smoke(std::string_view name, std::string_view grid_class)
 {
-    return fog_rank(name, grid_class) < kHot;
+    return fog_rank(name, grid_class) < rank::kHot;
 }
 
 std::optional<std::size_t> find_name(const std::vector<GridName>& grids, std::string_view wanted)
