@@ -14,6 +14,7 @@
 
 #include "asset/json_reader.h"
 #include "asset/json_writer.h"
+#include "asset/motion_blur.h"
 #include "asset/scene_ranges.h"
 #include "asset/scene_transparents.h"
 #include "light_fields.h"
@@ -207,6 +208,13 @@ Light read_light(JsonObject object)
     return light;
 }
 
+/// Of MediumMotion::Unit, as a file names them.
+const std::vector<std::string_view>& velocity_units()
+{
+    static const std::vector<std::string_view> names{"m/s", "voxels/frame"};
+    return names;
+}
+
 GridMedium read_grid_medium(JsonObject& object, const fs::path& folder)
 {
     GridMedium medium;
@@ -229,7 +237,15 @@ GridMedium read_grid_medium(JsonObject& object, const fs::path& folder)
     read_of_temperature("temperature_scale", kKelvin, medium.temperature_scale);
     read_of_temperature("blackbody_intensity", kFactor, medium.blackbody_intensity);
     read_of_temperature("blackbody_tint", kFactor, medium.blackbody_tint);
+    object.read("velocity_grid", medium.motion.velocity_grid);
+    const bool has_unit = object.find("velocity_unit") != nullptr;
+    medium.motion.unit =
+        static_cast<MediumMotion::Unit>(object.choice("velocity_unit", velocity_units(), 0));
+    const bool has_shutter = object.read("shutter", kShutter, medium.motion.shutter);
     object.finish();
+    if ((has_shutter || has_unit) && medium.motion.velocity_grid.empty())
+        object.place().fail(fmt::format("'{}' needs 'velocity_grid', by which the medium moves",
+                                        has_shutter ? "shutter" : "velocity_unit"));
     if (of_temperature != nullptr && medium.temperature_grid.empty())
         object.place().fail(
             fmt::format("'{}' needs 'temperature_grid', the grid that glows", of_temperature));
@@ -469,6 +485,12 @@ std::string grid_medium_text(const GridMedium& medium, const std::string& place,
             out.number("temperature_scale", medium.temperature_scale);
         out.number("blackbody_intensity", medium.blackbody_intensity);
         out.triple("blackbody_tint", medium.blackbody_tint);
+    }
+    if (!medium.motion.velocity_grid.empty()) {
+        out.text("velocity_grid", medium.motion.velocity_grid);
+        out.text("velocity_unit",
+                 std::string(velocity_units()[static_cast<std::size_t>(medium.motion.unit)]));
+        out.number("shutter", medium.motion.shutter);
     }
     return out.in_lines(kItemIndent);
 }
@@ -715,11 +737,41 @@ void settle_material(MeshSurface& surface)
         surface.emission = material.emission;
 }
 
+bool is_blurred(const GridMedium& medium)
+{
+    return medium.motion.shutter > 0 && !medium.motion.velocity_grid.empty();
+}
+
+/// Spreads what was read of a medium along the way that it goes while the shutter is open.
+void blur(GridMedium& medium, double frames_per_second)
+{
+    if (medium.density->empty() && (!medium.emission || medium.emission->empty()) &&
+        (!medium.temperature || medium.temperature->empty()))
+        return;
+    const VoxelGrid velocity = load_vectors(medium.file, medium.motion.velocity_grid).grid;
+    const bool in_voxels = medium.motion.unit == MediumMotion::Unit::voxels_per_frame;
+    const Displacement displacement{
+        &velocity, in_voxels ? medium.motion.shutter * glm::dmat3(velocity.world_from_index)
+                             : glm::dmat3(medium.motion.shutter / frames_per_second)};
+    const auto moved = [&](std::shared_ptr<const VoxelGrid>& grid, Kept kept) {
+        if (grid)
+            grid = std::make_shared<const VoxelGrid>(
+                moved_grid(*grid, displacement, kept, medium.file));
+    };
+    if (medium.color)
+        medium.color = std::make_shared<const VoxelGrid>(
+            moved_color(*medium.color, *medium.density, displacement, medium.file));
+    moved(medium.density, Kept::sum);
+    moved(medium.emission, Kept::sum);
+    moved(medium.temperature, Kept::fourth);
+}
+
 // A medium that a host filled in by hand names no file, and needs none.
-void load_medium_files(GridMedium& medium, SceneFiles& files)
+void load_medium_files(GridMedium& medium, SceneFiles& files, double frames_per_second)
 {
     if (medium.file.empty())
         return;
+    const bool is_new = !medium.density;
     if (!medium.density)
         medium.density = files.grid(medium.file, medium.grid);
     if (!medium.emission && !medium.emission_grid.empty())
@@ -739,6 +791,8 @@ void load_medium_files(GridMedium& medium, SceneFiles& files)
                                     medium.file, medium.temperature_grid));
     }
     settle_temperature(medium, files);
+    if (is_new && is_blurred(medium))
+        blur(medium, frames_per_second);
 }
 
 }  // namespace
@@ -753,7 +807,7 @@ void load_scene_files(LoadedScene& loaded)
     SceneFiles files(loaded.notes);
     Scene& scene = loaded.scene;
     for (const Medium& medium : scene.media) {
-        if (const auto* grid = std::get_if<GridMedium>(&medium)) {
+        if (const auto* grid = std::get_if<GridMedium>(&medium); grid && !is_blurred(*grid)) {
             files.know(grid->file, grid->grid, grid->density);
             files.know(grid->file, grid->emission_grid, grid->emission);
             files.know(grid->file, grid->color_grid, grid->color);
@@ -777,7 +831,7 @@ void load_scene_files(LoadedScene& loaded)
 
     for (Medium& medium : scene.media) {
         if (auto* grid = std::get_if<GridMedium>(&medium))
-            load_medium_files(*grid, files);
+            load_medium_files(*grid, files, scene.frames_per_second);
     }
     for (Surface& surface : scene.surfaces) {
         auto* mesh = std::get_if<MeshSurface>(&surface);

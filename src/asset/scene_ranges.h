@@ -26,6 +26,7 @@ inline constexpr NumberRange kAnisotropy{-1, 1, true, true};
 inline constexpr NumberRange kAngle{0, 180, true, true, "degrees"};
 inline constexpr NumberRange kTime{-kMaxValue, kMaxValue, false, false, "seconds"};
 inline constexpr NumberRange kRate{0, 1e6, true, false, "1/s"};
+inline constexpr NumberRange kShutter{0, 100, false, false, "frames"};
 inline constexpr NumberRange kSpeed{-kMaxValue, kMaxValue, false, false, "m/s"};
 // Sixteen octaves of a larger one would leave the range in which doubles tell lattice cells apart.
 inline constexpr NumberRange kLacunarity{1, 16};

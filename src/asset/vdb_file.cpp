@@ -113,6 +113,7 @@ struct Tally {
 struct Cleaner {
     /// Half the width of a level set's band, or 0 for values that are densities already.
     double band = 0;
+    bool negatives = false;  ///< velocities keep theirs
 
     float operator()(double v, std::uint64_t voxels, Tally& tally) const
     {
@@ -128,7 +129,7 @@ struct Cleaner {
         // the band. Done per value, it needs no second tree.
         if (band > 0)
             return v < 0 ? float(std::min(1.0, -v / band)) : 0.0f;
-        if (v < 0) {
+        if (v < 0 && !negatives) {
             tally.negative += voxels;
             return 0;
         }
@@ -460,7 +461,7 @@ BrickSummary BrickBuilder<T>::fill(const BrickSource<Leaf>& source, float* out) 
                     continue;
                 for (int c = 0; c < kTreeChannels; ++c) {
                     out[to * kTreeChannels + c] = value[c];
-                    summary.max = std::max(summary.max, value[c]);
+                    summary.max = std::max(summary.max, std::abs(value[c]));
                 }
                 summary.box.add(index, index);
             }
@@ -517,7 +518,7 @@ void BrickBuilder<T>::build(VoxelGrid& grid, Tally& tally, std::vector<std::stri
     std::ranges::sort(grid.tiles, brick_before, &VoxelTile::brick_min);
     for (const VoxelTile& tile : grid.tiles) {
         for (int c = 0; c < kTreeChannels; ++c)
-            grid.max_value = std::max(grid.max_value, tile.value[c]);
+            grid.max_value = std::max(grid.max_value, std::abs(tile.value[c]));
         // In this order: 8 * brick_max + 7 may be the largest int there is.
         box.add(tile.brick_min * kBrickDim, tile.brick_max * kBrickDim + (kBrickDim - 1));
     }
@@ -548,7 +549,7 @@ void check_bounds(const VdbLayout& file, const VdbGridLayout& layout, const Voxe
     }
 }
 
-LoadedGrid load(const VdbLayout& file, const VdbGridLayout& layout)
+LoadedGrid load(const VdbLayout& file, const VdbGridLayout& layout, bool negatives = false)
 {
     if (const std::string why = refusal(layout); !why.empty())
         refuse(file, layout, why);
@@ -566,7 +567,8 @@ LoadedGrid load(const VdbLayout& file, const VdbGridLayout& layout)
                                     layout.leaves * kBrickVoxels * kChannels<T> * sizeof(float));
         const auto root = read_tree<T>(file, layout);
         Cleaner clean;
-        if (is_level_set(layout)) {
+        clean.negatives = negatives;
+        if (is_level_set(layout) && !negatives) {
             clean.band = channel(root->background(), 0);
             if (!(clean.band > 0) || !std::isfinite(clean.band))
                 refuse(file, layout, fmt::format("a level set whose band is {} wide", clean.band));
@@ -695,7 +697,7 @@ private:
 };
 
 LoadedGrid load_channels(const VdbLayout& file, const std::string& name,
-                         const std::array<const VdbGridLayout*, 3>& layouts)
+                         const std::array<const VdbGridLayout*, 3>& layouts, bool negatives)
 {
     std::array<LoadedGrid, 3> parts;
     LoadedGrid loaded;
@@ -715,7 +717,7 @@ LoadedGrid load_channels(const VdbLayout& file, const std::string& name,
                                     "the channels of one grid '{}'",
                                     file.file.string(), printable(layouts[0]->address),
                                     printable(layout.address), printable(name)));
-        parts[c] = load(file, layout);
+        parts[c] = load(file, layout, negatives);
         const VoxelGrid& part = parts[c].grid;
         loaded.notes.insert(loaded.notes.end(), parts[c].notes.begin(), parts[c].notes.end());
         grid.active_voxels = std::max(grid.active_voxels, part.active_voxels);
@@ -983,22 +985,39 @@ std::uint64_t voxels_in(const VdbInfo& file, const std::string& name)
     return voxels;
 }
 
-LoadedGrid load_grid(const std::filesystem::path& file, const std::string& name)
+namespace {
+
+LoadedGrid load_named(const VdbLayout& layout, const std::string& name, bool negatives)
 {
-    const VdbLayout layout = read_vdb_layout(file);
-    if (name.empty())
-        return load_default(layout);
     const std::vector<GridName> names = names_of(layout);
     if (const auto grid = find_name(names, name))
-        return load(layout, layout.grids[*grid]);
+        return load(layout, layout.grids[*grid], negatives);
     if (const auto found = find_channels(names, name)) {
         std::array<const VdbGridLayout*, 3> channels{};
         for (std::size_t c = 0; c < 3; ++c)
             channels[c] = &layout.grids[(*found)[c]];
-        return load_channels(layout, name, channels);
+        return load_channels(layout, name, channels, negatives);
     }
-    throw Error(
-        fmt::format("{}: no grid '{}' {}", file.string(), printable(name), list_grids(layout)));
+    throw Error(fmt::format("{}: no grid '{}' {}", layout.file.string(), printable(name),
+                            list_grids(layout)));
+}
+
+}  // namespace
+
+LoadedGrid load_grid(const std::filesystem::path& file, const std::string& name)
+{
+    const VdbLayout layout = read_vdb_layout(file);
+    return name.empty() ? load_default(layout) : load_named(layout, name, false);
+}
+
+LoadedGrid load_vectors(const std::filesystem::path& file, const std::string& name)
+{
+    LoadedGrid loaded = load_named(read_vdb_layout(file), name, true);
+    if (loaded.grid.channels != 3)
+        throw Error(fmt::format("{}: grid '{}' has one number a voxel, and a velocity needs three "
+                                "(a vec3 grid, or name.x, name.y and name.z)",
+                                file.string(), printable(name)));
+    return loaded;
 }
 
 }  // namespace fumarole::asset

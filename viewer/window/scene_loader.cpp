@@ -52,7 +52,7 @@ void share(Scene& scene, const GridMedium& from)
             grid != nullptr && grid->density == nullptr && grid->file == from.file &&
             grid->grid == from.grid && grid->emission_grid == from.emission_grid &&
             grid->color_grid == from.color_grid &&
-            grid->temperature_grid == from.temperature_grid) {
+            grid->temperature_grid == from.temperature_grid && grid->motion == from.motion) {
             grid->density = from.density;
             grid->emission = from.emission;
             grid->color = from.color;
@@ -153,6 +153,7 @@ void SceneLoader::read_scene(const command::SceneInput& input, Shared& shared,
         set_progress(shared, what_is_read(grid->file));
         Scene only;
         only.media = {loaded.moving.media[i]};
+        only.frames_per_second = loaded.moving.frames_per_second;
         const asset::LoadedScene alone = asset::load_frame(only, loaded.frame, only);
         part.scene.media[i] = alone.scene.media.front();
         part.notes.insert(part.notes.end(), alone.notes.begin(), alone.notes.end());

@@ -93,6 +93,19 @@ struct DiskLight {
 
 using Light = std::variant<SunLight, PointLight, SpotLight, RectLight, DiskLight>;
 
+/// How a medium moves while the shutter is open. Reading a scene's files spreads its grids along
+/// the way; what a host fills in itself is drawn as it is.
+struct MediumMotion {
+    enum class Unit { metres_per_second, voxels_per_frame };
+
+    std::string velocity_grid;  ///< "" for none; vec3 grid (or name.x name.y name.z)
+    /// Of the file's metres, before GridMedium::scale, or of the velocity grid's own voxels.
+    Unit unit = Unit::metres_per_second;
+    double shutter = 0;  ///< frames, its middle at the frame's time; 0: nothing is blurred
+
+    bool operator==(const MediumMotion&) const = default;
+};
+
 /// A medium from a .vdb file (or from any VoxelGrid that a host fills in).
 /// World position of index i: translate + scale * (density->world_from_index * i).
 struct GridMedium {
@@ -104,6 +117,7 @@ struct GridMedium {
     std::string color_grid;  ///< "" for none; vec3 grid (or name.x name.y name.z): scales sigma_s,
                              ///< sigma_t stays
     std::string temperature_grid;  ///< "" for none; float grid
+    MediumMotion motion;
 
     std::shared_ptr<const VoxelGrid> density;  ///< vec3: one density per colour channel
     std::shared_ptr<const VoxelGrid> emission;

@@ -75,4 +75,9 @@ FUMAROLE_API std::vector<const GridInfo*> fog_candidates(const VdbInfo& file);
 /// frustum transform; a transform that can't be inverted; bounds too large to address.
 FUMAROLE_API LoadedGrid load_grid(const std::filesystem::path& file, const std::string& name);
 
+/// Reads a grid of vectors, as load_grid does but for the signs, which stay: a velocity. Its
+/// max_value is the largest size of a component.
+/// @throws Error as load_grid, and if it has one number a voxel
+FUMAROLE_API LoadedGrid load_vectors(const std::filesystem::path& file, const std::string& name);
+
 }  // namespace fumarole::asset
