@@ -187,8 +187,10 @@ std::vector<SettingInfo> make_table()
             "that a moved light's volume of shadows is filled in; the last one serves until then"),
         automatic("world-cache", "auto|0..128", "nodes", &S::world_cache, 0, 128,
                   "longest edge of the volume of the world's light; 0: it reaches media undimmed"),
-        choice("world-directions", "light", "26|74", &S::world_directions, {{"26", 26}, {"74", 74}},
-               "that the world's light is summed over"),
+        choice("world-directions", "light", "auto|26|74", &S::world_directions,
+               {{"auto", kAutomatic}, {"26", 26}, {"74", 74}},
+               "that the world's light is summed over; auto: 74 of a map, and on surfaces that "
+               "send light on, else 26"),
         automatic("bounces", "auto|0..64", "", &S::bounces, 0, 64,
                   "times that light scatters again in the media; auto: as the scene asks for; the "
                   "reference takes N or all, which is its default"),

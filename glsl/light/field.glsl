@@ -45,6 +45,23 @@ vec4 unpack_way(uvec2 texel)
     return vec4(uintBitsToFloat(bits << uvec3(10, 10, 11)), 0.5 * float(texel.y >> 30));
 }
 
+// Radiance along a way that goes from order to order, as three numbers of 8 bits that share an exponent: a quarter as
+// many, for the same reason. What is rounded is small beside what a mean of 26 ways leaves out.
+uvec4 pack_light(vec3 light)
+{
+    const float kLeast = 1e-36, kMost = 1e37;
+    light = clamp(light, vec3(0.0), vec3(kMost));
+    // Of a number that is rounded up to the next power of two its exponent.
+    uint exponent = floatBitsToUint(max(max(light.r, max(light.g, light.b)), kLeast) * (1.0 + 1.0 / 512.0)) >> 23;
+    uvec3 bits = min(uvec3(light * uintBitsToFloat((261u - exponent) << 23) + 0.5), uvec3(255u));
+    return uvec4(bits.r | bits.g << 8 | bits.b << 16 | exponent << 24, 0u, 0u, 0u);
+}
+
+vec3 unpack_light(uint texel)
+{
+    return vec3(texel & 255u, texel >> 8 & 255u, texel >> 16 & 255u) * uintBitsToFloat(((texel >> 24) - 7u) << 23);
+}
+
 bool is_marked(ivec3 node, int bit)
 {
     return (texelFetch(u_crossed_tx, node + layer_of(bit >> 5), 0).x >> uint(bit & 31) & 1u) != 0u;

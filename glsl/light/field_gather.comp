@@ -1,6 +1,6 @@
 // Sums what a batch of ways brings to each node, as harmonics.
 //   in   radiance of each way
-//   out  coefficients of this light; alpha of the first: the part of the sphere whose ways do not end inside of a
+//   out  coefficients of this light, kDimmed: and of what media let through of it; alpha of the first: the part of the sphere whose ways do not end inside of a
 //        surface
 #include "light/field_pairs.glsl"
 
@@ -8,25 +8,33 @@
 const int kWays = 0;        // of the batch, where its size is one of the usual two
 const bool kAdds = false;   // to what was there
 const bool kClear = false;  // of the world's light what surfaces let through
-const bool kWorld = false;  // it is the world's: each way knows whether it ends inside of a surface
+const bool kDimmed = false;  // and beside that what media let through as well
+const bool kWorld = false;  // it is the world's or the surfaces': each way knows whether it ends inside of one
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
 layout(rgba32f, binding = 0) uniform image3D u_light_img;
+layout(rgba32f, binding = 1) uniform image3D u_dimmed_img;
 
 float g_outside = 0.0;
+vec3 g_dimmed[kCount];
 
 vec3 brought(vec4 way, int k)
 {
-    bool inside = way.a == kInside;
-    if (kWorld && !inside)
-        g_outside += u_field.ways[k].solid_angle / (4.0 * 3.14159265);
-    return kClear ? u_field.ways[k].entry * (inside ? 0.0 : way.a) : way.rgb;
+    return kClear ? u_field.ways[k].entry * (way.a == kInside ? 0.0 : way.a) : way.rgb;
 }
 
 void gather_pair(ivec3 node, int k)
 {
+    if (!kWorld) {
+        add_pair(g_light, k, light_of_way(node, k), light_of_way(node, k + 1));
+        return;
+    }
     vec4 one = radiance_of_way(node, k), other = radiance_of_way(node, k + 1);
-    add_pair(k, brought(one, k), brought(other, k + 1));
+    float outside = float(one.a != kInside) + float(other.a != kInside);
+    g_outside += outside * u_field.ways[k].solid_angle / (4.0 * 3.14159265);
+    add_pair(g_light, k, brought(one, k), brought(other, k + 1));
+    if (kDimmed)
+        add_pair(g_dimmed, k, one.rgb, other.rgb);
 }
 
 #define GATHER(k) if (k < (kWays > 0 ? kWays : u_field.count)) gather_pair(node, k);
@@ -37,12 +45,17 @@ void main()
     if (any(greaterThanEqual(node, node_count())))
         return;
     for (int i = 0; i < kCount; ++i)
-        g_light[i] = vec3(0.0);
+        g_light[i] = g_dimmed[i] = vec3(0.0);
     FOR_PAIRS_OF_26(GATHER, 0)
     FOR_PAIRS_OF_48(GATHER, 26)
     for (int i = 0; i < kCount; ++i) {
         ivec3 at = node + layer_of(i);
         vec4 light = kAdds ? imageLoad(u_light_img, at) : vec4(0.0);
-        imageStore(u_light_img, at, vec4(light.rgb + g_light[i], i == 0 ? light.a + g_outside : 0.0));
+        float outside = i == 0 ? light.a + g_outside : 0.0;
+        imageStore(u_light_img, at, vec4(light.rgb + g_light[i], outside));
+        if (!kDimmed)
+            continue;
+        vec3 dimmed = kAdds ? imageLoad(u_dimmed_img, at).rgb : vec3(0.0);
+        imageStore(u_dimmed_img, at, vec4(dimmed + g_dimmed[i], outside));
     }
 }

@@ -14,15 +14,17 @@ bool is_even(int i) { return i == 0 || (i >= kHarmonics[1] && i < kHarmonics[2])
 
 float harmonic_of(int k, int i) { return u_field.ways[k].harmonics[i >> 2][i & 3]; }
 
+// As light goes from order to order, and as the world's and the surfaces' comes.
+vec3 light_of_way(ivec3 node, int k) { return unpack_light(texelFetch(u_ways_tx, node + way_of(k), 0).r); }
 vec4 radiance_of_way(ivec3 node, int k) { return unpack_way(texelFetch(u_ways_tx, node + way_of(k), 0).rg); }
 
-// Adds what ways k and k + 1 bring.
-void add_pair(int k, vec3 one, vec3 other)
+// Adds to coefficients what ways k and k + 1 bring.
+void add_pair(inout vec3 light[kCount], int k, vec3 one, vec3 other)
 {
     vec3 even = u_field.ways[k].solid_angle * (one + other);
     vec3 odd = u_field.ways[k].solid_angle * (one - other);
     for (int i = 0; i < kCount; ++i)
-        g_light[i] += (is_even(i) ? even : odd) * harmonic_of(k, i);
+        light[i] += (is_even(i) ? even : odd) * harmonic_of(k, i);
 }
 
 // Of light that has these coefficients, what goes along way k is the sum of both, and along k + 1 their difference.

@@ -13,8 +13,8 @@ const bool kMean = false;   // the mean is all that is asked for
 const bool kTail = false;   // orders are left out
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
-layout(rg32ui, binding = 0) writeonly uniform uimage3D u_source_img;
-layout(rg32ui, binding = 1) writeonly uniform uimage3D u_mean_img;
+layout(r32ui, binding = 0) writeonly uniform uimage3D u_source_img;
+layout(r32ui, binding = 1) writeonly uniform uimage3D u_mean_img;
 layout(binding = FIELD_LIGHT_UNIT) uniform sampler3D u_first_tx;
 layout(binding = FIELD_ALBEDO_UNIT) uniform sampler3D u_albedo_tx;
 layout(binding = FIELD_SOURCE_UNIT) uniform usampler3D u_source_tx;
@@ -33,14 +33,14 @@ vec3 tail_of_last_order()
 
 void gather_pair(ivec3 node, int k)
 {
-    add_pair(k, radiance_of_way(node, k).rgb, radiance_of_way(node, k + 1).rgb);
+    add_pair(g_light, k, light_of_way(node, k), light_of_way(node, k + 1));
 }
 
 void store(ivec3 at, vec3 source, vec3 tail)
 {
     if (kTail)
-        source += tail * (source - unpack_way(texelFetch(u_source_tx, at, 0).rg).rgb);
-    imageStore(u_source_img, at, pack_way(source, 0.0));
+        source += tail * (source - unpack_light(texelFetch(u_source_tx, at, 0).r));
+    imageStore(u_source_img, at, pack_light(source));
 }
 
 void scatter_pair(ivec3 node, int k, vec3 tail)
@@ -65,7 +65,7 @@ void main()
         FOR_PAIRS_OF_26(GATHER, 0)
     }
     if (!kTail)
-        imageStore(u_mean_img, node, pack_way(g_light[0] * spherical_harmonic(0, vec3(0.0)), 0.0));
+        imageStore(u_mean_img, node, pack_light(g_light[0] * spherical_harmonic(0, vec3(0.0))));
     if (kMean)
         return;
     vec4 albedo = texelFetch(u_albedo_tx, node, 0);

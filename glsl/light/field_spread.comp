@@ -4,7 +4,7 @@
 #include "light/field_pairs.glsl"
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
-layout(rg32ui, binding = 0) writeonly uniform uimage3D u_source_img;
+layout(r32ui, binding = 0) writeonly uniform uimage3D u_source_img;
 layout(binding = FIELD_LIGHT_UNIT) uniform sampler3D u_scattered_tx;
 
 // Variant
@@ -16,8 +16,8 @@ void spread_pair(ivec3 node, int k)
 {
     vec3 even, odd;
     sum_pair(k, even, odd);
-    imageStore(u_source_img, node + way_of(k), pack_way(even + odd, 0.0));
-    imageStore(u_source_img, node + way_of(k + 1), pack_way(even - odd, 0.0));
+    imageStore(u_source_img, node + way_of(k), pack_light(even + odd));
+    imageStore(u_source_img, node + way_of(k + 1), pack_light(even - odd));
 }
 
 void main()

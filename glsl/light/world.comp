@@ -13,6 +13,7 @@ const bool kMeans = false;     // out: the mean over what lies between a node an
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rg32ui, binding = 0) writeonly uniform uimage3D u_ways_img;
+layout(r32ui, binding = 1) writeonly uniform uimage3D u_means_img;
 layout(binding = FIELD_SIGMA_T_UNIT) uniform sampler3D u_sigma_t_tx;
 layout(binding = WALLS_UNIT) uniform sampler3D u_walls_tx;
 
@@ -34,10 +35,11 @@ float visible_at_node(Chain chain, FieldWay way, int k, float visible, float bef
     return visible;
 }
 
-// Between two places light falls off evenly in optical depth.
-vec3 mean_of(vec3 before, vec3 light)
+// Of what gets to two places. Between them light falls off evenly in optical depth.
+extinction_t mean_of(extinction_t before, extinction_t here)
 {
-    return before * slab_weight(log(max(before, vec3(1e-30)) / max(light, vec3(1e-30))));
+    const extinction_t kNone = extinction_t(1e-30);
+    return before * slab_weight(log(max(before, kNone) / max(here, kNone)));
 }
 
 void main()
@@ -48,19 +50,21 @@ void main()
     float visible = 1.0;
     float before = 1.0;
     bool inside = false;
-    vec3 tau = vec3(0.0);
-    vec3 old_sigma_t = vec3(0.0);
-    vec3 old_light = vec3(0.0);
-    vec3 old_mean = vec3(0.0);
+    extinction_t tau = extinction_t(0.0);
+    extinction_t old_sigma_t = extinction_t(0.0);
+    extinction_t old_through = extinction_t(0.0);
+    extinction_t old_mean = extinction_t(0.0);
     ivec3 old_node = ivec3(0);
     bool first = true, alone = true;
     for (; is_in(chain, way); go_on(chain, way)) {
         ivec3 node = chain.node;
-        vec3 sigma_t = !kClear && kMarched ? texelFetch(u_sigma_t_tx, node, 0).rgb : vec3(0.0);
+        extinction_t sigma_t = extinction_t(0.0);
+        if (!kClear && kMarched)
+            sigma_t = extinction_t(texelFetch(u_sigma_t_tx, node, 0).rgb);
         if (chain.enters) {
             visible = kSurfaces ? open_beyond(node, k) : 1.0;
             inside = false;
-            tau = vec3(0.0);
+            tau = extinction_t(0.0);
         } else if (!kClear && kMarched) {
             tau += 0.5 * way.metres * (sigma_t + old_sigma_t);
         }
@@ -70,28 +74,28 @@ void main()
             inside = !is_left(node, k);
         }
         float open = kSurfaces && !kMeans ? visible_at_node(chain, way, k, visible, before) : visible;
-        vec3 light = way.entry * open;
+        extinction_t through = extinction_t(open);
         if (open == 0.0 && inside)
             open = kInside;
         if (!kClear && kMarched)
-            light *= exp(-tau);
+            through *= exp(-tau);
         if (!kClear)
-            light *= exp(-vec3(closed_depth(node_position(u_field.nodes, node), way.wi, kSunRange)));
+            through *= exp(-closed_depth(node_position(u_field.nodes, node), way.wi, kSunRange));
         if (kMeans) {
-            vec3 mean = chain.enters ? light : mean_of(old_light, light);
+            extinction_t mean = chain.enters ? through : mean_of(old_through, through);
             if (!first)
-                imageStore(u_ways_img, old_node + way_of(k),
-                           pack_way(chain.enters ? old_mean : alone ? mean : 0.5 * (mean + old_mean), 0.0));
+                imageStore(u_means_img, old_node + way_of(k),
+                           pack_light(way.entry * (chain.enters ? old_mean : alone ? mean : 0.5 * (mean + old_mean))));
             alone = chain.enters;
             old_mean = mean;
         } else {
-            imageStore(u_ways_img, node + way_of(k), pack_way(light, open));
+            imageStore(u_ways_img, node + way_of(k), pack_way(way.entry * through, open));
         }
         first = false;
         old_node = node;
-        old_light = light;
+        old_through = through;
         old_sigma_t = sigma_t;
     }
     if (kMeans && !first)
-        imageStore(u_ways_img, old_node + way_of(k), pack_way(old_mean, 0.0));
+        imageStore(u_means_img, old_node + way_of(k), pack_light(way.entry * old_mean));
 }

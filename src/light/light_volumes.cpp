@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "gl/stopwatch.h"
+#include "light/lattice_ways.h"
 #include "light/light_source.h"
 
 namespace fumarole::light {
@@ -182,7 +183,7 @@ FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& me
     // A slab's light is scattered again by what of it does not get out: on the mean over where it
     // starts, 1 - (1 - exp(-tau)) / tau of it meets the medium.
     constexpr double kUnseen = 0.01;  // of a white picture
-    constexpr double kLeftOut = 0.1;  // of the light, for the tail to guess
+    constexpr double kLeftOut = 0.2;  // of the light, for the tail to guess
     constexpr int kFewest = 5, kMost = 16, kMostGuessed = 32;
     const glm::vec3 albedos = media.mean_albedo();
     const double albedo = std::max({albedos.r, albedos.g, albedos.b});
@@ -199,6 +200,26 @@ FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& me
     if (asked > kMostGuessed)
         return {kMost, false, true};
     return {std::clamp(static_cast<int>(std::ceil(asked)), kFewest, kMost), true};
+}
+
+/// Of the harmonics that light is kept in. What a phase function makes of the l-th is g^l of it: of
+/// the fourth band's no more than is lost of light from all around. Light that scatters again is
+/// smoother still.
+int bands_for(const medium::MediaTraits& traits, bool is_map)
+{
+    constexpr float kLittleG = 0.5f;
+    if (traits.isotropic)
+        return 1;
+    return traits.mixed_g || is_map || traits.most_g > kLittleG ? 4 : 3;
+}
+
+/// detailed: what comes from a part of the sky alone is to be told from the rest. Where a uniform
+/// sky is seen past smoke and over ground, 74 ways are no nearer to the truth than 26.
+int ways_for(const SceneSettings& settings, bool detailed)
+{
+    if (settings.world_directions != kAutomatic)
+        return settings.world_directions;
+    return detailed ? kAllWays : kNearWays;
 }
 
 }  // namespace
@@ -248,9 +269,10 @@ bool LightVolumes::is_moved(const DepthKey& then, const DepthKey& now)
 
 bool LightVolumes::is_moved(const WorldKey& then, const WorldKey& now)
 {
-    if (then.world != now.world || then.nodes != now.nodes || then.directions != now.directions ||
-        then.bands != now.bands || then.dims != now.dims ||
-        !is_moved(then.in_media, now.in_media) || !is_moved(then.on_surfaces, now.on_surfaces))
+    if (then.world != now.world || then.nodes != now.nodes || then.ways != now.ways ||
+        then.ways_on_surfaces != now.ways_on_surfaces || then.bands != now.bands ||
+        then.dims != now.dims || !is_moved(then.in_media, now.in_media) ||
+        !is_moved(then.on_surfaces, now.on_surfaces))
         return false;
     const DepthKey &lattice = now.bands > 0 ? now.in_media : now.on_surfaces,
                    &lattice_then = now.bands > 0 ? then.in_media : then.on_surfaces;
@@ -332,9 +354,11 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
             key.surfaces.push_back(obstacle_of(surface));
         key.world = scene.world;
         key.nodes = settings.world_cache;
-        key.directions = settings.world_directions;
+        const bool is_map = scene.world.environment != nullptr;
+        key.ways = ways_for(settings, is_map);
+        key.ways_on_surfaces = ways_for(settings, is_map || field.turns > 0);
         if (scatters)
-            key.bands = traits.isotropic ? 1 : 4;
+            key.bands = bands_for(traits, is_map);
         const bool is_used = has_field || field.on_surfaces || field.turns > 0;
         set_world(std::move(key), is_used ? field : FieldKey(), media, surfaces, lights);
     } else {
@@ -581,12 +605,14 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
         field_coefficients_ = {};
     if (!turns)
         bounced_ = {};
+    // Flames are small: along few ways they would throw a star.
+    const int ways_on_surfaces = field.glows ? kAllWays : world_key_.ways_on_surfaces;
     if (turns && (anew || fills_surfaces)) {
         const glm::dvec3 eye = centre_of(surface_lattice_);
         begin_fill(eye, media, lights);
         begin_field(field_on_surfaces_, surface_lattice_, field.on_surfaces, media, surfaces,
-                    lights, shines, true);
-        field_on_surfaces_.fill_world(world_key_.directions, kSurfaceBands, &on_surfaces_,
+                    lights, shines, ways_on_surfaces, true);
+        field_on_surfaces_.fill_world(world_key_.ways_on_surfaces, kSurfaceBands, &on_surfaces_,
                                       on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr);
         bounced_ = make_volume(device_, "light of surfaces", surface_lattice_,
                                kSurfaceBands * kSurfaceBands, GL_RGBA16F);
@@ -620,15 +646,16 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
             const bool coarsest = nodes == kCoarsestNodes;
             const gl::Texture light = make_volume(device_, "light that is not direct, coarsely",
                                                   coarse, bands_ * bands_, GL_RGBA16F);
-            begin_field(field_, coarse, true, media, surfaces, lights, shines);
+            begin_field(field_, coarse, true, media, surfaces, lights, shines, kNearWays);
             gl::Texture finer = fill({FIELD_MOST_ORDERS, coarsest}, nullptr, light, true);
             field_.end();
             guessed = std::move(finer);
             guess = {&guessed, to_shared(coarse, bands_ * bands_, eye), bands_};
         }
-        begin_field(field_, world_lattice_, fills_field, media, surfaces, lights, shines);
+        begin_field(field_, world_lattice_, fills_field, media, surfaces, lights, shines,
+                    world_key_.ways);
         if (anew && shines)
-            field_.fill_world(world_key_.directions, bands_, nullptr, &coefficients_);
+            field_.fill_world(world_key_.ways, bands_, nullptr, &coefficients_);
         if (fills_field) {
             scattered = fill(field.orders, shines ? &coefficients_ : nullptr, field_coefficients_,
                              field.on_surfaces);
@@ -649,8 +676,8 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
         }
         if (!turns) {
             begin_field(field_on_surfaces_, surface_lattice_, field.on_surfaces, media, surfaces,
-                        lights, shines);
-            field_on_surfaces_.fill_world(world_key_.directions, kSurfaceBands, &on_surfaces_,
+                        lights, shines, ways_on_surfaces);
+            field_on_surfaces_.fill_world(world_key_.ways_on_surfaces, kSurfaceBands, &on_surfaces_,
                                           on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr,
                                           field.on_surfaces ? &light : nullptr);
         } else if (field.on_surfaces && on_surfaces_dimmed_) {
@@ -697,7 +724,7 @@ void LightVolumes::turn_surfaces(int turns, const surface::SurfaceSet& surfaces,
         field_on_surfaces_.light_surfaces(shading, surfaces);
         // The next turn is lit by what is dimmed alone.
         const bool last = i + 1 == turns, is_noted = noted && i + kNoted >= turns;
-        field_on_surfaces_.bounce(world_key_.directions, kSurfaceBands,
+        field_on_surfaces_.bounce(world_key_.ways_on_surfaces, kSurfaceBands,
                                   last || is_noted ? &bounced_ : nullptr,
                                   last || !on_surfaces_dimmed_ ? &on_surfaces_ : nullptr,
                                   on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr);
@@ -867,7 +894,7 @@ void LightVolumes::fill_depth(const gl::Texture& depth, int layer, const LightPo
 
 void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice, bool scatters,
                                const medium::MediaSet& media, const surface::SurfaceSet& surfaces,
-                               const LightSet& lights, bool world, bool bounces)
+                               const LightSet& lights, bool world, int ways, bool bounces)
 {
     const medium::MediaTraits& traits = media.traits();
     const glm::dvec3 eye = centre_of(lattice);
@@ -885,6 +912,8 @@ void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice, boo
     field.begin({to_shared(lattice, 1, eye), eye,
                  lattice.node_from_world * glm::translate(glm::dmat4(1.0), eye), lattice.count},
                 {.defines = std::move(defines),
+                 .colored = traits.colored_extinction,
+                 .ways = ways,
                  .albedo = media.mean_albedo(),
                  .scatters = scatters,
                  .glows = scatters && traits.emission,
@@ -971,8 +1000,9 @@ std::vector<std::string> LightVolumes::describe() const
                                     size_of(on_surfaces_, kSurfaceBands * kSurfaceBands, 8),
                                     on_surfaces_dimmed_ ? ", and again through the media" : ""));
     if (world_ || on_surfaces_)
-        lines.push_back(fmt::format("world's light: filled from {} directions{}",
-                                    world_key_.directions, filled_in(world_ms_)));
+        lines.push_back(fmt::format("world's light: filled from {} directions, on surfaces {}{}",
+                                    world_key_.ways, world_key_.ways_on_surfaces,
+                                    filled_in(world_ms_)));
     if (bounced_)
         lines.push_back(fmt::format("light that surfaces send on: {} turn{} ({}){}{}",
                                     field_key_.turns, field_key_.turns == 1 ? "" : "s", turns_.why,

@@ -109,9 +109,10 @@ private:
         std::vector<medium::Extinction> media;  ///< that dim it
         std::vector<Obstacle> surfaces;
         World world;
-        int nodes = 0, directions = 0, bands = 0;  ///< bands: 0 where no medium scatters
-        bool dims = true;                          ///< the media do
-        DepthKey in_media, on_surfaces;            ///< their lattices alone
+        int nodes = 0, bands = 0;            ///< bands: 0 where no medium scatters
+        int ways = 0, ways_on_surfaces = 0;  ///< that the world's light comes along
+        bool dims = true;                    ///< the media do
+        DepthKey in_media, on_surfaces;      ///< their lattices alone
     };
     /// What the field of light was filled from besides the world's light.
     struct FieldKey {
@@ -162,7 +163,7 @@ private:
     void make_world(const WorldKey& key, bool surfaces);
     void begin_field(RadianceField& field, const Lattice& lattice, bool scatters,
                      const medium::MediaSet& media, const surface::SurfaceSet& surfaces,
-                     const LightSet& lights, bool world, bool bounces = false);
+                     const LightSet& lights, bool world, int ways, bool bounces = false);
     /// @param noted what each of the last turns brought is kept, to tell what a further one would
     void turn_surfaces(int turns, const surface::SurfaceSet& surfaces, const LightSet& lights,
                        bool noted);

@@ -20,7 +20,7 @@ constexpr glm::ivec3 kVolumeGroup(VOLUME_GROUP), kChainGroup(8, 8, 1);
 /// In the image of the ways of a batch, of the world's light alone: the field takes all its ways at
 /// once.
 constexpr std::int64_t kMostBytes = 64 << 20;
-constexpr std::int64_t kWayBytes = 8;  ///< a node
+constexpr std::int64_t kWayBytes = 12;  ///< a node, of both
 
 /// Of all ways: to where light comes from, unit length, eye-centred world. Their own axes are at
 /// right angles whatever the lattice's are.
@@ -165,7 +165,8 @@ struct RadianceField::Filling {
     gl::Texture materials;   ///< of each surface its albedo, and in row 1 its emission
     gl::Texture face_light;  ///< what they send on
     gl::Texture beyond;      ///< what surfaces beyond send in, two layers a way; alpha: metres
-    gl::Texture ways;        ///< radiance of each way of a batch
+    gl::Texture ways;        ///< radiance of each way of a batch: the world's, the surfaces'
+    gl::Texture light_ways;  ///< and of what media emit and scatter
 };
 
 /// Some of a set of ways that are walked at once.
@@ -214,11 +215,11 @@ gl::Texture RadianceField::make(const char* label, int layers) const
                                 GL_RGBA32F, gl::Filter::linear);
 }
 
-gl::Texture RadianceField::make_ways(const char* label, int ways) const
+gl::Texture RadianceField::make_ways(const char* label, int ways, GLenum format) const
 {
     const glm::ivec3 ways_an_edge(FIELD_WAYS_A_ROW, 1,
                                   (ways + FIELD_WAYS_A_ROW - 1) / FIELD_WAYS_A_ROW);
-    return gl::Texture::make_3d(device_, label, filling_->lattice.count * ways_an_edge, GL_RG32UI,
+    return gl::Texture::make_3d(device_, label, filling_->lattice.count * ways_an_edge, format,
                                 gl::Filter::nearest);
 }
 
@@ -240,7 +241,8 @@ void RadianceField::begin(const FieldLattice& lattice, FieldMedium medium,
     filling_->batch = static_cast<int>(std::clamp(kMostBytes / (kWayBytes * nodes) / 2 * 2,
                                                   std::int64_t{kNearWays},
                                                   std::int64_t{FIELD_BATCH}));  // whole pairs
-    filling_->ways = make_ways("field: ways", filling_->batch);
+    filling_->ways = make_ways("field: ways", filling_->batch, GL_RG32UI);
+    filling_->light_ways = make_ways("field: light's ways", filling_->batch, GL_R32UI);
     if (!surfaces.empty())
         draw(surfaces);
     if (!surfaces.empty() && bounces)
@@ -275,10 +277,10 @@ void RadianceField::draw(const surface::SurfaceSet& surfaces)
         const gl::Defines defines = part == 0 ? gl::Defines{} : gl::Defines{{"kBeyond", ""}};
         device_->UseProgram(
             programs_.get({"pass/surface.vert", "light/crossed.frag"}, defines).id());
-        for (std::size_t i = 0; i < filling_->all.wi.size(); ++i)
-            draw_along(surfaces, drawn, filling_->all.wi[i],
-                       static_cast<int>(i) + 32 * FIELD_CROSSED_WORDS * part,
-                       kTilts[static_cast<std::size_t>(part)], framebuffer_);
+        for (int i = 0; i < filling_->medium.ways; ++i)
+            draw_along(surfaces, drawn, filling_->all.wi[static_cast<std::size_t>(i)],
+                       i + 32 * FIELD_CROSSED_WORDS * part, kTilts[static_cast<std::size_t>(part)],
+                       framebuffer_);
     }
     draw_walls(surfaces);
 }
@@ -584,7 +586,7 @@ void RadianceField::set_batch(const Batch& batch)
 }
 
 void RadianceField::gather(int bands, bool adds, Of of, const gl::Texture& ways,
-                           const gl::Texture& to)
+                           const gl::Texture& to, const gl::Texture* dimmed)
 {
     gl::Defines defines{{"kBands", fmt::format("{}", bands)}};
     if (adds)
@@ -596,6 +598,10 @@ void RadianceField::gather(int bands, bool adds, Of of, const gl::Texture& ways,
     add_ways(defines);
     ways.bind(FIELD_WAYS_UNIT);
     bind_image(0, to, GL_READ_WRITE);
+    if (dimmed != nullptr) {
+        defines.emplace_back("kDimmed", "");
+        bind_image(1, *dimmed, GL_READ_WRITE);
+    }
     dispatch_nodes("light/field_gather.comp", defines);
 }
 
@@ -604,6 +610,7 @@ void RadianceField::walk(const char* file, const gl::Defines& defines, int ways)
     const glm::ivec3 count = filling_->lattice.count;
     const int across = std::max({count.x, count.y, count.z});
     bind_image(0, filling_->ways, GL_WRITE_ONLY, GL_RG32UI);
+    bind_image(1, filling_->light_ways, GL_WRITE_ONLY, GL_R32UI);
     dispatch(file, defines, {across, across, ways}, kChainGroup);
 }
 
@@ -635,7 +642,7 @@ void RadianceField::add(const FieldLight& light, int bands, const gl::Texture& t
         if (light.scattered != nullptr)
             source = spread({light.scattered, light.at, light.bands}, batch.count);
         sweep(light.glows, source ? &source : nullptr, false);
-        gather(bands, true, Of::field, filling_->ways, to);
+        gather(bands, true, Of::field, filling_->light_ways, to);
     }
 }
 
@@ -643,9 +650,9 @@ gl::Texture RadianceField::spread(const OtherLight& scattered, int ways)
 {
     params_.other = scattered.at;
     write_block();
-    gl::Texture source = make_ways("field: scattered", ways);
+    gl::Texture source = make_ways("field: scattered", ways, GL_R32UI);
     scattered.light->bind(FIELD_LIGHT_UNIT);
-    bind_image(0, source, GL_WRITE_ONLY, GL_RG32UI);
+    bind_image(0, source, GL_WRITE_ONLY, GL_R32UI);
     gl::Defines defines{{"kBands", fmt::format("{}", scattered.bands)}};
     add_ways(defines);
     dispatch_nodes("light/field_spread.comp", defines);
@@ -669,8 +676,9 @@ void RadianceField::fill_world(int ways, int bands, const gl::Texture* clear,
     for (const Batch& batch : batches(ways)) {
         carry_world(batch, false);
         if (of_clear)
-            gather(bands, batch.first > 0, Of::clear, filling_->ways, of_clear);
-        if (of_dimmed)
+            gather(bands, batch.first > 0, Of::clear, filling_->ways, of_clear,
+                   of_dimmed ? &of_dimmed : nullptr);
+        else if (of_dimmed)
             gather(bands, batch.first > 0, Of::dimmed, filling_->ways, of_dimmed);
     }
     if (of_dimmed && light != nullptr)
@@ -693,7 +701,7 @@ void RadianceField::add_light(int bands, const FieldLight& light, const gl::Text
 void RadianceField::sweep(bool emits, const gl::Texture* source, bool means)
 {
     const Filling& filling = *filling_;
-    gl::Defines defines;
+    gl::Defines defines{{"extinction_t", filling.medium.colored ? "vec3" : "float"}};
     const auto add = [&](bool asked, const char* name) {
         if (asked)
             defines.emplace_back(name, "");
@@ -748,12 +756,12 @@ gl::Texture RadianceField::fill(int bands, FieldOrders orders, const gl::Texture
     const Batch near{kNearWays, 0, kNearWays};
     if (medium.world != nullptr) {
         carry_world(near, true);
-        gather(bands, true, Of::field, filling_->ways, first);
+        gather(bands, true, Of::field, filling_->light_ways, first);
     }
     set_batch(near);
     if (medium.glows) {
         sweep(true, nullptr, true);
-        gather(bands, true, Of::field, filling_->ways, first);
+        gather(bands, true, Of::field, filling_->light_ways, first);
     }
     if (bounced != nullptr)
         take_over(*bounced, bands, first);
@@ -762,7 +770,7 @@ gl::Texture RadianceField::fill(int bands, FieldOrders orders, const gl::Texture
     // What is looked up is the light at the nodes, not the means that went from order to order.
     sweep(medium.glows, source ? &source : nullptr, false);
     const gl::Texture light = make("field: light", bands * bands);
-    gather(bands, false, Of::field, filling_->ways, light);
+    gather(bands, false, Of::field, filling_->light_ways, light);
     if (bounced != nullptr)
         take_over(*bounced, bands, light);
     finish(bands, light, world, &first, field);
@@ -778,9 +786,9 @@ gl::Texture RadianceField::scatter(int bands, FieldOrders orders, const gl::Text
 {
     const Filling& filling = *filling_;
     const int slices_z = filling.lattice.count.z;
-    gl::Texture source = make_ways("field: scattered", kNearWays);
+    gl::Texture source = make_ways("field: scattered", kNearWays, GL_R32UI);
     const gl::Texture mean = gl::Texture::make_3d(
-        device_, "field: mean radiance", filling.lattice.count, GL_RG32UI, gl::Filter::nearest);
+        device_, "field: mean radiance", filling.lattice.count, GL_R32UI, gl::Filter::nearest);
     const gl::Texture slices =
         gl::Texture::make_3d(device_, "field: slices' sums", {2 * slices_z, orders.count + 1, 1},
                              GL_RGBA32F, gl::Filter::nearest);
@@ -793,11 +801,11 @@ gl::Texture RadianceField::scatter(int bands, FieldOrders orders, const gl::Text
             defines.emplace_back(what, "");
         first.bind(FIELD_LIGHT_UNIT);
         filling.albedo.bind(FIELD_ALBEDO_UNIT);
-        filling.ways.bind(FIELD_WAYS_UNIT);
+        filling.light_ways.bind(FIELD_WAYS_UNIT);
         source.bind(FIELD_SOURCE_UNIT);
         sums_.bind(FIELD_SUMS_UNIT);
-        bind_image(0, source, GL_WRITE_ONLY, GL_RG32UI);
-        bind_image(1, mean, GL_WRITE_ONLY, GL_RG32UI);
+        bind_image(0, source, GL_WRITE_ONLY, GL_R32UI);
+        bind_image(1, mean, GL_WRITE_ONLY, GL_R32UI);
         dispatch_nodes("light/field_scatter.comp", defines);
     };
     const auto sum = [&](int order) {

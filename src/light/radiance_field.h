@@ -24,6 +24,8 @@ namespace fumarole::light {
 /// What light is carried through.
 struct FieldMedium {
     gl::Defines defines;   ///< the media's, the lights' and those of the volumes that dim lights
+    bool colored = false;  ///< extinction is
+    int ways = 0;          ///< kNearWays or kAllWays, that surfaces are met along
     glm::vec3 albedo{1};   ///< where there is no medium
     bool scatters = true;  ///< or else no more is asked of it than how it dims
     bool glows = false;    ///< some medium emits
@@ -125,7 +127,7 @@ private:
     struct Filling;
     struct Batch;
     [[nodiscard]] gl::Texture make(const char* label, int layers) const;
-    [[nodiscard]] gl::Texture make_ways(const char* label, int ways) const;
+    [[nodiscard]] gl::Texture make_ways(const char* label, int ways, GLenum format) const;
     void draw(const surface::SurfaceSet& surfaces);
     void draw_walls(const surface::SurfaceSet& surfaces);
     void wait_for_drawing();
@@ -150,7 +152,9 @@ private:
     /// What is gathered: the world's light as surfaces, or media too, let it through; else that
     /// which the media send on.
     enum class Of { clear, dimmed, field };
-    void gather(int bands, bool adds, Of of, const gl::Texture& ways, const gl::Texture& to);
+    /// @param dimmed beside what is clear: takes what media let through too
+    void gather(int bands, bool adds, Of of, const gl::Texture& ways, const gl::Texture& to,
+                const gl::Texture* dimmed = nullptr);
     void add(const FieldLight& light, int bands, const gl::Texture& to);
     /// What is scattered there into each way of the batch.
     [[nodiscard]] gl::Texture spread(const OtherLight& scattered, int ways);

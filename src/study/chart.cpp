@@ -62,7 +62,7 @@ std::vector<Sweep> make_sweeps()
         marched("shadow-steps", {"2", "4", "8", "16", "32", "64"}, {"4", "64"}),
         alone("shadow-cache", {"0", "32", "64", "auto", "192"}, {"0", "32"}),
         alone("world-cache", {"0", "16", "auto", "64"}, {"0"}),
-        alone("world-directions", {"26", "74"}, {}),
+        alone("world-directions", {"auto", "26", "74"}, {}),
         alone("bounces", {"0", "1", "2", "4", "8", "auto"}, {"0"}),
         alone("surface-bounces", {"0", "1", "2", "4"}, {}),
         alone("probes", {"auto", "off"}, {}),

@@ -384,6 +384,12 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                 variants.add("light/field_gather.comp",
                              of_bands + flags(set, {"kAdds", "kWorld", "kClear"}) +
                                  Defines{{"kWays", ways}});
+        for (unsigned set = 0; set < 2; ++set)
+            for (const char* ways : {"0", "26", "74"})
+                variants.add(
+                    "light/field_gather.comp",
+                    of_bands + flags(set, {"kAdds"}) +
+                        Defines{{"kWorld", ""}, {"kClear", ""}, {"kDimmed", ""}, {"kWays", ways}});
         for (unsigned set = 0; set < 3; ++set) {
             variants.add("light/field_scatter.comp",
                          of_bands + flags(1u << set, {"kFirst", "kMean", "kTail"}));
@@ -396,8 +402,10 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
             variants.add("light/field_spread.comp", of_bands + Defines{{"kWays", ways}});
     }
     for (unsigned set = 0; set < 16; ++set)
-        variants.add("light/field_sweep.comp",
-                     flags(set, {"kEmits", "kScatters", "kMeans", "kSurfaces"}));
+        for (const char* type : {"float", "vec3"})
+            variants.add("light/field_sweep.comp",
+                         flags(set, {"kEmits", "kScatters", "kMeans", "kSurfaces"}) +
+                             Defines{{"extinction_t", type}});
 
     for (unsigned set = 0; set < 4; ++set)
         variants.add("pass/integrate.comp", flags(set, {"EXTINCTION_IN_ALPHA", "kWronski"}));

@@ -83,7 +83,7 @@ Settings settings_at(const Settings& asked, const Effort& effort, bool content_c
         };
         s.shadow_cache = cap(asked.shadow_cache, kCoarseShadows);
         s.world_cache = cap(asked.world_cache, kCoarseWorld);
-        s.world_directions = std::min(asked.world_directions, kFewDirections);
+        s.world_directions = kFewDirections;
     }
     return s;
 }
