@@ -17,6 +17,7 @@
 #include "output_folder.h"
 #include "progress.h"
 #include "scene_input.h"
+#include "shard_option.h"
 #include "shell_words.h"
 #include "study/chart.h"
 #include "study/chart_budget.h"
@@ -41,8 +42,8 @@ using Clock = std::chrono::steady_clock;
 constexpr const char* kLogName = "chart.partial.jsonl";
 
 struct ChartOptions {
-    std::string input, output, size, grid, up = "auto", target = "composite", bounces = "all",
-                                           surface_bounces = "auto";
+    std::string input, output, size, grid, shard, up = "auto", target = "composite",
+                                                  bounces = "all", surface_bounces = "auto";
     DeviceOptions device;
     std::optional<double> tolerance;
     std::optional<int> frames;
@@ -98,7 +99,8 @@ std::string continue_command(const ChartOptions& options)
         return value ? fmt::format(" {} {:g}", name, static_cast<double>(*value)) : "";
     };
     return fmt::format("fumarole chart {}", shell_word(options.input)) +
-           (options.quick ? " --quick" : "") + option_text("-o", options.output) +
+           (options.quick ? " --quick" : "") + option_text("--shard", options.shard) +
+           option_text("-o", options.output) +
            option_text("--target", options.target, "composite") +
            option_text("--bounces", options.bounces, "all") +
            option_text("--surface-bounces", options.surface_bounces, "auto") +
@@ -352,6 +354,7 @@ private:
     {
         study::ChartOptions chosen;
         chosen.quick = options_.quick;
+        chosen.shard = parse_shard(options_.shard);
         chosen.once = options_.once();
         chosen.target = parse_target(options_.target);
         chosen.frames = effort_.frames;
@@ -425,6 +428,7 @@ private:
 void run(ChartOptions options)
 {
     parse_surface_bounces(options.surface_bounces, {});  // a mistake is said before loading
+    (void)parse_shard(options.shard);
     const asset::LoadedScene loaded =
         load_input({options.input, options.size, options.grid, options.up});
     if (loaded.scene.media.empty())
@@ -485,6 +489,9 @@ void add_chart(CLI::App& app)
     command->add_option("--frames", o.frames, "frames timed at each visit [3, with --quick 2]")
         ->check(within(1, 1000));
     command->add_flag("--fresh", o.fresh, "measure again what an earlier run measured");
+    command->add_option("--shard", o.shard,
+                        "INDEX/COUNT, a share of the points, as 2/4; all into one folder and with "
+                        "a --tolerance, and then once without to merge them [1/1]");
     command->add_flag("--json", o.json, "print JSON");
     add_device_options(*command, o.device);
     command->footer("An interrupted chart goes on where it was; the reference and the points stay "

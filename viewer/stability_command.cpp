@@ -12,6 +12,7 @@
 #include "kept_programs.h"
 #include "output_folder.h"
 #include "progress.h"
+#include "shard_option.h"
 #include "study/stability.h"
 #include "study/stability_held.h"
 #include "write/whole_file.h"
@@ -28,7 +29,8 @@ using study::StabilityResult;
 using study::StabilityRun;
 
 struct StabilityOptions {
-    std::string output = "stability", held;
+    std::string output = "stability", held, shard;
+    std::vector<std::string> merge;
     DeviceOptions device;
     study::StabilityChoice choice;
     bool list = false, explain = false, json = false, accept = false;
@@ -239,7 +241,20 @@ void judge(const std::vector<study::HeldCase>& before, const std::vector<Stabili
 void run(const StabilityOptions& options)
 {
     const auto begin = std::chrono::steady_clock::now();
-    const std::vector<StabilityRun> runs = chosen_runs(options);
+    std::vector<StabilityRun> runs = chosen_runs(options);
+    const study::Shard shard = parse_shard(options.shard);
+    if (!options.merge.empty()) {
+        const std::string csv =
+            study::merged_csv(runs, {options.merge.begin(), options.merge.end()});
+        make_folder(options.output);
+        const fs::path file = fs::path(options.output) / "stability.csv";
+        write::write_whole(file, csv);
+        fmt::print("wrote {}, {} figures of {} files\n", file.string(), runs.size(),
+                   options.merge.size());
+        return;
+    }
+    std::size_t item = 0;
+    std::erase_if(runs, [&](const StabilityRun&) { return !shard.has(item++); });
     check_device(options.device);
     if (options.list) {
         print_list(runs);
@@ -303,6 +318,15 @@ void add_stability(CLI::App& app)
         ->add_flag("--accept", o.accept,
                    "write this run's figures into the file given to --held instead of failing")
         ->needs(held);
+    command->add_option("--shard", o.shard,
+                        "INDEX/COUNT, a share of the cases, as 2/4; each share to a folder of its "
+                        "own, and then --merge [1/1]");
+    command
+        ->add_option("--merge", o.merge,
+                     "measure nothing, and make one stability.csv of those that all shards wrote")
+        ->check(CLI::ExistingFile)
+        ->excludes(held)
+        ->excludes("--shard");
     command->add_flag("--json", o.json, "print JSON");
     add_device_options(*command, o.device);
     command->footer("Cases that fall short are listed, and are no failure of the command.\n"

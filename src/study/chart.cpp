@@ -581,7 +581,8 @@ Chart measure_chart(const Scene& scene, const ReferenceStill& reference, SceneRe
         visits.add(visit);
     std::vector<Step> steps = plan(points, options.rounds);
     std::erase_if(steps, [&](const Step& step) {
-        return visits.find(step.point->name(), step.round) != nullptr;
+        return !options.shard.has(static_cast<std::size_t>(step.point - points.data())) ||
+               visits.find(step.point->name(), step.round) != nullptr;
     });
 
     Visitor visitor(scene, reference, renderer, options);

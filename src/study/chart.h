@@ -10,6 +10,7 @@
 
 #include "study/metrics.h"
 #include "study/reference.h"
+#include "study/shard.h"
 #include <fumarole/scene_renderer.h>
 #include <fumarole/settings.h>
 
@@ -135,6 +136,7 @@ struct ChartOptions {
     /// the second round, then settings alone. Presets are measured whatever it takes.
     double seconds = 600;
 
+    Shard shard;                                  ///< the points that this run visits
     std::vector<ChartVisit> known;                ///< of an earlier run; not measured again
     std::function<void(const ChartVisit&)> keep;  ///< called after each visit
     /// Called with visits done, visits in all and the seconds left.

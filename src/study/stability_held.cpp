@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "study/chart.h"
+#include "write/whole_file.h"
 #include <fumarole/errors.h>
 
 namespace fumarole::study {
@@ -106,6 +107,40 @@ std::string stability_csv(const std::vector<StabilityResult>& results)
     std::string csv = csv_row({kColumns.begin(), kColumns.end()});
     for (const StabilityResult& r : results)
         csv += csv_row(record_of(r));
+    return csv;
+}
+
+std::string merged_csv(const std::vector<StabilityRun>& runs,
+                       const std::vector<std::filesystem::path>& files)
+{
+    std::vector<const std::vector<std::string>*> found(runs.size(), nullptr);
+    std::vector<std::vector<HeldCase>> parts;
+    for (const std::filesystem::path& file : files) {
+        parts.push_back(read_held(write::read_whole(file), file));
+        for (const HeldCase& one : parts.back()) {
+            const auto run =
+                std::ranges::find_if(runs, [&](const StabilityRun& r) { return one.is(r); });
+            const std::string name = fmt::format("{} {}/{}", one.name, one.mode, one.preset);
+            if (run == runs.end() || one.fields.size() != kColumns.size())
+                throw Error(fmt::format("{}: {} is no run of this choice and program; merge with "
+                                        "the options that the shards had",
+                                        file.string(), name));
+            const std::vector<std::string>*& slot =
+                found[static_cast<std::size_t>(run - runs.begin())];
+            if (slot != nullptr)
+                throw Error(fmt::format("{}: {} is in a file before it too; give each shard once",
+                                        file.string(), name));
+            slot = &one.fields;
+        }
+    }
+    std::string csv = csv_row({kColumns.begin(), kColumns.end()});
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        if (found[i] == nullptr)
+            throw Error(fmt::format("{} {}/{} is in none of the files; a shard is missing",
+                                    runs[i].what->name, runs[i].subject->mode,
+                                    runs[i].subject->preset));
+        csv += csv_row(*found[i]);
+    }
     return csv;
 }
 

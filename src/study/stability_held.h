@@ -29,6 +29,11 @@ struct HeldCase {
 /// Reads stability_csv's text. @throws Error naming `file`, the line and what is wrong with it.
 std::vector<HeldCase> read_held(std::string_view csv, const std::filesystem::path& file);
 
+/// One stability.csv of several runs that shared the work, in the table's order.
+/// @throws Error if a run is in none of them, or in two, or if one is not among `runs`
+std::string merged_csv(const std::vector<StabilityRun>& runs,
+                       const std::vector<std::filesystem::path>& files);
+
 /// The worst figure that a case may have and still count as no worse than it was. One that held may
 /// lose half of its margin to the bound; one that fell short may fall short 1.25 times as far,
 /// measured from 0 for a bound from above and from the bound itself for one from below.

@@ -1,9 +1,12 @@
 // How far a figure of the stability cases may drift from an earlier run's.
 
+#include <array>
 #include <cmath>
 #include <gmock/gmock.h>
 
+#include "study/shard.h"
 #include "study/stability_held.h"
+#include "support/temp_folder.h"
 #include <fumarole/errors.h>
 
 namespace fumarole::study {
@@ -122,6 +125,37 @@ TEST_F(HeldRun, WhatIsAcceptedTakesThePlaceOfItsOwnRecordAlone)
     const std::vector<HeldCase> narrow = read_held(
         "case,mode,preset,figure,holds\r\nslab-emission,raymarch,default,1,no\r\n", "n.csv");
     EXPECT_THROW(accepted_csv(narrow, now_, "n.csv"), Error);
+}
+
+TEST(StabilityHeld, SharesAreMergedInTheTablesOrder)
+{
+    const std::vector<StabilityRun> runs = stability_runs({false, "slab", {}, {}});
+    ASSERT_GT(runs.size(), 3u);
+    std::vector<StabilityResult> all;
+    std::array<std::vector<StabilityResult>, 2> shares;
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        StabilityResult one;
+        one.run = runs[i];
+        one.figure.value = 1e-3 * static_cast<double>(i + 1);
+        all.push_back(one);
+        for (std::size_t share = 0; share < 2; ++share)
+            if (Shard{share + 1, 2}.has(i))
+                shares.at(share).push_back(one);
+    }
+    const test::TempFolder folder;
+    const auto first = folder.write("first.csv", stability_csv(shares[0]));
+    const auto second = folder.write("second.csv", stability_csv(shares[1]));
+    EXPECT_EQ(merged_csv(runs, {second, first}), stability_csv(all));
+    const auto said = [&](const std::vector<std::filesystem::path>& files) -> std::string {
+        try {
+            return merged_csv(runs, files);
+        } catch (const Error& error) {
+            return error.what();
+        }
+    };
+    EXPECT_NE(said({first}).find("a shard is missing"), std::string::npos);
+    EXPECT_NE(said({first, second, second}).find("give each shard once"), std::string::npos);
+    EXPECT_THROW(merged_csv(stability_runs({false, "furnace", {}, {}}), {first, second}), Error);
 }
 
 }  // namespace
