@@ -189,8 +189,8 @@ std::vector<SettingInfo> make_table()
                   "longest edge of the volume of the world's light; 0: it reaches media undimmed"),
         choice("world-directions", "light", "auto|26|74", &S::world_directions,
                {{"auto", kAutomatic}, {"26", 26}, {"74", 74}},
-               "that the world's light is summed over; auto: 74 of a map, and on surfaces that "
-               "send light on, else 26"),
+               "that the world's light is summed over; auto: 26 where suns outshine a sky of "
+               "one colour, 74 on surfaces that send light on"),
         automatic("bounces", "auto|0..64", "", &S::bounces, 0, 64,
                   "times that light scatters again in the media; auto: as the scene asks for; the "
                   "reference takes N or all, which is its default"),

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
+#include <numbers>
 #include <numeric>
 
 #include "gl/stopwatch.h"
@@ -202,19 +203,20 @@ FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& me
     return {std::clamp(static_cast<int>(std::ceil(asked)), kFewest, kMost), true};
 }
 
-/// Of the harmonics that light is kept in. What a phase function makes of the l-th is g^l of it: of
-/// the fourth band's no more than is lost of light from all around. Light that scatters again is
-/// smoother still.
-int bands_for(const medium::MediaTraits& traits, bool is_map)
+/// Whether suns bring media and surfaces so much more light than the sky that what 26 ways are out
+/// by of the sky's, 2 % in thick media, is not seen.
+bool suns_outshine_the_sky(const Scene& scene)
 {
-    constexpr float kLittleG = 0.5f;
-    if (traits.isotropic)
-        return 1;
-    return traits.mixed_g || is_map || traits.most_g > kLittleG ? 4 : 3;
+    constexpr float kFewTimes = 4;
+    glm::vec3 suns(0);
+    for (const Light& light : scene.lights)
+        if (const auto* sun = std::get_if<SunLight>(&light))
+            suns += sun->irradiance;
+    const glm::vec3 sky = 4 * std::numbers::pi_v<float> * scene.world.radiance;
+    return kFewTimes * (sky.r + sky.g + sky.b) <= suns.r + suns.g + suns.b;
 }
 
-/// detailed: what comes from a part of the sky alone is to be told from the rest. Where a uniform
-/// sky is seen past smoke and over ground, 74 ways are no nearer to the truth than 26.
+/// detailed: what comes from a part of the sky alone is to be told from the rest.
 int ways_for(const SceneSettings& settings, bool detailed)
 {
     if (settings.world_directions != kAutomatic)
@@ -354,11 +356,11 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
             key.surfaces.push_back(obstacle_of(surface));
         key.world = scene.world;
         key.nodes = settings.world_cache;
-        const bool is_map = scene.world.environment != nullptr;
-        key.ways = ways_for(settings, is_map);
-        key.ways_on_surfaces = ways_for(settings, is_map || field.turns > 0);
+        const bool detailed = scene.world.environment || !suns_outshine_the_sky(scene);
+        key.ways = ways_for(settings, detailed);
+        key.ways_on_surfaces = ways_for(settings, detailed || field.turns > 0);
         if (scatters)
-            key.bands = bands_for(traits, is_map);
+            key.bands = traits.isotropic ? 1 : 4;
         const bool is_used = has_field || field.on_surfaces || field.turns > 0;
         set_world(std::move(key), is_used ? field : FieldKey(), media, surfaces, lights);
     } else {

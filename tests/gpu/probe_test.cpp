@@ -462,7 +462,7 @@ TEST_F(PlacedProbes, ParallaxIsWhereTheProxyIsMet)
 #include "scene/probes.glsl"
 void kernel(int i)
 {
-    out_data[i] = vec4(from_probe(int(in_data[2 * i].w), in_data[2 * i].xyz, in_data[2 * i + 1].xyz), 0.0);
+    out_data[i] = vec4(from_probe(int(in_data[2 * i].w), vec3(0.3, -0.2, 0.1), in_data[2 * i].xyz, in_data[2 * i + 1].xyz).rgb, 0.0);
 }
 )");
     for (std::size_t k = 0; k < directions.size(); ++k) {

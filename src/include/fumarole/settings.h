@@ -43,8 +43,8 @@ struct SceneSettings {
     /// Nodes likewise of the world's light, 0..128; 0: none, media don't dim it nor surfaces hide
     /// it; kAutomatic: one for 3 voxels, 32 at most.
     int world_cache = kAutomatic;
-    /// Directions that the world's light is summed over, 26 or 74; kAutomatic: 74 of a map, and on
-    /// surfaces that send light on, where what comes through a gap counts, else 26.
+    /// Directions that the world's light is summed over, 26 or 74; kAutomatic: 26 where suns
+    /// outshine a sky of one colour, and 74 on surfaces that send light on.
     int world_directions = kAutomatic;
     /// Orders of scattering after the first, 0..64; 0: light scatters once; kAutomatic: as many as
     /// the media's albedo and optical depth ask for. Those that are left out are guessed from the
