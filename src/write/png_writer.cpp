@@ -3,19 +3,18 @@
 #include <fumarole/write/image_writer.h>
 
 #include <algorithm>
-#include <array>
-#include <cassert>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
-#include <limits>
 #include <new>
 #include <optional>
 #include <span>
-#include <string_view>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
-#include <zlib.h>
+#include <png.h>
 
 #include "write/picture_checks.h"
 #include "write/whole_file.h"
@@ -58,136 +57,68 @@ EncodedPixel with_glow(glm::vec3 radiance, glm::vec3 cover, float alpha, const D
     return {raised > 0 ? over_black / raised : over_black, raised};
 }
 
-void append_number(std::vector<unsigned char>& to, std::uint32_t number)
-{
-    for (const int shift : {24, 16, 8, 0})
-        to.push_back(static_cast<unsigned char>(number >> shift & 0xff));
-}
-
-void append_chunk(std::vector<unsigned char>& to, std::string_view type,
-                  std::span<const unsigned char> data)
-{
-    append_number(to, static_cast<std::uint32_t>(data.size()));
-    const std::size_t begin = to.size();
-    to.insert(to.end(), type.begin(), type.end());
-    to.insert(to.end(), data.begin(), data.end());
-    append_number(to, static_cast<std::uint32_t>(::crc32_z(0, &to[begin], to.size() - begin)));
-}
-
-/// Of the pixels to the left, above, and above to the left, the nearest to what a plane through
-/// them would have here (Paeth, in the PNG specification).
-int paeth(int left, int above, int corner)
-{
-    const int to_left = std::abs(above - corner), to_above = std::abs(left - corner),
-              to_corner = std::abs(left + above - 2 * corner);
-    if (to_left <= to_above && to_left <= to_corner)
-        return left;
-    return to_above <= to_corner ? above : corner;
-}
-
-/// A row as differences from what a filter expects. @returns the sum of their sizes
-template <int filter>
-unsigned filter_row(std::span<const std::uint8_t> row, std::span<const std::uint8_t> above,
-                    std::size_t channels, std::span<unsigned char> out)
-{
-    unsigned sum = 0;
-    for (std::size_t i = 0; i < row.size(); ++i) {
-        const int left = i < channels ? 0 : row[i - channels];
-        const int up = above[i];
-        const int corner = i < channels ? 0 : above[i - channels];
-        const int expected = filter == 0   ? 0
-                             : filter == 1 ? left
-                             : filter == 2 ? up
-                             : filter == 3 ? (left + up) / 2
-                                           : paeth(left, up, corner);
-        out[i] = static_cast<unsigned char>(row[i] - expected);
-        sum += static_cast<unsigned>(std::abs(static_cast<signed char>(out[i])));
-    }
-    return sum;
-}
-
-/// Each row by the filter that leaves the least, as the PNG specification advises.
-std::vector<unsigned char> filtered(std::span<const std::uint8_t> pixels, std::size_t row_bytes,
-                                    std::size_t channels)
-{
-    constexpr std::array kFilters{filter_row<0>, filter_row<1>, filter_row<2>, filter_row<3>,
-                                  filter_row<4>};
-    const std::vector<unsigned char> none(row_bytes);  // above the first
-    std::vector<unsigned char> rows, row(row_bytes), best(row_bytes);
-    rows.reserve(pixels.size() + pixels.size() / row_bytes);
-    for (std::size_t at = 0; at < pixels.size(); at += row_bytes) {
-        const std::span<const std::uint8_t> above =
-            at > 0 ? pixels.subspan(at - row_bytes, row_bytes) : std::span(none);
-        unsigned least = std::numeric_limits<unsigned>::max();
-        std::size_t chosen = 0;
-        for (std::size_t filter = 0; filter < kFilters.size(); ++filter) {
-            const unsigned sum =
-                kFilters[filter](pixels.subspan(at, row_bytes), above, channels, row);
-            if (sum < least) {
-                least = sum;
-                chosen = filter;
-                best.swap(row);
-            }
+/// What libpng writes with, and where to.
+class PngStream {
+public:
+    PngStream()
+        : png_{png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, throw_error, nullptr)},
+          info_{png_ != nullptr ? png_create_info_struct(png_) : nullptr}
+    {
+        if (info_ == nullptr) {
+            png_destroy_write_struct(&png_, nullptr);
+            throw std::bad_alloc();
         }
-        rows.push_back(static_cast<unsigned char>(chosen));
-        rows.insert(rows.end(), best.begin(), best.end());
+        png_set_write_fn(png_, &bytes_, append, nullptr);
     }
-    return rows;
-}
+    PngStream(const PngStream&) = delete;
+    PngStream& operator=(const PngStream&) = delete;
+    ~PngStream() { png_destroy_write_struct(&png_, &info_); }
 
-std::vector<unsigned char> deflated(std::vector<unsigned char> bytes)
-{
-    z_stream stream{};
-    constexpr int kWindowBits = 15, kMemory = 8;  // zlib's own
-    if (::deflateInit2(&stream, Z_DEFAULT_COMPRESSION, Z_DEFLATED, kWindowBits, kMemory,
-                       Z_FILTERED) != Z_OK)
-        throw std::bad_alloc();
-    std::vector<unsigned char> out(::deflateBound(&stream, bytes.size()));
-    stream.next_in = bytes.data();
-    stream.next_out = out.data();
-    constexpr std::size_t kMostAtOnce = std::size_t(1) << 30;  // its counts have 32 bits
-    int ended = Z_OK;
-    while (ended == Z_OK) {
-        if (stream.avail_in == 0)
-            stream.avail_in =
-                static_cast<uInt>(std::min(kMostAtOnce, bytes.size() - stream.total_in));
-        if (stream.avail_out == 0)
-            stream.avail_out =
-                static_cast<uInt>(std::min(kMostAtOnce, out.size() - stream.total_out));
-        ended = ::deflate(&stream, stream.total_in + stream.avail_in == bytes.size() ? Z_FINISH
-                                                                                     : Z_NO_FLUSH);
+    [[nodiscard]] png_structp png() { return png_; }
+    [[nodiscard]] png_infop info() { return info_; }
+    [[nodiscard]] std::vector<unsigned char> take() { return std::move(bytes_); }
+
+private:
+    // libpng asks that it is not returned from, and leaves nothing but what the destructor frees.
+    [[noreturn]] static void throw_error(png_structp, png_const_charp why)
+    {
+        throw std::runtime_error(why);
     }
-    out.resize(stream.total_out);
-    ::deflateEnd(&stream);
-    assert(ended == Z_STREAM_END);
-    static_cast<void>(ended);
-    return out;
-}
+    static void append(png_structp png, png_bytep data, std::size_t size)
+    {
+        auto& bytes = *static_cast<std::vector<unsigned char>*>(png_get_io_ptr(png));
+        bytes.insert(bytes.end(), data, data + size);
+    }
 
-/// 3 channels are RGB, 4 have a straight alpha. By our own hand: OpenImageIO, which reads and
-/// writes all else, takes a quarter of a second to be opened.
+    std::vector<unsigned char> bytes_;
+    png_structp png_;
+    png_infop info_;
+};
+
+/// 3 channels are RGB, 4 have a straight alpha. By libpng and not by OpenImageIO, which takes a
+/// quarter of a second to be opened.
 std::vector<unsigned char> encoded_png(int width, int height, std::size_t channels,
                                        std::span<const std::uint8_t> pixels)
 {
-    std::vector<unsigned char> png{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-    std::vector<unsigned char> header;
-    append_number(header, static_cast<std::uint32_t>(width));
-    append_number(header, static_cast<std::uint32_t>(height));
-    const unsigned char kind = channels == 4 ? 6 : 2;
-    header.insert(header.end(), {8, kind, 0, 0, 0});
-    append_chunk(png, "IHDR", header);
-    constexpr std::array<unsigned char, 1> kPerceptual{0};
-    append_chunk(png, "sRGB", kPerceptual);
-    constexpr std::string_view kSoftware("Software\0Fumarole", 17);
-    append_chunk(png, "tEXt", std::vector<unsigned char>(kSoftware.begin(), kSoftware.end()));
-    const std::vector<unsigned char> data =
-        deflated(filtered(pixels, static_cast<std::size_t>(width) * channels, channels));
-    constexpr std::size_t kMostOfAChunk = std::size_t(1) << 30;
-    for (std::size_t at = 0; at < data.size(); at += kMostOfAChunk)
-        append_chunk(png, "IDAT",
-                     std::span(data).subspan(at, std::min(kMostOfAChunk, data.size() - at)));
-    append_chunk(png, "IEND", {});
-    return png;
+    PngStream stream;
+    png_structp png = stream.png();
+    png_set_IHDR(png, stream.info(), static_cast<png_uint_32>(width),
+                 static_cast<png_uint_32>(height), 8,
+                 channels == 4 ? PNG_COLOR_TYPE_RGB_ALPHA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_set_sRGB(png, stream.info(), PNG_sRGB_INTENT_PERCEPTUAL);
+    std::string key = "Software", program = "Fumarole";
+    png_text text{};
+    text.compression = PNG_TEXT_COMPRESSION_NONE;
+    text.key = key.data();
+    text.text = program.data();
+    png_set_text(png, stream.info(), &text, 1);
+    png_write_info(png, stream.info());
+    const std::size_t row_bytes = static_cast<std::size_t>(width) * channels;
+    for (std::size_t at = 0; at < pixels.size(); at += row_bytes)
+        png_write_row(png, &pixels[at]);
+    png_write_end(png, nullptr);
+    return stream.take();
 }
 
 }  // namespace
@@ -240,7 +171,14 @@ void write_png(const Image& image, const Display& display, const fs::path& file)
         }
     }
 
-    write_whole(file, encoded_png(image.width, image.height, stored, pixels));
+    std::vector<unsigned char> bytes;
+    try {
+        bytes = encoded_png(image.width, image.height, stored, pixels);
+    } catch (const std::runtime_error& error) {
+        throw Error(fmt::format("{}: cannot encode {} x {} pixels: {}; try a smaller picture",
+                                file.string(), image.width, image.height, error.what()));
+    }
+    write_whole(file, bytes);
 }
 
 }  // namespace fumarole::write
