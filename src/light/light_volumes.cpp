@@ -603,8 +603,10 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
         turned_ = false;
         ++fills_.world;
     }
-    if (!field.filled)
+    if (!field.filled && field_coefficients_) {
         field_coefficients_ = {};
+        turned_ = false;  // or what was turned to the eye would stay
+    }
     if (!turns)
         bounced_ = {};
     // Flames are small: along few ways they would throw a star.

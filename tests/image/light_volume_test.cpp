@@ -605,6 +605,31 @@ TEST_F(LightVolume, TheClockMattersToNoiseThatDrifts)
     }
 }
 
+// Light that scattered again stayed in the media when a host asked for none.
+TEST_F(LightVolume, BouncesThatAreTurnedOffAreGone)
+{
+    Scene scene = living_scene();
+    scene.surfaces.clear();
+    std::get<GridMedium>(scene.media[0]).emission_per_unit = glm::vec3(0);  // it keeps the field
+    HostPicture host(gl(), {24, 16});
+    host.look(scene.camera);
+    Settings with = plain_settings(), without = with;
+    with.bounces = 4;
+    without.bounces = 0;
+    Renderer renderer(get_proc()), fresh(get_proc());
+    const auto picture = [&](Renderer& by, const Settings& settings) {
+        by.set_scene(scene, settings);
+        by.wait_until_ready();
+        host.fill(glm::vec3(0), scene.camera.near, [](int, int) { return 0.0; });
+        View view = by.make_view();
+        by.composite(view, host.frame, settings);
+        return host.read();
+    };
+    const Image of_none = picture(fresh, without);
+    EXPECT_GT(max_difference(picture(renderer, with), of_none), 1e-3);
+    EXPECT_EQ(max_difference(picture(renderer, without), of_none), 0);
+}
+
 // -- the world -----------------------------------------------------------------------------------
 
 /// Integral of exp(-x / u) over u in 0..1.
