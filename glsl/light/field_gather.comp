@@ -1,7 +1,7 @@
 // Sums what a batch of ways brings to each node, as harmonics.
 //   in   radiance of each way
-//   out  coefficients of this light, kDimmed: and of what media let through of it; alpha of the first: the part of the sphere whose ways do not end inside of a
-//        surface
+//   out  coefficients of this light, kDimmed: and of what media let through of it; alpha of the first: the part of the
+//        sphere whose ways do not end inside of a surface
 #include "light/field_pairs.glsl"
 
 // Variant

@@ -97,27 +97,19 @@ Change PointerInput::move(glm::dvec2 to, const PointerTarget& target)
         target.state.wipe = std::clamp(picture.share(to).x, 0.0, 1.0);
         return Change::none;  // what is drawn stays: only where it is shown differs
     }
-    if (drag_ == Drag::light) {
-        if (dragged_ >= target.scene.lights.size())
+    const auto drag_one_of = [&](auto& all) {
+        if (dragged_ >= all.size())
             return Change::none;
-        Light& light = target.scene.lights[dragged_];
-        light = dragged(target.scene, light, picture.share(to), picture.aspect());
+        auto& one = all[dragged_];
+        one = dragged(target.scene, one, picture.share(to), picture.aspect());
         return Change::content;
-    }
-    if (drag_ == Drag::probe) {
-        if (dragged_ >= target.scene.probes.size())
-            return Change::none;
-        LightProbe& probe = target.scene.probes[dragged_];
-        probe = dragged(target.scene, probe, picture.share(to), picture.aspect());
-        return Change::content;
-    }
-    if (drag_ == Drag::transparent) {
-        if (dragged_ >= target.scene.transparents.size())
-            return Change::none;
-        Transparent& transparent = target.scene.transparents[dragged_];
-        transparent = dragged(target.scene, transparent, picture.share(to), picture.aspect());
-        return Change::content;
-    }
+    };
+    if (drag_ == Drag::light)
+        return drag_one_of(target.scene.lights);
+    if (drag_ == Drag::probe)
+        return drag_one_of(target.scene.probes);
+    if (drag_ == Drag::transparent)
+        return drag_one_of(target.scene.transparents);
     return move_camera(by, target.scene.camera, picture.size.y);
 }
 
