@@ -28,8 +28,8 @@ float transparent_view_z()
 void transparent(vec4 color, uint blend, uint draw, float view_z)
 {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    float scene_z = view_z_of(texelFetch(u_scene_depth_tx, pixel, 0).r, u_transparent.view_z_from_depth,
-                              u_transparent.sky_depth);
+    float scene_z =
+        view_z_of(texelFetch(u_scene_depth_tx, pixel, 0).r, u_transparent.view_z_from_depth, u_transparent.sky_depth);
     if (!(view_z < scene_z))
         return;
     uint key = min(u_transparent.first_draw + draw, uint(kMostDraws) - 1u) << 20u | blend;

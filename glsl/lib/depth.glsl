@@ -7,8 +7,7 @@ float view_z_of(float depth, vec4 view_z_from_depth, float sky_depth)
 {
     if (depth == sky_depth)
         return kSkyViewZ;
-    return (view_z_from_depth.x * depth + view_z_from_depth.y) /
-           (view_z_from_depth.z * depth + view_z_from_depth.w);
+    return (view_z_from_depth.x * depth + view_z_from_depth.y) / (view_z_from_depth.z * depth + view_z_from_depth.w);
 }
 
 // Whether two depths are of one surface: falls with the fourth power of their difference, 1 well inside the

@@ -45,8 +45,8 @@ float ggx_visibility(float n_wo, float n_wi, float alpha)
 {
     float alpha2 = alpha * alpha;
     n_wo = max(n_wo, kMinCosine);
-    return 0.5 / (n_wi * sqrt(alpha2 + (1.0 - alpha2) * n_wo * n_wo) +
-                  n_wo * sqrt(alpha2 + (1.0 - alpha2) * n_wi * n_wi));
+    return 0.5 /
+           (n_wi * sqrt(alpha2 + (1.0 - alpha2) * n_wo * n_wo) + n_wo * sqrt(alpha2 + (1.0 - alpha2) * n_wi * n_wi));
 }
 
 vec3 schlick_fresnel(vec3 f0, float wo_h)

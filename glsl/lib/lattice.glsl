@@ -15,15 +15,9 @@ vec2 lattice_segment(LatticeParams lattice, vec3 p, vec3 d, float end)
 
 // Texture coordinates of p, and of a way, which add up along a line, in the first of the layers that are stacked
 // along z.
-vec3 first_layer_at(LatticeParams lattice, vec3 p)
-{
-    return (node_at(lattice, p) + 0.5) * lattice.inverse_size;
-}
+vec3 first_layer_at(LatticeParams lattice, vec3 p) { return (node_at(lattice, p) + 0.5) * lattice.inverse_size; }
 
-vec3 first_layer_way(LatticeParams lattice, vec3 d)
-{
-    return node_way(lattice, d) * lattice.inverse_size;
-}
+vec3 first_layer_way(LatticeParams lattice, vec3 d) { return node_way(lattice, d) * lattice.inverse_size; }
 
 // The same in another layer. A point outside is moved to the faces, so no other layer is ever touched; at the
 // texture's own faces its sampler does that.
@@ -55,7 +49,4 @@ ivec3 next_in_cell(ivec3 place, int n)
 // Of its middle, in cells.
 vec3 place_in_cell(ivec3 place, int n) { return (vec3(place) + 0.5) / float(n) - 0.5; }
 
-vec3 node_position(LatticeParams lattice, ivec3 node)
-{
-    return (lattice.world_from_node * vec4(vec3(node), 1.0)).xyz;
-}
+vec3 node_position(LatticeParams lattice, ivec3 node) { return (lattice.world_from_node * vec4(vec3(node), 1.0)).xyz; }

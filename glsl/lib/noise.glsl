@@ -36,8 +36,8 @@ float noise_at(ivec3 cell, uint seed, vec3 f)
         ivec3 step = ivec3(i & 1, (i >> 1) & 1, i >> 2);
         corner[i] = noise_gradient(cell + step, seed, f - vec3(step));
     }
-    vec4 x = mix(vec4(corner[0], corner[2], corner[4], corner[6]),
-                 vec4(corner[1], corner[3], corner[5], corner[7]), u.x);
+    vec4 x =
+        mix(vec4(corner[0], corner[2], corner[4], corner[6]), vec4(corner[1], corner[3], corner[5], corner[7]), u.x);
     vec2 y = mix(x.xz, x.yw, u.y);
     return mix(y.x, y.y, u.z);
 }

@@ -11,9 +11,8 @@
 // difference 1 - exp(-tau) would already have lost 6e-7.
 float slab_weight(float tau)
 {
-    return abs(tau) < 0.1
-               ? 1.0 - tau * (1.0 / 2.0 - tau * (1.0 / 6.0 - tau * (1.0 / 24.0 - tau * (1.0 / 120.0))))
-               : (1.0 - exp(-tau)) / tau;
+    return abs(tau) < 0.1 ? 1.0 - tau * (1.0 / 2.0 - tau * (1.0 / 6.0 - tau * (1.0 / 24.0 - tau * (1.0 / 120.0))))
+                          : (1.0 - exp(-tau)) / tau;
 }
 
 vec3 slab_weight(vec3 tau) { return vec3(slab_weight(tau.r), slab_weight(tau.g), slab_weight(tau.b)); }

@@ -29,8 +29,7 @@ vec4 texture_tricubic(sampler3D volume, vec3 uvw)
     vec4 row[4];
     for (int i = 0; i < 4; ++i) {
         vec2 yz = vec2((i & 1) == 0 ? y.x : y.y, i < 2 ? z.x : z.y);
-        row[i] = mix(textureLod(volume, vec3(x.x, yz), 0.0), textureLod(volume, vec3(x.y, yz), 0.0),
-                     second.x);
+        row[i] = mix(textureLod(volume, vec3(x.x, yz), 0.0), textureLod(volume, vec3(x.y, yz), 0.0), second.x);
     }
     return mix(mix(row[0], row[1], second.y), mix(row[2], row[3], second.y), second.z);
 }

@@ -10,6 +10,5 @@ VolumeAt volume_between(VolumeAt near, VolumeAt far)
 {
     const float kFaint = 1e-9;
     vec3 passed = near.transmittance / (near.transmittance * near.transmittance + kFaint * kFaint);
-    return VolumeAt(max(far.scattering - near.scattering, 0.0) * passed,
-                    clamp(far.transmittance * passed, 0.0, 1.0));
+    return VolumeAt(max(far.scattering - near.scattering, 0.0) * passed, clamp(far.transmittance * passed, 0.0, 1.0));
 }

@@ -6,8 +6,8 @@
 #include "scene/light_volumes.glsl"
 
 // Variant
-const bool kClear = false;   // the media don't dim it
-const bool kMarched = false; // there are some without a closed form
+const bool kClear = false;    // the media don't dim it
+const bool kMarched = false;  // there are some without a closed form
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rg32ui, binding = 0) writeonly uniform uimage3D u_ways_img;
@@ -82,8 +82,8 @@ void main()
     FieldWay way = u_field.ways[k];
     ivec3 count = to_axes(way.axis, node_count());
     vec3 course = vec3(from_axes(way.axis, ivec3(1, 0, 0))) * way.forward +
-                vec3(from_axes(way.axis, ivec3(0, 1, 0))) * way.slope.x +
-                vec3(from_axes(way.axis, ivec3(0, 0, 1))) * way.slope.y;
+                  vec3(from_axes(way.axis, ivec3(0, 1, 0))) * way.slope.x +
+                  vec3(from_axes(way.axis, ivec3(0, 0, 1))) * way.slope.y;
     Chain chain = first_of_chain(way, ivec2(gl_GlobalInvocationID.xy));
     Bounced bounced = Bounced(vec3(0.0), vec3(0.0), 0.0);
     bool inside = false;
@@ -119,7 +119,8 @@ void main()
         bool crossed = is_crossed(node, k);
         if (crossed) {
             // Where on the way is not known: half of it.
-            bounced = Bounced(radiance_of_face(on_line, course), chain.enters ? vec3(0.0) : 0.5 * tau, 0.5 * way.metres);
+            bounced =
+                Bounced(radiance_of_face(on_line, course), chain.enters ? vec3(0.0) : 0.5 * tau, 0.5 * way.metres);
             inside = !is_left(node, k);
         }
         Bounced here = bounced;

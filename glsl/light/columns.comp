@@ -62,9 +62,11 @@ void main()
     vec3 inverse_way = mix(1.0 / way, vec3(kNever), lessThan(abs(way), vec3(1.0 / kNever)));
     mat4 world_from_column = u_volumes.depth.world_from_node;
     if (u_volumes.filled.axis == 1)
-        world_from_column = mat4(world_from_column[1], world_from_column[2], world_from_column[0], world_from_column[3]);
+        world_from_column =
+            mat4(world_from_column[1], world_from_column[2], world_from_column[0], world_from_column[3]);
     if (u_volumes.filled.axis == 2)
-        world_from_column = mat4(world_from_column[2], world_from_column[0], world_from_column[1], world_from_column[3]);
+        world_from_column =
+            mat4(world_from_column[2], world_from_column[0], world_from_column[1], world_from_column[3]);
     float metres = length(mat3(world_from_column) * way);
     vec3 last = to_columns(u_volumes.depth.last);
 
@@ -82,7 +84,7 @@ void main()
         else
             tau += metres * mean_extinction(world_from_column, node - way, way, inverse_way, last);
         lap_before = lap;
-        store(from_columns(ivec3(plane < 0 ? plane + planes : plane, column)),
-              vec4(min(vec3(tau), vec3(kMost)), 0.0), ivec3(u_volumes.depth_period));
+        store(from_columns(ivec3(plane < 0 ? plane + planes : plane, column)), vec4(min(vec3(tau), vec3(kMost)), 0.0),
+              ivec3(u_volumes.depth_period));
     }
 }

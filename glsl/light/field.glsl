@@ -21,10 +21,7 @@ ivec3 layer_of(int k) { return ivec3(0, 0, k * (int(u_field.nodes.last.z) + 1));
 
 // And where the image of all ways of a batch has the k-th: they stand beside each other in rows, since no edge of a
 // texture may be too long.
-ivec3 way_of(int k)
-{
-    return ivec3(k & (FIELD_WAYS_A_ROW - 1), 0, k / FIELD_WAYS_A_ROW) * node_count();
-}
+ivec3 way_of(int k) { return ivec3(k & (FIELD_WAYS_A_ROW - 1), 0, k / FIELD_WAYS_A_ROW) * node_count(); }
 
 // Of a way that ends inside of a surface, instead of what surfaces let through.
 const float kInside = 1.5;

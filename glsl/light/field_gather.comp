@@ -5,11 +5,11 @@
 #include "light/field_pairs.glsl"
 
 // Variant
-const int kWays = 0;        // of the batch, where its size is one of the usual two
-const bool kAdds = false;   // to what was there
-const bool kClear = false;  // of the world's light what surfaces let through
+const int kWays = 0;         // of the batch, where its size is one of the usual two
+const bool kAdds = false;    // to what was there
+const bool kClear = false;   // of the world's light what surfaces let through
 const bool kDimmed = false;  // and beside that what media let through as well
-const bool kWorld = false;  // it is the world's or the surfaces': each way knows whether it ends inside of one
+const bool kWorld = false;   // it is the world's or the surfaces': each way knows whether it ends inside of one
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
 layout(rgba32f, binding = 0) uniform image3D u_light_img;
@@ -18,10 +18,7 @@ layout(rgba32f, binding = 1) uniform image3D u_dimmed_img;
 float g_outside = 0.0;
 vec3 g_dimmed[kCount];
 
-vec3 brought(vec4 way, int k)
-{
-    return kClear ? u_field.ways[k].entry * (way.a == kInside ? 0.0 : way.a) : way.rgb;
-}
+vec3 brought(vec4 way, int k) { return kClear ? u_field.ways[k].entry * (way.a == kInside ? 0.0 : way.a) : way.rgb; }
 
 void gather_pair(ivec3 node, int k)
 {
@@ -37,7 +34,9 @@ void gather_pair(ivec3 node, int k)
         add_pair(g_dimmed, k, one.rgb, other.rgb);
 }
 
-#define GATHER(k) if (k < (kWays > 0 ? kWays : u_field.count)) gather_pair(node, k);
+#define GATHER(k)                                \
+    if (k < (kWays > 0 ? kWays : u_field.count)) \
+        gather_pair(node, k);
 
 void main()
 {

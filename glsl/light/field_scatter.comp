@@ -31,10 +31,7 @@ vec3 tail_of_last_order()
     return ratio / (1.0 - ratio);
 }
 
-void gather_pair(ivec3 node, int k)
-{
-    add_pair(g_light, k, light_of_way(node, k), light_of_way(node, k + 1));
-}
+void gather_pair(ivec3 node, int k) { add_pair(g_light, k, light_of_way(node, k), light_of_way(node, k + 1)); }
 
 void store(ivec3 at, vec3 source, vec3 tail)
 {

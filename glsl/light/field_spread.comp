@@ -10,7 +10,9 @@ layout(binding = FIELD_LIGHT_UNIT) uniform sampler3D u_scattered_tx;
 // Variant
 const int kWays = 0;  // of the batch, where its size is one of the usual two
 
-#define SPREAD(k) if (k < (kWays > 0 ? kWays : u_field.count)) spread_pair(node, k);
+#define SPREAD(k)                                \
+    if (k < (kWays > 0 ? kWays : u_field.count)) \
+        spread_pair(node, k);
 
 void spread_pair(ivec3 node, int k)
 {

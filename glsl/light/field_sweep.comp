@@ -75,7 +75,9 @@ void main()
         if (kMeans) {
             if (!first)
                 imageStore(u_ways_img, old_node + way_of(k),
-                           pack_light(chain.enters ? old_mean : alone ? begin : 0.5 * (begin + old_mean)));
+                           pack_light(chain.enters ? old_mean
+                                      : alone      ? begin
+                                                   : 0.5 * (begin + old_mean)));
             alone = chain.enters;
             old_mean = mean;
         } else {

@@ -9,8 +9,8 @@ bool is_within(FieldWay way, ivec2 start, int slice, ivec3 last)
 
 // A place where the line of a pixel meets a surface, and the node that the line comes to next.
 struct Meeting {
-    bool beyond;   // the place lies beyond the lattice
-    bool is_met;   // there is such a node: else the line has left the lattice, or never enters it
+    bool beyond;  // the place lies beyond the lattice
+    bool is_met;  // there is such a node: else the line has left the lattice, or never enters it
     ivec3 node;
     float before;  // it, in slices
 };

@@ -85,7 +85,9 @@ void main()
             extinction_t mean = chain.enters ? through : mean_of(old_through, through);
             if (!first)
                 imageStore(u_means_img, old_node + way_of(k),
-                           pack_light(way.entry * (chain.enters ? old_mean : alone ? mean : 0.5 * (mean + old_mean))));
+                           pack_light(way.entry * (chain.enters ? old_mean
+                                                   : alone      ? mean
+                                                                : 0.5 * (mean + old_mean))));
             alone = chain.enters;
             old_mean = mean;
         } else {

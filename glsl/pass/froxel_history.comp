@@ -13,7 +13,7 @@
 #include "scene/froxel_history.glsl"
 
 // Variant
-const bool kCounted = false;       // last frame has counts; else both are worth as many frames as the weight of history says
+const bool kCounted = false;  // last frame has counts; else both are worth the frames that the weight of history says
 const bool kLightChanged = false;  // the scene is not last frame's;
 const bool kMediaChanged = false;  // its extinction is not either
 

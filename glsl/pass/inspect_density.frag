@@ -20,8 +20,8 @@ bool is_inside(vec3 p)
 void main()
 {
     Ray ray = camera_ray(gl_FragCoord.xy * u_frame.inverse_full_size * 2.0 - 1.0);
-    float scene_z = view_z_of(texelFetch(u_scene_depth_tx, ivec2(gl_FragCoord.xy), 0).r,
-                              u_frame.view_z_from_depth, u_frame.sky_depth);
+    float scene_z = view_z_of(texelFetch(u_scene_depth_tx, ivec2(gl_FragCoord.xy), 0).r, u_frame.view_z_from_depth,
+                              u_frame.sky_depth);
     float steepness = dot(ray.direction, u_inspect.plane_axis);
     float z = (u_inspect.plane_place - dot(ray.origin, u_inspect.plane_axis)) / steepness;
     vec3 p = ray.origin + ray.direction * z;

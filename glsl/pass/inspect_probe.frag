@@ -21,7 +21,7 @@ vec3 map_at(vec2 uv, float level)
 
 void main()
 {
-    const float kMap = 2.0 / 3.0;   // of the picture's width
+    const float kMap = 2.0 / 3.0;  // of the picture's width
     const float kGap = 0.02;
     vec2 size = 1.0 / u_frame.inverse_full_size;
     // From the top left, in picture widths; the map is in the middle of the height.

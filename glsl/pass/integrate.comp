@@ -57,8 +57,7 @@ void main()
         float thickness = (end - begin) * length_per_z / u_froxels.slices.depth;
         begin = end;
         vec4 source = texelFetch(u_source_tx, ivec3(column, k), 0) * thickness;
-        volume_depth_t slice_tau =
-            volume_depth(source, texelFetch(u_extinction_tx, ivec3(column, k), 0) * thickness);
+        volume_depth_t slice_tau = volume_depth(source, texelFetch(u_extinction_tx, ivec3(column, k), 0) * thickness);
         vec3 added = exp(-tau) * source.rgb;
         if (!kWronski)
             added *= slab_weight(slice_tau);

@@ -3,7 +3,4 @@
 
 layout(location = 0) out float out_view_z;
 
-void main()
-{
-    out_view_z = layer_view_z(ivec2(gl_FragCoord.xy));
-}
+void main() { out_view_z = layer_view_z(ivec2(gl_FragCoord.xy)); }

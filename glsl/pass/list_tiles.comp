@@ -13,7 +13,8 @@ const bool kLitTiles = true;
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = STEP_TILES_UNIT) uniform usampler2D u_tiles_tx;
-layout(std430, binding = TILE_LIST_BUFFER) buffer TileList {
+layout(std430, binding = TILE_LIST_BUFFER) buffer TileList
+{
     TileListHead u_list;
     uint u_listed_tiles[];
 };

@@ -6,7 +6,8 @@
 const int kTilePixels = 1;  // along a tile's edge: 4 or 16
 
 layout(local_size_x = TILE_GROUP) in;
-layout(std430, binding = TILE_LIST_BUFFER) readonly buffer TileList {
+layout(std430, binding = TILE_LIST_BUFFER) readonly buffer TileList
+{
     TileListHead u_list;
     uint u_listed_tiles[];
 };
@@ -34,8 +35,8 @@ ListedTexel listed_texel(ivec2 size)
             break;
         ivec2 tile = tile_at(u_listed_tiles[k * capacity + i / kTexels]);
         i %= kTexels;
-        uvec2 texel = kTilePixels == 4 ? uvec2(i & 3u, i >> 2)
-                                       : uvec2(i & 7u, i >> 3 & 7u) + 8u * uvec2(i >> 6 & 1u, i >> 7);
+        uvec2 texel =
+            kTilePixels == 4 ? uvec2(i & 3u, i >> 2) : uvec2(i & 7u, i >> 3 & 7u) + 8u * uvec2(i >> 6 & 1u, i >> 7);
         ivec2 at = tile * kTilePixels + ivec2(texel);
         return ListedTexel(all(lessThan(at, size)), tile, at);
     }

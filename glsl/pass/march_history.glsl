@@ -152,8 +152,8 @@ vec2 old_position(vec3 p)
     vec4 clip = u_history.clip_from_world * vec4(p, 1.0);
     if (!(clip.w > 0.0))
         return vec2(-2.0);  // out of it
-    vec2 position = (clip.xy / clip.w * 0.5 + 0.5) * u_frame.full_size / float(kLayerScale) - 0.5 -
-                    u_history.layer_offset;
+    vec2 position =
+        (clip.xy / clip.w * 0.5 + 0.5) * u_frame.full_size / float(kLayerScale) - 0.5 - u_history.layer_offset;
     return clamp(position, vec2(-2.0), u_frame.layer_size + 1.0);  // or no integer has it
 }
 
@@ -167,8 +167,8 @@ Kept history_of(ivec2 texel, vec2 media_depth, float scene_z, out vec2 position,
     Ray ray = camera_ray(pixel * u_frame.inverse_full_size * 2.0 - 1.0);
     if (media_depth.x < 0.0)
         return mean;
-    vec2 view_z = u_frame.media_range.x + (u_frame.media_range.y - u_frame.media_range.x) *
-                  (media_depth.x + media_depth.y * vec2(-1.0, 1.0));
+    vec2 view_z = u_frame.media_range.x +
+                  (u_frame.media_range.y - u_frame.media_range.x) * (media_depth.x + media_depth.y * vec2(-1.0, 1.0));
     vec3 p = ray.origin + ray.direction * (0.5 * (view_z.x + view_z.y));
     old_scene_z = dot(u_history.view_z_from_world, vec4(ray.origin + ray.direction * scene_z, 1.0));
     position = old_position(p);
@@ -191,7 +191,7 @@ Kept history_of(ivec2 texel, vec2 media_depth, float scene_z, out vec2 position,
     }
     // What lies before and behind that point comes from elsewhere, and between texels the finest detail is
     // lost: with each frame a little more, so that what is kept is worth so many frames and no more.
-    const float kSmear = 0.1;   // texels in all
+    const float kSmear = 0.1;    // texels in all
     const float kBetween = 2.0;  // frames half way between texels
     float smear = 0.5 * distance(old_position(ray.origin + ray.direction * view_z.x),
                                  old_position(ray.origin + ray.direction * view_z.y));
@@ -251,8 +251,8 @@ Around around(ivec2 texel, float scene_z)
 // Clips what is kept to that, as Salvi 2016 has it.
 void clip(Around now, bool transmittance_too, inout Sight sight)
 {
-    sight.scattering = clamp(sight.scattering, now.mean.scattering - now.reach.scattering,
-                             now.mean.scattering + now.reach.scattering);
+    sight.scattering =
+        clamp(sight.scattering, now.mean.scattering - now.reach.scattering, now.mean.scattering + now.reach.scattering);
     if (transmittance_too)
         sight.transmittance = clamp(sight.transmittance, now.mean.transmittance - now.reach.transmittance,
                                     now.mean.transmittance + now.reach.transmittance);
@@ -307,8 +307,8 @@ Sight mean_of(Sight now, Sight before, float weight)
     // By the quotient alone: exp(log()) of what is kept would change it a little with each frame.
     transmittance_t kept = max(before.transmittance, 1e-6);
     transmittance_t deeper = log(kept / max(now.transmittance, 1e-6));
-    Sight mean = Sight(mix(now.scattering, before.scattering, weight),
-                       mix(now.transmittance, before.transmittance, weight));
+    Sight mean =
+        Sight(mix(now.scattering, before.scattering, weight), mix(now.transmittance, before.transmittance, weight));
     transmittance_t alike = clamp(2.0 - 2.0 * abs(deeper), 0.0, 1.0);
     transmittance_t taken = 1.0 - mean.transmittance;
     mean.transmittance = mix(mean.transmittance, kept * exp((weight - 1.0) * deeper), alike);

@@ -36,8 +36,9 @@ void main()
             met = true;
             vec3 n = (view_z * ray.direction - to) / radius;
             int layer = u_probes.probes[i].layer;
-            out_color.rgb = side == 0 ? probe_map_at(u_probes_tx, u_probes.placed.maps[0], layer, octahedral_uv(reflect(d, n))).rgb
-                                      : probe_irradiance(u_probes_tx, u_probes.placed.harmonics, layer, n).rgb / kPi;
+            out_color.rgb =
+                side == 0 ? probe_map_at(u_probes_tx, u_probes.placed.maps[0], layer, octahedral_uv(reflect(d, n))).rgb
+                          : probe_irradiance(u_probes_tx, u_probes.placed.harmonics, layer, n).rgb / kPi;
         }
     if (!met)
         discard;

@@ -19,7 +19,7 @@ const bool kCameraRange = false;  // march from near to far and past the scene's
                                   // each step; else only where media are, each step cut exactly at both ends
 const bool kMonochrome = false;
 const bool kSplits = false;
-const bool kMediaDepth = false;   // work out a depth that stands for the ray's media, for march_history.glsl
+const bool kMediaDepth = false;  // work out a depth that stands for the ray's media, for march_history.glsl
 
 layout(binding = LAYER_DEPTH_UNIT) uniform sampler2D u_layer_depth_tx;
 layout(binding = BLUE_NOISE_UNIT) uniform sampler2D u_blue_noise_tx;
@@ -66,18 +66,19 @@ struct Layer {
 // Keeps what a ray has met at the depths before step.y; the step, from step.x on, is uniform.
 void keep_splits(inout Layer layer, vec2 step, float length_per_z, vec3 source, extinction_t sigma_t)
 {
-    if (layer.splits.view_z < step.y) do {
-        float ds = max(layer.splits.view_z - step.x, 0.0) * length_per_z;
-        extinction_t tau = sigma_t * ds;
-        vec3 scattering = layer.scattering + layer.transmittance * source * (ds * slab_weight(tau));
-        extinction_t transmittance = layer.transmittance * exp(-tau);
-        ivec3 at = ivec3(layer.texel, layer.splits.next);
-        imageStore(u_split_scattering_img, at,
-                   vec4(min(scattering, vec3(u_frame.radiance_limit)), mean(transmittance)));
-        if (!kMonochrome)
-            imageStore(u_split_transmittance_img, at, vec4(vec3(transmittance), 1.0));
-        step_on(layer.splits);
-    } while (layer.splits.view_z < step.y);
+    if (layer.splits.view_z < step.y)
+        do {
+            float ds = max(layer.splits.view_z - step.x, 0.0) * length_per_z;
+            extinction_t tau = sigma_t * ds;
+            vec3 scattering = layer.scattering + layer.transmittance * source * (ds * slab_weight(tau));
+            extinction_t transmittance = layer.transmittance * exp(-tau);
+            ivec3 at = ivec3(layer.texel, layer.splits.next);
+            imageStore(u_split_scattering_img, at,
+                       vec4(min(scattering, vec3(u_frame.radiance_limit)), mean(transmittance)));
+            if (!kMonochrome)
+                imageStore(u_split_transmittance_img, at, vec4(vec3(transmittance), 1.0));
+            step_on(layer.splits);
+        } while (layer.splits.view_z < step.y);
 }
 
 // From step.x to step.y, sampled at `share` of it, z.
@@ -89,8 +90,7 @@ void march(inout Layer layer, MediaLine line, LightLine light, float length_per_
     extinction_t tau = medium.sigma_t * ds;
     float z_lit = kExactFalloff ? z - (step.y - step.x) * light_ahead(mean(tau)) : z;
     if (medium.sigma_s != vec3(0.0))
-        source += medium.sigma_s *
-                  in_scattering_on(light, LightStep(z_lit, step, share, medium.g, medium.sigma_t));
+        source += medium.sigma_s * in_scattering_on(light, LightStep(z_lit, step, share, medium.g, medium.sigma_t));
     if (kSplits)
         keep_splits(layer, step, length_per_z, source, medium.sigma_t);
     vec3 added = layer.transmittance * source * (ds * slab_weight(tau));
@@ -110,8 +110,8 @@ void march_camera_range(inout Layer layer, MediaLine line, LightLine light, floa
     int steps = int(u_frame.steps);
     float z = inside.x;
     for (int i = 0; i < steps && z < inside.y; ++i) {
-        float z_next = step_split((float(i) + 0.5 + offset) / float(steps), u_frame.step_range,
-                                  u_frame.step_octaves, u_frame.distribution);
+        float z_next = step_split((float(i) + 0.5 + offset) / float(steps), u_frame.step_range, u_frame.step_octaves,
+                                  u_frame.distribution);
         march(layer, line, light, length_per_z, vec2(z, z_next), 1.0, z_next);
         z = z_next;
     }
@@ -130,32 +130,34 @@ void march_tile(inout Layer layer, uvec4 tile, MediaLine line, LightLine light, 
     entry &= -tile_stride(tile.y, tile.z, tile.w, entry);
     // Row by row of slots that hold something. Steps stay where they are whether some are left out or not.
     // Loops that ask first run their body once more with all lanes off where they are lanes of a processor.
-    if (slots != 0u) do {
-        int slot = findLSB(slots);
-        int beyond = slot + findLSB(~(slots >> uint(slot)));
-        slots &= ~0u << uint(beyond);
-        int first = max(tile_first_split(tile.w) + (slot << tile_log2_width(tile.w)), entry);
-        int last = min(tile_first_split(tile.w) + (beyond << tile_log2_width(tile.w)), steps);
-        float z = max(step_split(float(first) / float(steps), range, octaves, lambda), inside.x);
-        int i = first;
-        if (i < last && z < inside.y && most(layer.transmittance) > enough) do {
-            int stride = tile_stride(tile.y, tile.z, tile.w, i);
-            float z_next = min(step_split(float(i + stride) / float(steps), range, octaves, lambda), inside.y);
-            if (i + stride >= steps)
-                z_next = inside.y;  // rounding must not leave a rest
-            float z_end = z_next;
-            if (kIslands)
-                z_next = island_step(line.ray.origin, line.ray.direction, z, z_end);
-            // Where steps are long, since the medium is smooth, every other one is sampled as far from its end as
-            // the one before was from its begin: what grows evenly along the ray then has no noise. Detail is
-            // better met at even distances.
-            float share = stride == 1 || (i & stride) == 0 ? offset : 1.0 - offset;
-            march(layer, line, light, length_per_z, vec2(z, z_next), share, mix(z, z_next, share));
-            z = z_next;
-            if (!kIslands || z >= z_end)
-                i += stride;
-        } while (i < last && z < inside.y && most(layer.transmittance) > enough);
-    } while (slots != 0u);
+    if (slots != 0u)
+        do {
+            int slot = findLSB(slots);
+            int beyond = slot + findLSB(~(slots >> uint(slot)));
+            slots &= ~0u << uint(beyond);
+            int first = max(tile_first_split(tile.w) + (slot << tile_log2_width(tile.w)), entry);
+            int last = min(tile_first_split(tile.w) + (beyond << tile_log2_width(tile.w)), steps);
+            float z = max(step_split(float(first) / float(steps), range, octaves, lambda), inside.x);
+            int i = first;
+            if (i < last && z < inside.y && most(layer.transmittance) > enough)
+                do {
+                    int stride = tile_stride(tile.y, tile.z, tile.w, i);
+                    float z_next = min(step_split(float(i + stride) / float(steps), range, octaves, lambda), inside.y);
+                    if (i + stride >= steps)
+                        z_next = inside.y;  // rounding must not leave a rest
+                    float z_end = z_next;
+                    if (kIslands)
+                        z_next = island_step(line.ray.origin, line.ray.direction, z, z_end);
+                    // Where steps are long, since the medium is smooth, every other one is sampled as far from its end as
+                    // the one before was from its begin: what grows evenly along the ray then has no noise. Detail is
+                    // better met at even distances.
+                    float share = stride == 1 || (i & stride) == 0 ? offset : 1.0 - offset;
+                    march(layer, line, light, length_per_z, vec2(z, z_next), share, mix(z, z_next, share));
+                    z = z_next;
+                    if (!kIslands || z >= z_end)
+                        i += stride;
+                } while (i < last && z < inside.y && most(layer.transmittance) > enough);
+        } while (slots != 0u);
 }
 
 // What a texel's two targets hold.
@@ -178,8 +180,8 @@ Marched march_texel(ivec2 texel, uvec4 tile)
 
     // A pixel's ray is its middle's; a larger texel's stands for the pixels around as well.
     float texel_ndc = 2.0 * sqrt(float(kLayerScale * kLayerScale - 1)) * u_frame.inverse_full_size.x;
-    LightLine light = light_line(ray, wo, texel_ndc * vec2(length(u_frame.ray_origin_dx.xyz),
-                                                           length(u_frame.ray_direction_dx.xyz)));
+    LightLine light =
+        light_line(ray, wo, texel_ndc * vec2(length(u_frame.ray_origin_dx.xyz), length(u_frame.ray_direction_dx.xyz)));
     MediaLine line = media_line(ray);
     vec2 inside = vec2(u_frame.step_range.x, scene_z);
     if (!kCameraRange)
@@ -197,8 +199,7 @@ Marched march_texel(ivec2 texel, uvec4 tile)
     vec3 scattering = min(layer.scattering, vec3(u_frame.radiance_limit));  // an infinity would spoil its neighbours
     Marched marched;
     marched.scattering = vec4(scattering, kMonochrome ? mean(layer.transmittance) : media_depth.x);
-    marched.transmittance =
-        kMonochrome ? vec4(media_depth, 0.0, 1.0) : vec4(vec3(layer.transmittance), media_depth.y);
+    marched.transmittance = kMonochrome ? vec4(media_depth, 0.0, 1.0) : vec4(vec3(layer.transmittance), media_depth.y);
     if (kCountSamples)
         marched.scattering = vec4(float(g_samples));
     return marched;

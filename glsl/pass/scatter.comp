@@ -15,8 +15,9 @@ const bool kGridShadows = false;   // light is dimmed by the V-buffer, marched i
                                    // lies outside of the view throws no shadow; else by the media themselves
 const bool kHistory = false;       // last frame's froxels are there;
 const bool kHistoryStill = false;  // they are these, one for one
-const bool kMiddleLight = false;   // light is looked up in a froxel's middle: all froxels have one jitter, so a frame whose
-                                   // light is to stand for others errs to one side, 10 % in a smoke of a few froxels
+const bool kMiddleLight = false;   // light is looked up in a froxel's middle: all froxels have one jitter, so a frame
+                                   // whose light is to stand for others errs to one side, 10 % in a smoke of a few
+                                   // froxels
 
 layout(local_size_x = FROXEL_GROUP_X, local_size_y = FROXEL_GROUP_Y, local_size_z = FROXEL_GROUP_Z) in;
 layout(binding = FROXEL_SOURCE_IMAGE) writeonly uniform image3D u_source_img;

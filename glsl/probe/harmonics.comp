@@ -18,8 +18,9 @@ shared float s_weights[kThreads];
 
 void main()
 {
-    const float kCosine[kProbeHarmonics] = float[kProbeHarmonics](
-        kPi, 2.0 / 3.0 * kPi, 2.0 / 3.0 * kPi, 2.0 / 3.0 * kPi, 0.25 * kPi, 0.25 * kPi, 0.25 * kPi, 0.25 * kPi, 0.25 * kPi);
+    const float kCosine[kProbeHarmonics] =
+        float[kProbeHarmonics](kPi, 2.0 / 3.0 * kPi, 2.0 / 3.0 * kPi, 2.0 / 3.0 * kPi, 0.25 * kPi, 0.25 * kPi,
+                               0.25 * kPi, 0.25 * kPi, 0.25 * kPi);
     int thread = int(gl_LocalInvocationIndex);
     int n = u_filter.from.size;
     for (int k = 0; k < kProbeHarmonics; ++k) {

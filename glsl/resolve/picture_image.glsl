@@ -3,7 +3,7 @@
 #include "shared/bindings.h"
 
 // Variant, and PICTURE_FORMAT, the picture's as a layout qualifier names it: resolve::LayerBlend
-const bool kAdds = true;        // what is resolved is added to the picture times a factor:
+const bool kAdds = true;  // what is resolved is added to the picture times a factor:
 const int kFactor = FACTOR_ONE;
 const bool kNormalized = false;  // the format holds 0..1: what is blended is clamped to that, as OpenGL has it
 

@@ -6,8 +6,8 @@
 #include "scene/frame.glsl"
 
 // Variant, besides BOTH
-const int kUpsampleTaps = 4;   // 4: a tent over 4x4 texels; 2: bilinear over 2x2; 1: copies the texel (scale 1)
-const bool kBox2017 = false;   // 4x4 texels with equal weights, depth compared in metres, one side half a texel off
+const int kUpsampleTaps = 4;  // 4: a tent over 4x4 texels; 2: bilinear over 2x2; 1: copies the texel (scale 1)
+const bool kBox2017 = false;  // 4x4 texels with equal weights, depth compared in metres, one side half a texel off
 
 layout(binding = SCENE_DEPTH_UNIT) uniform sampler2D u_scene_depth_tx;
 layout(binding = LAYER_DEPTH_UNIT) uniform sampler2D u_layer_depth_tx;
@@ -30,10 +30,7 @@ void add(inout Texel sum, ivec2 texel, float weight)
 }
 
 // Depths before and behind all media see the same of them.
-float media_view_z(float view_z)
-{
-    return clamp(view_z, u_frame.media_range.x, u_frame.media_range.y);
-}
+float media_view_z(float view_z) { return clamp(view_z, u_frame.media_range.x, u_frame.media_range.y); }
 
 void add_box_2017(inout Texel sum, ivec2 pixel, float scene_z)
 {
@@ -59,8 +56,8 @@ void add_bilinear(inout Texel sum, vec2 position, float scene_z, float tolerance
     // One fetch for four depths, in its order: upper left, upper right, lower right, lower left.
     vec4 layer_z = textureGather(u_layer_depth_tx, (vec2(first) + 1.0) * u_frame.inverse_layer_size);
     layer_z = clamp(layer_z, vec4(u_frame.media_range.x), vec4(u_frame.media_range.y));
-    vec4 weights = vec4(low.x * high.y, high.x * high.y, high.x * low.y, low.x * low.y) *
-                   same_depth(layer_z, scene_z, tolerance);
+    vec4 weights =
+        vec4(low.x * high.y, high.x * high.y, high.x * low.y, low.x * low.y) * same_depth(layer_z, scene_z, tolerance);
     ivec2 upper_right = min(first + 1, last);
     ivec2 lower_left = max(first, ivec2(0));
     add(sum, ivec2(lower_left.x, upper_right.y), weights.x);
@@ -89,8 +86,7 @@ void add_texels(inout Texel sum, ivec2 pixel)
         add(sum, pixel, 1.0);
         return;
     }
-    float scene_z = view_z_of(texelFetch(u_scene_depth_tx, pixel, 0).r, u_frame.view_z_from_depth,
-                              u_frame.sky_depth);
+    float scene_z = view_z_of(texelFetch(u_scene_depth_tx, pixel, 0).r, u_frame.view_z_from_depth, u_frame.sky_depth);
     if (kBox2017) {
         add_box_2017(sum, pixel, scene_z);
         return;

@@ -21,7 +21,7 @@ vec3 light_around(vec3 p, vec3 d, float alpha, vec3 irradiance, vec3 open)
 
 void add_world_reflection(vec3 p, vec3 n, vec3 irradiance, vec3 open)
 {
-    const float kOneLobe = 0.01;   // alpha of mirrors, all but
+    const float kOneLobe = 0.01;    // alpha of mirrors, all but
     const float kNarrowest = 0.35;  // of a lobe: those beside each other meet
     // Middles of quarters of GGX's slopes along a line, over alpha.
     const float kSlopes[kLobes] = float[kLobes](-1.1338934, -0.2581989, 0.2581989, 1.1338934);
@@ -35,8 +35,8 @@ void add_world_reflection(vec3 p, vec3 n, vec3 irradiance, vec3 open)
         float n_wi = dot(n, d);
         if (wo_h <= 0.0 || n_wi <= 0.0)
             continue;
-        vec3 weight = schlick_fresnel(gloss.f0, wo_h) *
-                      (ggx_visibility(n_wo, n_wi, gloss.alpha) * n_wi * wo_h / dot(n, h));
+        vec3 weight =
+            schlick_fresnel(gloss.f0, wo_h) * (ggx_visibility(n_wo, n_wi, gloss.alpha) * n_wi * wo_h / dot(n, h));
         sum += weight * light_around(p, d, gloss.alpha * max(wo_h, kNarrowest), irradiance, open);
         weights += weight;
     }

@@ -6,9 +6,9 @@
 const int kAreaPoints = 4;  // each light's, a multiple of four
 
 struct AreaParams {
-    vec3 center;  // [m]
-    float area;   // [m^2]
-    vec3 u;       // a rectangle's half edge, a disk's radius [m]
+    vec3 center;        // [m]
+    float area;         // [m^2]
+    vec3 u;             // a rectangle's half edge, a disk's radius [m]
     float first_layer;  // of the shadow map, of this point
     vec3 v;             // the other, square to u [m]
     float two_sided;    // 1, or 0

@@ -123,7 +123,8 @@ void add_area(inout vec3 sum, int first, bool is_disk, LightLine line, LightStep
     float scattered = area.area / float(kAsked);
     if (!far)
         scattered = (is_disk ? phase_of_disk(area, p, line.wo, step.g, numbers)
-                             : phase_of_rect(area, p, line.wo, step.g, numbers)) / max(open, 1e-30);
+                             : phase_of_rect(area, p, line.wo, step.g, numbers)) /
+                    max(open, 1e-30);
     sum += share * u_lights.lights[first].intensity * scattered * arriving;
 }
 

@@ -24,29 +24,31 @@ uint sort_fragments(ivec2 pixel)
     float tail_z = fragment_view_z(tail);
     uint tail_key = fragment_key_at(tail);
     uint at = next_fragment(first);
-    if (at != 0u) do {
-        uint next = next_fragment(at);
-        float view_z = fragment_view_z(at);
-        uint key = fragment_key_at(at);
-        if (!is_behind(view_z, key, tail_z, tail_key)) {
-            link_fragment(tail, at);
-            tail = at;
-            tail_z = view_z;
-            tail_key = key;
-        } else {
-            uint before = 0u, after = head;
-            if (is_behind(fragment_view_z(after), fragment_key_at(after), view_z, key)) do {
-                before = after;
-                after = next_fragment(after);
-            } while (is_behind(fragment_view_z(after), fragment_key_at(after), view_z, key));
-            link_fragment(at, after);
-            if (before == 0u)
-                head = at;
-            else
-                link_fragment(before, at);
-        }
-        at = next;
-    } while (at != 0u);
+    if (at != 0u)
+        do {
+            uint next = next_fragment(at);
+            float view_z = fragment_view_z(at);
+            uint key = fragment_key_at(at);
+            if (!is_behind(view_z, key, tail_z, tail_key)) {
+                link_fragment(tail, at);
+                tail = at;
+                tail_z = view_z;
+                tail_key = key;
+            } else {
+                uint before = 0u, after = head;
+                if (is_behind(fragment_view_z(after), fragment_key_at(after), view_z, key))
+                    do {
+                        before = after;
+                        after = next_fragment(after);
+                    } while (is_behind(fragment_view_z(after), fragment_key_at(after), view_z, key));
+                link_fragment(at, after);
+                if (before == 0u)
+                    head = at;
+                else
+                    link_fragment(before, at);
+            }
+            at = next;
+        } while (at != 0u);
     link_fragment(tail, 0u);
     if (head != first)
         imageStore(u_first_img, pixel, uvec4(head));

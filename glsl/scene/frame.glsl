@@ -17,6 +17,5 @@ struct Ray {
 Ray camera_ray(vec2 ndc)
 {
     return Ray(u_frame.ray_origin.xyz + ndc.x * u_frame.ray_origin_dx.xyz + ndc.y * u_frame.ray_origin_dy.xyz,
-               u_frame.ray_direction.xyz + ndc.x * u_frame.ray_direction_dx.xyz +
-                   ndc.y * u_frame.ray_direction_dy.xyz);
+               u_frame.ray_direction.xyz + ndc.x * u_frame.ray_direction_dx.xyz + ndc.y * u_frame.ray_direction_dy.xyz);
 }

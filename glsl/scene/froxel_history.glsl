@@ -16,8 +16,8 @@ HistoryPlace history_place(ivec3 froxel)
     Ray ray = column_ray(froxel.xy, vec2(0.5));
     float s = (float(froxel.z) + 0.5) / u_froxels.slices.count;
     vec3 p = ray.origin + ray.direction * slice_view_z(s, u_froxels.slices);
-    vec3 uvw = froxel_uvw(p, u_froxels.history_clip_from_world, u_froxels.history_view_z_from_world,
-                          u_froxels.history_slices);
+    vec3 uvw =
+        froxel_uvw(p, u_froxels.history_clip_from_world, u_froxels.history_view_z_from_world, u_froxels.history_slices);
     return HistoryPlace(p, -normalize(ray.direction), uvw);
 }
 

@@ -6,10 +6,10 @@
 layout(binding = LTC_UNIT) uniform sampler2DArray u_ltc_tx;
 
 struct Gloss {
-    vec3 wo;      // to the eye
+    vec3 wo;  // to the eye
     float alpha;
     vec3 f0;
-    vec2 ab;      // directional albedos: lib/ggx.glsl
+    vec2 ab;  // directional albedos: lib/ggx.glsl
     // Turns directions so that those of D V n.wi, over its integral, are a cosine's about z: Heitz and others 2016,
     // "Real-Time Polygonal-Light Shading with Linearly Transformed Cosines".
     mat3 cosine_from_world;

@@ -6,8 +6,8 @@
 
 // Variant
 const bool kVolumeShadows = false;  // media dim the light on its way to the point
-const bool kDepthAtPoint = false;   // light_depth() is what the depth volume has at the point: all that scatters is in it
-const bool kWorldLight = false;     // the world's light scatters too: its mean, undimmed, isotropically, unless in a volume
+const bool kDepthAtPoint = false;   // light_depth() is the depth volume's at the point: all that scatters is in it
+const bool kWorldLight = false;     // the world's light scatters too: its mean, undimmed, isotropic, unless in a volume
 const int kShadowTaps = 1;          // of a step, by which a sun's shadow is looked up
 const bool kExactFalloff = false;   // a step takes the mean of 1/d^2 over its length, not that at its sample
 
@@ -18,11 +18,11 @@ extinction_t light_depth(int i, vec3 p, LightSample light);
 // as begin + t * slope. Worked out once a line: few compilers take it out of a loop by themselves.
 struct LightLine {
     Ray ray;
-    vec3 wo;  // unit length, to the eye
+    vec3 wo;                      // unit length, to the eye
     vec3 sun[max(kSunCount, 1)];  // what it scatters if nothing hides or dims it; kMixedG: its irradiance
-    vec3 shadow[max(kSunCount, 1)], dshadow[max(kSunCount, 1)];  // its inner shadow view, which holds all media: uv, depth
-    vec3 depth, ddepth;  // in nodes of the depth volume
-    vec3 world, dworld;  // and of the world's
+    vec3 shadow[max(kSunCount, 1)], dshadow[max(kSunCount, 1)];  // its inner shadow view, of all media: uv, depth
+    vec3 depth, ddepth;                                          // in nodes of the depth volume
+    vec3 world, dworld;                                          // and of the world's
     vec2 placed[max(kPlacedCount, 1)];  // kExactFalloff: t nearest to a light that has a place, and how far it is [m]
 };
 
@@ -94,8 +94,9 @@ float phase_over(Falloff falloff, float g)
         return phase_isotropic();
     float middle = falloff.begin + 0.5 * falloff.angle;
     float reach = 0.3872983346 * falloff.angle;
-    return (4.0 * phase_at(-sin(middle), g) + 2.5 * (phase_at(-sin(middle - reach), g) +
-                                                    phase_at(-sin(middle + reach), g))) / 9.0;
+    return (4.0 * phase_at(-sin(middle), g) +
+            2.5 * (phase_at(-sin(middle - reach), g) + phase_at(-sin(middle + reach), g))) /
+           9.0;
 }
 
 // A piece of a line whose light is asked for at one point of it.

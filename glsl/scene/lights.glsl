@@ -6,10 +6,10 @@
 #include "shared/light_params.h"
 
 // Variant
-const int kSunCount = 0;  // suns are the first of lights[],
-const int kPointCount = 0;  // then come points,
-const int kSpotCount = 0;  // then spots
-const int kLightPoints = 0;  // lights[] that there are
+const int kSunCount = 0;             // suns are the first of lights[],
+const int kPointCount = 0;           // then come points,
+const int kSpotCount = 0;            // then spots
+const int kLightPoints = 0;          // lights[] that there are
 const bool kSurfaceShadows = false;  // the scene has surfaces that can hide a light
 
 const int kPlacedCount = kPointCount + kSpotCount;
@@ -85,10 +85,7 @@ float point_on_surface(int i, vec3 p, vec3 n)
     return visibility_on_surface(view, p, n);
 }
 
-float spot_on_surface(int i, vec3 p, vec3 n)
-{
-    return visibility_on_surface(int(u_lights.lights[i].first_view), p, n);
-}
+float spot_on_surface(int i, vec3 p, vec3 n) { return visibility_on_surface(int(u_lights.lights[i].first_view), p, n); }
 
 // The same in a medium, of what lies at uv, 0..1, and depth in a view.
 float visibility_in(int view, vec2 uv, float depth)

@@ -91,8 +91,7 @@ float profile_noise(int m, vec3 p)
         NoiseOctave octave = u_media.octaves[m * MAX_OCTAVES + i];
         vec3 q = p * octave.frequency + octave.fraction;
         vec3 whole = floor(q);
-        sum += amplitude * noise_at(octave.cell_offset.xyz + ivec3(whole),
-                                    uint(octave.cell_offset.w), q - whole);
+        sum += amplitude * noise_at(octave.cell_offset.xyz + ivec3(whole), uint(octave.cell_offset.w), q - whole);
         amplitude *= medium.noise_gain;
     } while (++i < octaves);
     float fbm = 0.5 + 0.5 * sum * medium.noise_scale;
@@ -149,7 +148,7 @@ vec2 island_segment(Island island, vec3 p, vec3 d, float begin, float end)
 // next one, or after a part of the one it is in.
 float island_step(vec3 p, vec3 d, float z, float z_end)
 {
-    const float kSteps = 24.0;         // through an island
+    const float kSteps = 24.0;        // through an island
     const float kLeast = 1.0 + 2e-6;  // that a float shows
     for (int i = 0; i < u_media.island_count; ++i) {
         vec2 t = island_segment(u_media.islands[i], p, d, -1e30, z_end);

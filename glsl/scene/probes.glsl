@@ -97,8 +97,9 @@ vec3 probes_reflection(vec3 p, vec3 d, float alpha, vec3 world)
             continue;
         vec3 light = probe_reflection(i, u_probes.probes[i].layer, u_probes.probes[i].seen_from, level, p, d);
         if (u_probes.probes[i].newness < 1.0)
-            light = mix(probe_reflection(i, u_probes.probes[i].old_layer, u_probes.probes[i].old_seen_from, level, p, d), light,
-                        u_probes.probes[i].newness);
+            light =
+                mix(probe_reflection(i, u_probes.probes[i].old_layer, u_probes.probes[i].old_seen_from, level, p, d),
+                    light, u_probes.probes[i].newness);
         sum += share * light;
     }
     return shares.sum > 0.0 ? mix(sum / shares.sum, world, shares.left) : world;

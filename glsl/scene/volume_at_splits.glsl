@@ -14,8 +14,8 @@ layout(binding = SPLIT_TRANSMITTANCE_UNIT) uniform sampler2DArray u_split_transm
 
 // A pixel's place among the march's rays, whatever the depth.
 struct SplitRay {
-    vec2 texel;   // the rays lie at integers
-    vec4 reach;   // view_z [m] where the four around it end: upper left, upper right, lower right, lower left
+    vec2 texel;  // the rays lie at integers
+    vec4 reach;  // view_z [m] where the four around it end: upper left, upper right, lower right, lower left
 };
 
 SplitRay split_ray(vec2 pixel)
@@ -74,9 +74,10 @@ VolumeAt split_between(VolumeAt near, VolumeAt far, float share)
     const float kLeast = 1e-30;  // what no format tells from 0
     const float kThin = 1e-3;    // difference of transmittances below which both grow evenly
     vec3 dims = near.transmittance - far.transmittance;
-    vec3 transmittance = near.transmittance * pow(clamp(far.transmittance / max(near.transmittance, kLeast), kLeast, 1.0),
-                                                  vec3(share));
-    vec3 scattered = mix((near.transmittance - transmittance) / max(dims, kThin), vec3(share), lessThan(dims, vec3(kThin)));
+    vec3 transmittance =
+        near.transmittance * pow(clamp(far.transmittance / max(near.transmittance, kLeast), kLeast, 1.0), vec3(share));
+    vec3 scattered =
+        mix((near.transmittance - transmittance) / max(dims, kThin), vec3(share), lessThan(dims, vec3(kThin)));
     return VolumeAt(mix(near.scattering, far.scattering, scattered), transmittance);
 }
 

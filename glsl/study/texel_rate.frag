@@ -3,7 +3,4 @@
 
 layout(location = 0) out vec4 out_sum;
 
-void main()
-{
-    out_sum = vec4(sum_of_fetches(ivec2(gl_FragCoord.xy)));
-}
+void main() { out_sum = vec4(sum_of_fetches(ivec2(gl_FragCoord.xy))); }

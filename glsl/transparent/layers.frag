@@ -8,9 +8,10 @@ void main()
 {
     uint number = first_fragment(ivec2(gl_FragCoord.xy));
     float count = 0.0;
-    if (number != 0u) do {
-        count += 1.0;
-        number = next_fragment(number);
-    } while (number != 0u);
+    if (number != 0u)
+        do {
+            count += 1.0;
+            number = next_fragment(number);
+        } while (number != 0u);
     out_count = count > 0.0 ? count : kNothing;
 }

@@ -4,7 +4,7 @@
 #include "scene/panes.glsl"
 
 // Variant
-const int kPaneCount = 1;      // as many as there may be
+const int kPaneCount = 1;  // as many as there may be
 const bool kOfLayer = false;
 
 noperspective out vec4 pane_hits[kPaneCount];  // pane_hit()

@@ -81,13 +81,14 @@ vec3 resolve_wrong(uint number, VolumeRay ray, vec4 picture, float scene_z)
     VolumeAt far = volume_at(ray, scene_z);
     Accumulators sums =
         Accumulators(at_fragment(picture.rgb - far.scattering, far.transmittance), vec3(0.0), picture.a);
-    if (number != 0u) do {
-        Fragment fragment = Fragment(fragment_view_z(number), fragment_key_at(number), fragment_source(number));
-        VolumeAt near = volume_at(ray, fragment.view_z);
-        blend_wrong(sums, fragment, near, far);
-        far = near;
-        number = next_fragment(number);
-    } while (number != 0u);
+    if (number != 0u)
+        do {
+            Fragment fragment = Fragment(fragment_view_z(number), fragment_key_at(number), fragment_source(number));
+            VolumeAt near = volume_at(ray, fragment.view_z);
+            blend_wrong(sums, fragment, near, far);
+            far = near;
+            number = next_fragment(number);
+        } while (number != 0u);
     return sums.surfaces * far.transmittance + sums.scattered + far.scattering;
 }
 
@@ -107,8 +108,8 @@ void main()
     if (kReadsPicture)
         picture = texelFetch(u_picture_tx, pixel, 0);
     if (kSingle || kDoubled) {
-        float scene_z = view_z_of(texelFetch(u_scene_depth_tx, pixel, 0).r, u_frame.view_z_from_depth,
-                                  u_frame.sky_depth);
+        float scene_z =
+            view_z_of(texelFetch(u_scene_depth_tx, pixel, 0).r, u_frame.view_z_from_depth, u_frame.sky_depth);
         out_added = vec4(resolve_wrong(number, ray, picture, scene_z), 1.0);
         out_kept = vec4(0.0, 0.0, 0.0, 1.0);
         return;
