@@ -12,6 +12,7 @@
 #include "device_options.h"
 #include "interruption.h"
 #include "kept_programs.h"
+#include "library_log.h"
 #include "machine.h"
 #include "output_folder.h"
 #include "progress.h"
@@ -139,8 +140,7 @@ class BenchRun {
 public:
     explicit BenchRun(const BenchOptions& options)
         : options_{options}, folder_{options.output}, effort_{effort_of(options)},
-          context_{make_context(options.device)}, renderer_{context_->get_proc(),
-                                                            {},
+          context_{make_context(options.device)}, renderer_{context_->get_proc(), library_log(),
                                                             kept_programs()},
           drawn_rate_{device(), false}, computed_rate_{device(), true}
     {

@@ -13,6 +13,7 @@
 #include "gl/device.h"
 #include "interruption.h"
 #include "kept_programs.h"
+#include "library_log.h"
 #include "machine.h"
 #include "output_folder.h"
 #include "progress.h"
@@ -291,8 +292,8 @@ public:
         : options_{options}, scene_{loaded.scene}, folder_{std::move(folder)}, effort_{effort_of(
                                                                                    options)},
           // Before the reference: a machine without OpenGL says so at once.
-          context_{make_context(options.device)}, renderer_{
-                                                      context_->get_proc(), {}, kept_programs()}
+          context_{make_context(options.device)}, renderer_{context_->get_proc(), library_log(),
+                                                            kept_programs()}
     {
     }
 

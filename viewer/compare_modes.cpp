@@ -2,6 +2,7 @@
 
 #include "gl/device.h"
 #include "kept_programs.h"
+#include "library_log.h"
 
 #include <algorithm>
 #include <cmath>
@@ -203,7 +204,7 @@ private:
     void render()
     {
         const auto context = make_context(options_.device);
-        SceneRenderer renderer(context->get_proc(), {}, kept_programs());
+        SceneRenderer renderer(context->get_proc(), library_log(), kept_programs());
         device_ = chosen_text(*context, renderer.renderer().device());
         device_json_ = chosen_json(*context, renderer.renderer().device());
         for (const Mode& mode : modes_) {

@@ -10,6 +10,7 @@
 #include "device_options.h"
 #include "interruption.h"
 #include "kept_programs.h"
+#include "library_log.h"
 #include "planning.h"
 #include "progress.h"
 #include "scene_input.h"
@@ -168,7 +169,7 @@ void run(const PlanOptions& options)
     const asset::LoadedScene loaded =
         load_input({options.input, options.size, options.grid, options.up});
     const auto context = make_context(options.device);
-    SceneRenderer renderer(context->get_proc(), {}, kept_programs());
+    SceneRenderer renderer(context->get_proc(), library_log(), kept_programs());
     const gl::Device& device = renderer.renderer().device();
     // What the file took to read is not there any more, but a look at it must be.
     constexpr double kLeastShare = 0.5;

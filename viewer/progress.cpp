@@ -28,6 +28,13 @@ std::string duration(double seconds)
     return s < 90 ? fmt::format("{} s", s) : fmt::format("{} min {:02} s", s / 60, s % 60);
 }
 
+void print_over_progress(std::string_view line)
+{
+    if (isatty(STDERR_FILENO) != 0)
+        fmt::print(stderr, "\r{:{}}\r", "", kLine);
+    fmt::print(stderr, "fumarole: {}\n", line);
+}
+
 Progress::Progress() : on_{isatty(STDERR_FILENO) != 0} {}
 
 Progress::~Progress()

@@ -9,6 +9,10 @@ namespace fumarole::command {
 /// `42 s`, `3 min 05 s`.
 std::string duration(double seconds);
 
+/// A line of the program's on stderr, where on a terminal a bar may stand: that goes, and is back
+/// when it is next drawn.
+void print_over_progress(std::string_view line);
+
 /// A bar on the terminal that is drawn over as work goes on, and wiped at the end; nothing where
 /// stderr is no terminal. Not for several threads at a time.
 class Progress {

@@ -18,6 +18,7 @@
 #include "inspection_options.h"
 #include "interruption.h"
 #include "kept_programs.h"
+#include "library_log.h"
 #include "picture_files.h"
 #include "pictures/ahead.h"
 #include "planning.h"
@@ -385,7 +386,7 @@ public:
             return false;
         // One of its own, or the two would take each other's history for theirs.
         if (!renderer_)
-            renderer_.emplace(get_proc_, Log{}, kept_programs());
+            renderer_.emplace(get_proc_, library_log(), kept_programs());
         options.timed_frames = 1;
         options.layers = false;
         options.progress = {};
@@ -477,7 +478,7 @@ void run_still(RenderOptions options, const PictureFiles& files, Settings settin
 {
     const Scene& scene = loaded.scene;
     const auto context = make_context(options.device);
-    SceneRenderer renderer(context->get_proc(), {}, kept_programs());
+    SceneRenderer renderer(context->get_proc(), library_log(), kept_programs());
     const gl::Device& device = renderer.renderer().device();
     std::string planned;
     if (options.goal) {
@@ -574,7 +575,7 @@ void run_inspection(const RenderOptions& options, const PictureFiles& files,
                     const asset::LoadedScene& loaded)
 {
     const auto context = make_context(options.device);
-    SceneRenderer renderer(context->get_proc(), {}, kept_programs());
+    SceneRenderer renderer(context->get_proc(), library_log(), kept_programs());
     const InspectionStill still =
         renderer.inspect(loaded.scene, settings, inspection, options.seed);
     const std::optional<float> exposure_ev = write_inspection(still, inspection, files);
@@ -755,7 +756,7 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
     std::optional<CoverRenderer> cover;
     if (!options.reference()) {
         context = make_context(options.device);
-        renderer.emplace(context->get_proc(), Log{}, kept_programs());
+        renderer.emplace(context->get_proc(), library_log(), kept_programs());
         cover.emplace(options, files, context->get_proc());
     }
     Progress progress;
@@ -855,7 +856,7 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
             // With nothing of the frames before it, which another process may have drawn.
             if (renderer) {
                 renderer.reset();
-                renderer.emplace(context->get_proc());
+                renderer.emplace(context->get_proc(), library_log(), kept_programs());
             }
             asset::FrameLoader alone(opened, {frame, frame, 1}, missing_frames(options));
             draw(i, alone);

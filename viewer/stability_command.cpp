@@ -10,6 +10,7 @@
 #include "command.h"
 #include "device_options.h"
 #include "kept_programs.h"
+#include "library_log.h"
 #include "output_folder.h"
 #include "progress.h"
 #include "shard_option.h"
@@ -198,7 +199,7 @@ void print_json(const Measured& measured, const study::HeldChanges& changes,
 Measured measure(const std::vector<StabilityRun>& runs, const StabilityOptions& options)
 {
     const auto context = make_context(options.device);
-    SceneRenderer renderer(context->get_proc(), {}, kept_programs());
+    SceneRenderer renderer(context->get_proc(), library_log(), kept_programs());
     const gl::Device& device = renderer.renderer().device();
     Measured measured{{}, chosen_text(*context, device), chosen_json(*context, device)};
     Progress progress;

@@ -96,6 +96,7 @@ void run(const ViewOptions& options, const CLI::App& command)
                     {"settled_ms", report.settled_ms},
                     {"device", report.device},
                     {"message", report.message},
+                    {"notes", report.notes},
                     {"errors", errors}};
     fmt::print("{}\n", json.dump(1, ' ', false, Json::error_handler_t::replace));
 }

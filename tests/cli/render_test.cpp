@@ -10,6 +10,7 @@
 #include <set>
 #include <sstream>
 
+#include "cli/fog_scene.h"
 #include "cli/run_program.h"
 #include "support/make_vdb.h"
 #include <fumarole/settings.h>
@@ -580,6 +581,21 @@ TEST(Render, JsonHasWhatTheTableHas)
     }
     EXPECT_TRUE(names.contains("ray march"));
     EXPECT_EQ(json.at("volume_ms"), json.at("volume").at("median_ms"));
+}
+
+TEST(Render, WhatTheLibrarySaysIsSaidOnceBesideTheOutput)
+{
+    const TempFolder folder;
+    folder.write("fine.json", fog_scene("[8, 6]", R"({"type": "box", "min": [-1, -1, 0],
+        "max": [1, 1, 2], "profile": "noise", "noise": {"feature_size": 0.002, "octaves": 1},
+        "sigma_s": [1, 1, 1], "sigma_a": [0, 0, 0]})"));
+    const Outcome run = run_program(
+        folder.path(), {"render", "fine.json", "--json", "--aa=2", "--frames=2", "--bounces=0",
+                        "--shadow-cache=0", "--shadow-steps=1", "--steps=4", "-o", "x.png"});
+    ASSERT_EQ(run.code, 0) << run;
+    EXPECT_EQ(Json::parse(run.out).at("settings").at("noise-grid"), "on");
+    EXPECT_EQ(run.err, "fumarole: --noise-grid: the noise of medium 0 is worked out at each "
+                       "sample, as a grid of it would be too large\n");
 }
 
 TEST(Render, SamplesGrowWithTheSteps)

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <imgui.h>
 
+#include "study/flag_names.h"
 #include "window/camera_control.h"
 #include "window/overlay.h"
 #include "window/saving.h"
@@ -24,7 +25,8 @@ template <typename... F> struct Overloads : F... {
 App::App(AppOptions options)
     : screen_{options.memory.size, options.debug}, gui_{screen_.window()}, memory_{std::move(
                                                                                options.memory)},
-      document_{options.input}, viewport_{screen_.device(), GlfwWindow::get_proc()},
+      document_{options.input}, viewport_{screen_.device(), GlfwWindow::get_proc(),
+                                          [this](LogLevel, std::string_view line) { hear(line); }},
       automation_{std::move(options.script), options.frames, options.screenshot},
       log_{screen_.device().capabilities().renderer}
 {
@@ -97,6 +99,13 @@ void App::frame()
     update_plan();
     viewport_.follow_reference(document_, state(), layout_.picture_pixels(), log_.now());
     draw(seconds);
+}
+
+void App::hear(std::string_view line)
+{
+    const std::string text = study::with_flags(line);
+    notices_.show_note(text);
+    log_.note(text);
 }
 
 void App::draw(double seconds)

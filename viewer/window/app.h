@@ -46,6 +46,8 @@ public:
 private:
     void frame();
     void draw(double seconds);
+    /// What the library says: a note, in the words of the command line.
+    void hear(std::string_view line);
     /// Seconds that a frame may wait for something to come in.
     [[nodiscard]] double poll_timeout() const;
     [[nodiscard]] bool settled() const;

@@ -6,6 +6,7 @@
 
 #include "context/headless_context.h"
 #include "kept_programs.h"
+#include "library_log.h"
 #include "planning.h"
 #include "window/glfw_window.h"
 
@@ -34,7 +35,8 @@ void Planner::start(const Scene& scene, const Settings& settings, const std::str
         try {
             const auto context =
                 gl::HeadlessContext::make(software ? gl::Backend::osmesa : gl::Backend::automatic);
-            SceneRenderer renderer(context->get_proc(), {}, command::kept_programs());
+            SceneRenderer renderer(context->get_proc(), command::library_log(),
+                                   command::kept_programs());
             study::PlanOptions options;
             options.preset = preset;
             options.start = settings;

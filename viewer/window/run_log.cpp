@@ -1,5 +1,7 @@
 #include "window/run_log.h"
 
+#include <algorithm>
+
 namespace fumarole::window {
 
 double RunLog::begin_frame()
@@ -18,6 +20,13 @@ void RunLog::end_frame(bool picture, bool settled)
         report_.first_picture_ms = ms;
     if (report_.settled_ms == 0 && settled)
         report_.settled_ms = ms;
+}
+
+void RunLog::note(const std::string& line)
+{
+    std::vector<std::string>& notes = report_.notes;
+    if (std::find(notes.begin(), notes.end(), line) == notes.end())
+        notes.push_back(line);
 }
 
 }  // namespace fumarole::window

@@ -16,6 +16,7 @@ struct AppReport {
     double settled_ms = 0;        ///< until that was as sharp as it gets, 0 if never
     std::string device;
     std::string message;               ///< that stood in the window at the end
+    std::vector<std::string> notes;    ///< of what the library said, each once
     std::vector<ErrorFigures> errors;  ///< against the reference, at the end
 };
 
@@ -33,6 +34,7 @@ public:
     double begin_frame();
     /// A frame is over. @param picture true if it showed a whole scene
     void end_frame(bool picture, bool settled);
+    void note(const std::string& line);
     /// A frame was over at once: a minimised window shows nothing.
     void skip_frame() { ++report_.frames; }
 

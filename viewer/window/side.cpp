@@ -7,9 +7,9 @@
 
 namespace fumarole::window {
 
-Side::Side(gl::GetProc get_proc)
-    : renderer_{get_proc, {}, command::kept_programs()}, stills_{renderer_.renderer().make_view(
-                                                             View::History::none)},
+Side::Side(gl::GetProc get_proc, Log log)
+    : renderer_{get_proc, std::move(log), command::kept_programs()},
+      stills_{renderer_.renderer().make_view(View::History::none)},
       live_{renderer_.renderer().make_view()}, programs_{renderer_.renderer().device()},
       fullscreen_{renderer_.renderer().device(), "window"}, framebuffer_{
                                                                 renderer_.renderer().device(),
@@ -58,7 +58,7 @@ Settings Side::settings_of(const SideRequest& request) const
 void Side::accumulate(int frame)
 {
     const gl::Device& gl = renderer_.renderer().device();
-    const gl::StateGuard guard(gl, DISPLAY_B_UNIT + 1, 0, 0);
+    const gl::StateGuard guard(gl, 0, 0);
     framebuffer_.attach_color({mean_.view()});
     framebuffer_.bind(glm::ivec2(mean_.size()));
     gl->Enablei(GL_BLEND, 0);

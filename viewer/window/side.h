@@ -26,7 +26,8 @@ struct SideRequest {
 /// several at rest, which is then what `fumarole render --aa` makes.
 class Side {
 public:
-    explicit Side(gl::GetProc get_proc);
+    /// @param log hears what the library says as it draws
+    explicit Side(gl::GetProc get_proc, Log log = {});
 
     /// Draws one frame more. @returns false if the picture was complete already
     /// @throws Error as Renderer does; the picture is then what it was

@@ -4,14 +4,17 @@
 
 namespace fumarole::window {
 
-Sides::Sides(gl::GetProc get_proc) : get_proc_{get_proc}, a_{std::make_unique<Side>(get_proc)} {}
+Sides::Sides(gl::GetProc get_proc, Log log)
+    : get_proc_{get_proc}, log_{std::move(log)}, a_{std::make_unique<Side>(get_proc, log_)}
+{
+}
 
 bool Sides::draw(const SideRequest& a, const std::optional<SideRequest>& b)
 {
     if (!error_.empty())
         return false;
     if (b && !b_)
-        b_ = std::make_unique<Side>(get_proc_);
+        b_ = std::make_unique<Side>(get_proc_, log_);
     if (!b)
         b_.reset();
     bool drawn = draw(*a_, a);

@@ -12,7 +12,8 @@ namespace fumarole::window {
 /// own, so that neither refills what the other has.
 class Sides {
 public:
-    explicit Sides(gl::GetProc get_proc);
+    /// @param log as Side takes it
+    explicit Sides(gl::GetProc get_proc, Log log = {});
 
     /// Draws a frame more of side A, and of side B where `b` asks for it. Returns whether there is
     /// another picture. What goes wrong stands in error(), and nothing is drawn until retry().
@@ -31,6 +32,7 @@ private:
     bool draw(Side& side, const SideRequest& request);
 
     gl::GetProc get_proc_;
+    Log log_;
     std::unique_ptr<Side> a_, b_;
     std::string error_;
 };

@@ -33,8 +33,8 @@ void ExposureDue::chosen(bool settled)
 
 // ------------------------------------------------------------------------------------- viewport
 
-Viewport::Viewport(const gl::Device& device, gl::GetProc get_proc)
-    : device_{device}, pace_{device.capabilities().software}, sides_{get_proc}
+Viewport::Viewport(const gl::Device& device, gl::GetProc get_proc, Log log)
+    : device_{device}, pace_{device.capabilities().software}, sides_{get_proc, std::move(log)}
 {
 }
 

@@ -39,7 +39,8 @@ private:
 class Viewport {
 public:
     /// @param device of the window's context, in which the sides' renderers are made too
-    Viewport(const gl::Device& device, gl::GetProc get_proc);
+    /// @param log as Side takes it
+    Viewport(const gl::Device& device, gl::GetProc get_proc, Log log);
 
     /// Says what of the picture is out of date.
     void invalidate(Change change) { include(change_, change); }
