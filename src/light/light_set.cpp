@@ -78,22 +78,20 @@ void LightSet::clear_lights()
 }
 
 void LightSet::set_filters(const Scene& scene, std::span<const Caster> casters, int map_size,
-                           int unit)
+                           int of_grids)
 {
     // A view covers transparents alone.
     constexpr int kMost = 1024;
     if (map_size == kAutomatic)
         map_size = std::min(kMost, automatic_map_size(true));
     filters_.set(lights_, casters, casters_of(scene.transparents),
-                 std::min(map_size, device_.capabilities().max_texture_2d), unit);
+                 std::min(map_size, device_.capabilities().max_texture_2d), of_grids);
 }
 
 void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, const Bounds& media,
                    int map_size, bool detailed)
 {
-    const std::vector<View> old_views = std::move(views_);
-    gl::Texture old_map = std::move(shadow_map_);
-    auto old_readbacks = std::move(sun_readbacks_);
+    ShadowMap old{std::move(views_), std::move(shadow_map_), std::move(sun_readbacks_)};
     clear_lights();
     set_world(scene.world);
     for (const Light& light : scene.lights)
@@ -147,24 +145,60 @@ void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, cons
                 surface.gloss.reset();
             },
             caster);
-    const bool same =
-        old_map && old_map.size().x == map_size && views_ == old_views && casters == casters_;
+    if (old.texture && (old.texture.size().x != map_size || casters != casters_))
+        old = {};
     casters_ = std::move(casters);
-    if (same) {
-        shadow_map_ = std::move(old_map);
-        sun_readbacks_ = std::move(old_readbacks);
-        return;
+    draw_shadow_map(std::move(old), surfaces, map_size);
+}
+
+void LightSet::draw_shadow_map(ShadowMap old, const surface::SurfaceSet& surfaces, int map_size)
+{
+    if (!old.texture)
+        old.views.clear();
+    const auto layer_of = [](const std::vector<View>& views, std::size_t wanted, const View& view) {
+        if (wanted < views.size() && views[wanted] == view)
+            return std::optional(wanted);
+        const auto at = std::find(views.begin(), views.end(), view);
+        return at == views.end() ? std::nullopt
+                                 : std::optional(static_cast<std::size_t>(at - views.begin()));
+    };
+    std::vector<std::optional<std::size_t>> from;
+    bool in_place = old.views.size() == views_.size();
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+        from.push_back(layer_of(old.views, i, views_[i]));
+        in_place &= !from[i] || *from[i] == i;
     }
-    shadow_map_ = painter_.draw(views_, surfaces, map_size);
-    views_drawn_ += static_cast<int>(views_.size());
+    shadow_map_ = in_place ? std::move(old.texture) : painter_.make_map(views_.size(), map_size);
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+        if (!from[i]) {
+            painter_.draw(shadow_map_, i, views_[i], surfaces);
+            ++views_drawn_;
+        } else if (!in_place) {
+            device_->CopyImageSubData(old.texture.id(), GL_TEXTURE_2D_ARRAY, 0, 0, 0,
+                                      static_cast<GLint>(*from[i]), shadow_map_.id(),
+                                      GL_TEXTURE_2D_ARRAY, 0, 0, 0, static_cast<GLint>(i), map_size,
+                                      map_size, 1);
+        }
+    }
+    sun_readbacks_.resize(static_cast<std::size_t>(suns_));
+    for (int i = 0; i < suns_; ++i)
+        if (const auto layer = from[sun_view(i)])
+            for (SunReadback& readback : old.readbacks)
+                if (readback.layer == *layer && (readback.depths || readback.shadow)) {
+                    SunReadback& kept = sun_readbacks_[static_cast<std::size_t>(i)];
+                    kept = std::move(readback);
+                    kept.layer = sun_view(i);
+                    break;
+                }
 }
 
 LightSet::SunReadback& LightSet::sun_readback(int i) const
 {
-    sun_readbacks_.resize(static_cast<std::size_t>(suns_));
     SunReadback& sun = sun_readbacks_[static_cast<std::size_t>(i)];
-    if (!sun.depths && !sun.shadow)
-        sun.depths = {device_, shadow_map_.view(), static_cast<int>(sun_view(i))};
+    if (!sun.depths && !sun.shadow) {
+        sun.layer = sun_view(i);
+        sun.depths = {device_, shadow_map_.view(), static_cast<int>(sun.layer)};
+    }
     return sun;
 }
 

@@ -36,8 +36,8 @@ public:
     {
     }
 
-    /// Sorts the lights, and draws the surfaces' shadow map if there are any and it is another one
-    /// than before. Changes GL state: call it under a StateGuard.
+    /// Sorts the lights, and draws those views of the surfaces' shadow map, if there are any, that
+    /// it has not from before. Changes GL state: call it under a StateGuard.
     /// @param media what the media fill, so that their shadows get the map's detail
     /// @param map_size texels along an edge of each view, or kAutomatic
     /// @param detailed whether the media have detail of their own
@@ -46,8 +46,9 @@ public:
              int map_size, bool detailed);
 
     /// Draws what transparents filter of the lights, likewise: after set().
-    /// @param unit as LightFilters::set() has it
-    void set_filters(const Scene& scene, std::span<const Caster> casters, int map_size, int unit);
+    /// @param of_grids as LightFilters::set() has it
+    void set_filters(const Scene& scene, std::span<const Caster> casters, int map_size,
+                     int of_grids);
 
     /// Leaves no light: what is right after set() has thrown.
     void clear();
@@ -58,7 +59,7 @@ public:
     /// Binds block and shadow map for an eye at `eye` (metres, world).
     void bind(glm::dvec3 eye);
     void bind_irradiance() const { irradiance_.bind(IRRADIANCE_UNIT); }
-    void bind_environment() const { environment_.bind(IRRADIANCE_UNIT); }
+    void bind_environment() const { environment_.bind(ENVIRONMENT_UNIT); }
 
     /// The world's map, times its scale; empty where it is one colour.
     [[nodiscard]] const gl::Texture& environment() const { return environment_; }
@@ -93,8 +94,17 @@ private:
     struct SunReadback {
         gl::DepthReadback depths;
         std::optional<SunShadow> shadow;
+        std::size_t layer = 0;  ///< of the shadow map
     };
     SunReadback& sun_readback(int i) const;
+    /// A shadow map, what it shows, and what of it is known to the CPU.
+    struct ShadowMap {
+        std::vector<View> views;  ///< a layer each
+        gl::Texture texture;
+        std::vector<SunReadback> readbacks;
+    };
+    /// Draws views_, but for those that a map of the same surfaces shows already.
+    void draw_shadow_map(ShadowMap old, const surface::SurfaceSet& surfaces, int map_size);
     [[nodiscard]] std::size_t sun_view(int i) const
     {
         return spans_[static_cast<std::size_t>(i)].first_layer;
@@ -116,7 +126,7 @@ private:
     std::vector<Surface> casters_;  ///< that it shows, their materials left out
     int views_drawn_ = 0;
     bool shaded_media_ = false;
-    mutable std::vector<SunReadback> sun_readbacks_;  ///< of suns, as they are asked for
+    mutable std::vector<SunReadback> sun_readbacks_;  ///< of each sun, as it is asked for
     gl::Texture shadow_map_, irradiance_, environment_;
     gl::UniformBuffer<shared::LightsParams> block_;
     ShadowPainter painter_;

@@ -155,12 +155,16 @@ shared::ShadowView to_shared(const View& view, glm::dvec3 eye)
     return out;
 }
 
-gl::Texture ShadowPainter::draw(std::span<const View> views, const surface::SurfaceSet& surfaces,
-                                int map_size)
+gl::Texture ShadowPainter::make_map(std::size_t views, int map_size) const
 {
-    gl::Texture map = gl::Texture::make_2d_array(
-        device_, "shadow map", {map_size, map_size, static_cast<int>(views.size())},
-        GL_DEPTH_COMPONENT32F, gl::Filter::depth_compare);
+    return gl::Texture::make_2d_array(device_, "shadow map",
+                                      {map_size, map_size, static_cast<int>(views)},
+                                      GL_DEPTH_COMPONENT32F, gl::Filter::depth_compare);
+}
+
+void ShadowPainter::draw(const gl::Texture& map, std::size_t layer, const View& view,
+                         const surface::SurfaceSet& surfaces)
+{
     if (!framebuffer_)
         framebuffer_ = {device_, "shadow map"};
     device_->UseProgram(programs_.get({"pass/surface.vert", "light/shadow_map.frag"}, {}).id());
@@ -168,34 +172,30 @@ gl::Texture ShadowPainter::draw(std::span<const View> views, const surface::Surf
     device_->Enable(GL_DEPTH_TEST);
     device_->DepthMask(GL_TRUE);
     device_->DepthFunc(GL_LESS);
-    for (std::size_t layer = 0; layer < views.size(); ++layer) {
-        const View& view = views[layer];
-        framebuffer_.attach_depth_layer(map.view(), static_cast<int>(layer));
-        framebuffer_.bind({map_size, map_size});
-        const GLfloat clear = 1.0f;
-        device_->ClearNamedFramebufferfv(framebuffer_.id(), GL_DEPTH, 0, &clear);
-        for (const auto& instance : surfaces.instances()) {
-            shared::DrawParams params{};
-            params.clip_from_object = glm::mat4(view.clip_from_world * instance.world_from_object);
-            params.world_from_object = glm::mat4(glm::translate(glm::dmat4(1.0), -view.origin) *
-                                                 instance.world_from_object);
-            params.shadow_depth = depth_of(view, view.origin);
-            block_.write(params);
-            // The far side of a closed surface throws the same shadow as its near side, and leaves
-            // the lit near side free of false shadow.
-            if (instance.closed) {
-                device_->Enable(GL_CULL_FACE);
-                device_->CullFace(GL_FRONT);
-            } else {
-                device_->Disable(GL_CULL_FACE);
-            }
-            surfaces.draw(instance);
+    framebuffer_.attach_depth_layer(map.view(), static_cast<int>(layer));
+    framebuffer_.bind(glm::ivec2(map.size()));
+    const GLfloat clear = 1.0f;
+    device_->ClearNamedFramebufferfv(framebuffer_.id(), GL_DEPTH, 0, &clear);
+    for (const auto& instance : surfaces.instances()) {
+        shared::DrawParams params{};
+        params.clip_from_object = glm::mat4(view.clip_from_world * instance.world_from_object);
+        params.world_from_object =
+            glm::mat4(glm::translate(glm::dmat4(1.0), -view.origin) * instance.world_from_object);
+        params.shadow_depth = depth_of(view, view.origin);
+        block_.write(params);
+        // The far side of a closed surface throws the same shadow as its near side, and leaves
+        // the lit near side free of false shadow.
+        if (instance.closed) {
+            device_->Enable(GL_CULL_FACE);
+            device_->CullFace(GL_FRONT);
+        } else {
+            device_->Disable(GL_CULL_FACE);
         }
+        surfaces.draw(instance);
     }
     device_->Disable(GL_CULL_FACE);
     device_->Disable(GL_DEPTH_TEST);
     device_->DepthMask(GL_FALSE);
-    return map;
 }
 
 }  // namespace fumarole::light

@@ -69,10 +69,13 @@ public:
     {
     }
 
-    /// A texture array of map_size^2 texels, one layer a view. Changes GL state: call it under a
-    /// StateGuard.
-    gl::Texture draw(std::span<const View> views, const surface::SurfaceSet& surfaces,
-                     int map_size);
+    /// A texture array of map_size^2 texels, one layer a view, with nothing drawn yet.
+    [[nodiscard]] gl::Texture make_map(std::size_t views, int map_size) const;
+
+    /// Draws surfaces as one view sees them, into its layer of the map. Changes GL state: call it
+    /// under a StateGuard.
+    void draw(const gl::Texture& map, std::size_t layer, const View& view,
+              const surface::SurfaceSet& surfaces);
 
 private:
     const gl::Device& device_;
