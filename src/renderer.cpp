@@ -104,12 +104,6 @@ struct Renderer::Parts {
     {
     }
 
-    [[nodiscard]] int texture_units() const
-    {
-        return filters_unit() + (lights.filters().any() ? 1 : 0);
-    }
-    /// That of what transparents filter of the lights.
-    [[nodiscard]] int filters_unit() const { return GRID_UNIT + media.texture_units(); }
     [[nodiscard]] FrameScene frame_scene() const;
     /// Storage buffers that a frame of a view uses.
     [[nodiscard]] int storages(const View::State& view, const FrameSettings& settings) const
@@ -491,7 +485,7 @@ void Renderer::set_scene(const Scene& scene, const SceneSettings& settings)
         if (same_content(drawn->scene, scene))
             return;
     }
-    const gl::StateGuard guard(parts_->device, GRID_UNIT, BLOCK_COUNT, 0);
+    const gl::StateGuard guard(parts_->device, BLOCK_COUNT, IMAGE_COUNT);
     parts_->scene_settings = settings;
     try {
         if (anew || drawn->scene.media != scene.media || drawn->scene.time != scene.time)
@@ -503,9 +497,7 @@ void Renderer::set_scene(const Scene& scene, const SceneSettings& settings)
         parts_->lights.set(scene, parts_->surfaces, parts_->media.bounds(), settings.shadow_map,
                            parts_->media.traits().marched > 0);
         parts_->lights.set_filters(scene, parts_->transparents.casters(), settings.shadow_map,
-                                   parts_->filters_unit());
-        const gl::StateGuard all_units(parts_->device, parts_->texture_units(), BLOCK_COUNT,
-                                       IMAGE_COUNT);
+                                   parts_->media.texture_units());
         parts_->probes.set(scene, settings, parts_->lights, parts_->media);
         if (parts_->probes.count() == 0)
             parts_->probe_canvases.clear();
@@ -557,7 +549,7 @@ void Renderer::composite(View& view, const Frame& frame, const FrameSettings& se
     const bool empty = parts.media.empty() && parts.transparents.empty() && !state.host_fragments;
     if (empty && !frame.target && !is_asked)
         return;
-    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT,
+    const gl::StateGuard guard(parts.device, BLOCK_COUNT, IMAGE_COUNT,
                                parts.storages(state, settings));
     const Picture picture(parts, frame);
     if (empty && !is_asked)
@@ -631,7 +623,7 @@ InspectionLegend Renderer::inspect(View& view, const Frame& frame, const FrameSe
     Parts& parts = *parts_;
     const auto timed = parts.timers.frame(frame.index);
     View::State& state = parts.state_of(view);
-    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT,
+    const gl::StateGuard guard(parts.device, BLOCK_COUNT, IMAGE_COUNT,
                                parts.storages(state, settings));
     const Picture picture(parts, frame);
     const PreparedFrame prepared = parts.begin(state, frame, settings);
@@ -658,7 +650,7 @@ LayerTextures Renderer::layers(View& view, const Frame& frame, const FrameSettin
     View::State& state = parts.state_of(view);
     if (parts.media.empty())
         return {};
-    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT,
+    const gl::StateGuard guard(parts.device, BLOCK_COUNT, IMAGE_COUNT,
                                parts.storages(state, settings));
     const PreparedFrame prepared = parts.begin(state, frame, settings);
     if (!prepared.sees_media)
@@ -695,7 +687,7 @@ TransparentImages Renderer::read_transparents(View& view, const Frame& frame,
     View::State& state = parts.state_of(view);
     if (parts.transparents.empty() && !state.lists_have_hosts)
         return {};
-    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT,
+    const gl::StateGuard guard(parts.device, BLOCK_COUNT, IMAGE_COUNT,
                                parts.storages(state, settings));
     PreparedFrame prepared = parts.begin(state, frame, settings);
     const transparent::SeenTransparents seen = parts.transparents.look(prepared);
@@ -741,7 +733,7 @@ double Renderer::count_samples(View& view, const Frame& frame, const FrameSettin
     View::State& state = parts.state_of(view);
     if (parts.media.empty())
         return 0;
-    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT,
+    const gl::StateGuard guard(parts.device, BLOCK_COUNT, IMAGE_COUNT,
                                parts.storages(state, settings));
     const PreparedFrame prepared = parts.begin(state, frame, settings);
     if (!prepared.sees_media)
@@ -766,7 +758,7 @@ void Renderer::Parts::draw_surfaces(const Frame& frame, const FrameSettings& s, 
 {
     const bool dimmed =
         through_media && scene_settings.volume_shadows && !media.empty() && lights.count() > 0;
-    const gl::StateGuard guard(device, texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+    const gl::StateGuard guard(device, BLOCK_COUNT, IMAGE_COUNT);
     const PreparedFrame view = prepare_frame(frame, surface::surface_settings(s), frame_scene());
     if (dimmed)
         tools.check_loops(1, view.settings.shadow_steps);
@@ -798,8 +790,7 @@ void Renderer::Parts::draw_media(View::State& view, const Frame& frame, const Fr
 {
     if (media.empty())
         return;
-    const gl::StateGuard guard(device, texture_units(), BLOCK_COUNT, IMAGE_COUNT,
-                               storages(view, s));
+    const gl::StateGuard guard(device, BLOCK_COUNT, IMAGE_COUNT, storages(view, s));
     const Picture target(*this, frame);
     const PreparedFrame prepared = begin(view, frame, s);
     if (!prepared.sees_media)
@@ -850,11 +841,11 @@ void Renderer::Parts::capture_probe(int i)
     ProbeCanvas& canvas = probe_canvas(probes.at(i).size);
     probes.begin_capture(probes.shown_to(i));
     draw_faces(i, canvas, 6, [&](int face) {
-        const gl::StateGuard guard(device, texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+        const gl::StateGuard guard(device, BLOCK_COUNT, IMAGE_COUNT);
         probes.take_face(face, canvas.color);
     });
     probes.end_capture();
-    const gl::StateGuard guard(device, texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+    const gl::StateGuard guard(device, BLOCK_COUNT, IMAGE_COUNT);
     probes.finish(i, watch);
 }
 
@@ -890,7 +881,7 @@ void Renderer::Parts::prepare_probes()
     if (probes.count() == 0)
         return;
     {
-        const gl::StateGuard guard(device, texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+        const gl::StateGuard guard(device, BLOCK_COUNT, IMAGE_COUNT);
         probes.prepare();
     }
     // Both as the first captures are drawn, without any, and as later ones are.
@@ -904,7 +895,7 @@ void Renderer::Parts::prepare_probes()
                 continue;
             ProbeCanvas& canvas = probe_canvas(probes.at(i).size);
             draw_faces(i, canvas, 1, [&](int face) {
-                const gl::StateGuard guard(device, texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+                const gl::StateGuard guard(device, BLOCK_COUNT, IMAGE_COUNT);
                 probes.take_face(face, canvas.color);
             });
         }
@@ -947,7 +938,7 @@ void Renderer::draw_probes(const Frame& frame, const FrameSettings& settings, do
     Parts& parts = *parts_;
     if (parts.probes.ready() == 0)
         return;
-    const gl::StateGuard guard(parts.device, parts.texture_units(), BLOCK_COUNT, IMAGE_COUNT);
+    const gl::StateGuard guard(parts.device, BLOCK_COUNT, IMAGE_COUNT);
     const Picture picture(parts, frame);
     const PreparedFrame prepared =
         prepare_frame(frame, surface::surface_settings(settings), parts.frame_scene());

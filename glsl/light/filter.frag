@@ -14,7 +14,7 @@ const bool kBehind = false;  // there is a layer before
 
 layout(std140, binding = DRAW_BLOCK) uniform Draw { LightFilterDrawParams u_draw; };
 layout(binding = TRANSPARENT_IMAGE_UNIT) uniform sampler2D u_image_tx;
-layout(binding = LIGHT_FILTERS_DRAWN_UNIT) uniform sampler2DArray u_before_tx;
+layout(binding = LIGHT_FILTERS_UNIT) uniform sampler2DArray u_before_tx;
 
 in vec3 p_light;
 in vec2 uv;

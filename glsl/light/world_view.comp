@@ -11,7 +11,7 @@
 const int kBands = 1;  // of the coefficients, to 4
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
-layout(binding = WORLD_VOLUME_UNIT) uniform sampler3D u_coefficients_tx;
+layout(binding = WORLD_COEFFICIENTS_UNIT) uniform sampler3D u_coefficients_tx;
 layout(binding = 0) writeonly uniform image3D u_view_img;
 
 void main()

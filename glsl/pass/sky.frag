@@ -5,7 +5,7 @@
 
 const bool kEnvironment = false;  // variant: the world is a map
 
-layout(binding = IRRADIANCE_UNIT) uniform sampler2D u_environment_tx;
+layout(binding = ENVIRONMENT_UNIT) uniform sampler2D u_environment_tx;
 layout(std140, binding = LIGHTS_BLOCK) uniform Lights { LightsParams u_lights; };
 layout(location = 0) out vec4 out_color;
 

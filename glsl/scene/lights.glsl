@@ -14,7 +14,7 @@ const bool kSurfaceShadows = false;  // the scene has surfaces that can hide a l
 
 const int kPlacedCount = kPointCount + kSpotCount;
 
-#ifdef LIGHT_FILTERS_UNIT
+#ifdef LIGHT_FILTERS
 #include "scene/light_filters.glsl"
 #else
 const bool kLightFilters = false;  // transparents colour light on its way

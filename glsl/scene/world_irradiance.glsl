@@ -7,7 +7,7 @@
 #include "shared/spherical_harmonics.h"
 #include "scene/light_volumes_block.glsl"
 
-layout(binding = WORLD_VOLUME_UNIT) uniform sampler3D u_world_on_surfaces_tx;
+layout(binding = WORLD_ON_SURFACES_UNIT) uniform sampler3D u_world_on_surfaces_tx;
 layout(binding = WALLS_UNIT) uniform sampler3D u_walls_tx;
 
 // A place between nodes, moved away from those that lie behind a surface: where one crosses the line between two, the

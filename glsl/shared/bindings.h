@@ -21,83 +21,74 @@
 #define TRANSPARENT_BLOCK DRAW_BLOCK     // no surface is drawn meanwhile
 #define INSPECT_BLOCK DRAW_BLOCK         // no surface is drawn while a frame is inspected
 
-// Texture units.
+// Texture units: each has one name, and each texture a unit of its own. GL promises 96 of them;
+// what it promises 16 of are those that one shader samples. Of a frame, and of its march.
 #define SCENE_DEPTH_UNIT 0
 #define LAYER_DEPTH_UNIT 1
-#define SCATTERING_UNIT 2
-#define TRANSMITTANCE_UNIT 3
-#define BLUE_NOISE_UNIT 4
-#define SHADOW_MAP_UNIT 5
-#define IRRADIANCE_UNIT 6
-#define STEP_TILES_UNIT 6  // no surface is drawn meanwhile
-#define WALLS_UNIT 7       // of surfaces as they are drawn
-#define LTC_UNIT 1         // nor is a layer there yet
-#define DEPTH_VOLUME_UNIT 8
-#define WORLD_VOLUME_UNIT 9
-#define GRID_UNIT                                                                                  \
-    10  // the first of two units a grid: texels, and pages if it has bricks
-        // (LIGHT_FILTERS_UNIT, where transparents cast, is the one behind them)
-
-// Of the march's history, when the march is done with its jitter.
-#define KEPT_UNIT 4
+#define BLUE_NOISE_UNIT 2
+#define STEP_TILES_UNIT 3
+#define SCATTERING_UNIT 4
+#define TRANSMITTANCE_UNIT 5
+#define KEPT_UNIT 6
 #define KEPT_MORE_UNIT 7
+#define SPLIT_SCATTERING_UNIT 8
+#define SPLIT_TRANSMITTANCE_UNIT 9
+// Of lights and what light meets.
+#define SHADOW_MAP_UNIT 10
+#define LIGHT_FILTERS_UNIT 11
+#define DEPTH_VOLUME_UNIT 12
+#define WORLD_VOLUME_UNIT 13
+#define WORLD_ON_SURFACES_UNIT 14
+#define WALLS_UNIT 15
+#define IRRADIANCE_UNIT 16
+#define ENVIRONMENT_UNIT 17
+#define LTC_UNIT 18
+#define WORLD_PROBE_UNIT 19
+#define PROBES_UNIT 20
+// Of the froxels.
+#define V_BUFFER_SIGMA_S_UNIT 21
+#define V_BUFFER_SIGMA_T_UNIT 22
+#define V_BUFFER_EMISSION_UNIT 23
+#define V_BUFFER_PHASE_UNIT 24
+#define FROXEL_HISTORY_UNIT 25
+#define FROXEL_HISTORY_EXTINCTION_UNIT 26
+#define FROXEL_FRAME_SOURCE_UNIT 27
+#define FROXEL_COUNTS_UNIT 28
+#define FROXEL_SOURCE_UNIT 29
+#define FROXEL_EXTINCTION_UNIT 30
+#define INTEGRATED_SCATTERING_UNIT 31
+#define INTEGRATED_TRANSMITTANCE_UNIT 32
+// Of transparents.
+#define TRANSPARENT_IMAGE_UNIT 33
+#define PICTURE_UNIT 34
+#define PANE_LAYER_UNIT 35
+// While the volumes of light and the field are filled.
+#define EXTINCTION_VOLUME_UNIT 36
+#define WORLD_COEFFICIENTS_UNIT 37
+#define FIELD_LIGHT_UNIT 38
+#define FIELD_SIGMA_T_UNIT 39
+#define FIELD_ALBEDO_UNIT 40
+#define FIELD_SOURCE_UNIT 41
+#define FIELD_SUMS_UNIT 42
+#define FIELD_CROSSED_UNIT 43
+#define FIELD_WAYS_UNIT 44
+#define FIELD_EMISSION_UNIT 45
+#define FIELD_ORDER_UNIT 46
+#define FIELD_WORLD_UNIT 47
+#define FACES_UNIT 48
+#define FACE_MATERIALS_UNIT 49
+#define FACE_LIGHT_UNIT 50
+#define BEYOND_UNIT 51
+// While probes are filtered, a frame is inspected, a window shows pictures.
+#define PROBE_SOURCE_UNIT 52
+#define INSPECTED_UNIT 53
+#define DISPLAY_A_UNIT 54
+#define DISPLAY_B_UNIT 55
+// Two for each grid of a scene: texels, and pages behind those of all grids if it has bricks.
+#define GRID_UNIT 56
+#define MOST_SAMPLED 10  // by one shader, besides grids and lights' filters
 
-// The froxels' steps meet neither a layer nor the world's pictures: they take their units.
-#define V_BUFFER_SIGMA_S_UNIT 1
-#define V_BUFFER_SIGMA_T_UNIT 2
-#define V_BUFFER_EMISSION_UNIT 3
-#define V_BUFFER_PHASE_UNIT 4
-#define FROXEL_HISTORY_UNIT 6
-#define FROXEL_HISTORY_EXTINCTION_UNIT 7
-#define FROXEL_FRAME_SOURCE_UNIT DEPTH_VOLUME_UNIT  // what froxels keep is added when they are lit
-#define FROXEL_COUNTS_UNIT WORLD_VOLUME_UNIT
-#define FROXEL_SOURCE_UNIT 1
-#define FROXEL_EXTINCTION_UNIT 2
-#define INTEGRATED_SCATTERING_UNIT 1
-#define INTEGRATED_TRANSMITTANCE_UNIT 2
-
-// Transparents, once the march or the froxels are done. What is looked up at a depth has the
-// froxels' units or these.
-#define SPLIT_SCATTERING_UNIT SCATTERING_UNIT
-#define SPLIT_TRANSMITTANCE_UNIT TRANSMITTANCE_UNIT
-#define TRANSPARENT_IMAGE_UNIT 4
-#define PICTURE_UNIT 5
-#define PANE_LAYER_UNIT PICTURE_UNIT  // panes in order read no picture
-#define LIGHT_FILTERS_DRAWN_UNIT 5    // as lights' filters are drawn, which reads no shadow map
-
-// An inspection's steps read one texture that no other of theirs does.
-#define INSPECTED_UNIT 1
 #define EXTENT_TILES 64  // along both edges of a picture whose values' ends are looked for
-
-// While the volumes of light are filled none of them is read but this one.
-#define EXTINCTION_VOLUME_UNIT DEPTH_VOLUME_UNIT
-
-// While the field of light is filled.
-#define FIELD_LIGHT_UNIT 1
-#define FIELD_SIGMA_T_UNIT 2
-#define FIELD_ALBEDO_UNIT 3
-#define FIELD_SOURCE_UNIT 4
-#define FIELD_SUMS_UNIT 5
-#define FIELD_CROSSED_UNIT 6
-#define FIELD_WAYS_UNIT 7
-#define FIELD_EMISSION_UNIT FIELD_ALBEDO_UNIT
-#define FIELD_ORDER_UNIT FIELD_SIGMA_T_UNIT
-#define FIELD_WORLD_UNIT FIELD_WAYS_UNIT
-#define FACES_UNIT FIELD_LIGHT_UNIT
-#define FACE_MATERIALS_UNIT FIELD_ALBEDO_UNIT
-#define FACE_LIGHT_UNIT FIELD_ALBEDO_UNIT
-#define BEYOND_UNIT FIELD_SOURCE_UNIT
-
-// While a probe is filtered.
-#define PROBE_SOURCE_UNIT 1
-
-// When surfaces are drawn, which read no layer.
-#define WORLD_PROBE_UNIT 2
-#define PROBES_UNIT 3
-
-// A window shows pictures when no pass runs.
-#define DISPLAY_A_UNIT 0
-#define DISPLAY_B_UNIT 1
 
 // Image units of the froxels' steps: never more than four at once.
 #define V_BUFFER_SIGMA_S_IMAGE 0

@@ -13,6 +13,8 @@
 
 namespace fumarole::gl {
 
+class StateGuard;
+
 /// What a context can do, asked once.
 struct Capabilities {
     std::string renderer;
@@ -71,8 +73,15 @@ public:
         allocations_ += bytes > 0 ? 1 : 0;
     }
 
+    /// Has the StateGuard that is at work, if one is, note a texture unit that is to be bound to.
+    void take_texture_unit(GLuint unit) const;
+
+    /// For StateGuard: the one that is at work from now on, or null. @returns the one that was
+    StateGuard* set_guard(StateGuard* guard) const { return std::exchange(guard_, guard); }
+
 private:
     GladGLContext gl_{};
+    mutable StateGuard* guard_ = nullptr;
     Log log_;
     ProgramStore programs_;
     Capabilities capabilities_;

@@ -1,5 +1,7 @@
 #include "gl/state_guard.h"
 
+#include <cassert>
+
 namespace fumarole::gl {
 
 namespace {
@@ -22,10 +24,9 @@ constexpr std::array kSwitches{GL_DEPTH_TEST,          GL_STENCIL_TEST,
 
 }  // namespace
 
-StateGuard::StateGuard(const Device& device, int units, int blocks, int images, int storages)
-    : gl_{device}, units_(static_cast<std::size_t>(units)),
-      blocks_(static_cast<std::size_t>(blocks)), storages_(static_cast<std::size_t>(storages)),
-      images_(static_cast<std::size_t>(images))
+StateGuard::StateGuard(const Device& device, int blocks, int images, int storages)
+    : gl_{device}, outer_{device.set_guard(this)}, blocks_(static_cast<std::size_t>(blocks)),
+      storages_(static_cast<std::size_t>(storages)), images_(static_cast<std::size_t>(images))
 {
     gl_->GetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &draw_framebuffer_);
     gl_->GetIntegerv(GL_CURRENT_PROGRAM, &program_);
@@ -68,15 +69,6 @@ StateGuard::StateGuard(const Device& device, int units, int blocks, int images, 
         gl_->Disablei(GL_BLEND, i);
         gl_->ColorMaski(i, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     }
-    for (GLuint i = 0; i < units_.size(); ++i) {
-        Unit& unit = units_[i];
-        gl_->ActiveTexture(GL_TEXTURE0 + i);
-        gl_->GetIntegerv(GL_TEXTURE_BINDING_2D, &unit.texture_2d);
-        gl_->GetIntegerv(GL_TEXTURE_BINDING_3D, &unit.texture_3d);
-        gl_->GetIntegerv(GL_TEXTURE_BINDING_2D_ARRAY, &unit.texture_2d_array);
-        gl_->GetIntegerv(GL_SAMPLER_BINDING, &unit.sampler);
-        gl_->BindSampler(i, 0);
-    }
     const auto note = [&](std::vector<Block>& of, GLenum binding, GLenum start, GLenum size) {
         for (GLuint i = 0; i < of.size(); ++i) {
             Block& block = of[i];
@@ -106,8 +98,34 @@ StateGuard::StateGuard(const Device& device, int units, int blocks, int images, 
     gl_->DepthMask(GL_FALSE);
 }
 
+void StateGuard::take_unit(GLuint number)
+{
+    assert(number < 128);
+    std::uint64_t& taken = taken_[number / 64];
+    const std::uint64_t bit = std::uint64_t{1} << number % 64;
+    if ((taken & bit) != 0)
+        return;
+    taken |= bit;
+    Unit unit;
+    unit.number = number;
+    gl_->ActiveTexture(GL_TEXTURE0 + number);
+    gl_->GetIntegerv(GL_TEXTURE_BINDING_2D, &unit.texture_2d);
+    gl_->GetIntegerv(GL_TEXTURE_BINDING_3D, &unit.texture_3d);
+    gl_->GetIntegerv(GL_TEXTURE_BINDING_2D_ARRAY, &unit.texture_2d_array);
+    gl_->GetIntegerv(GL_SAMPLER_BINDING, &unit.sampler);
+    gl_->BindSampler(number, 0);
+    units_.push_back(unit);
+}
+
+void Device::take_texture_unit(GLuint unit) const
+{
+    if (guard_ != nullptr)
+        guard_->take_unit(unit);
+}
+
 StateGuard::~StateGuard()
 {
+    gl_.set_guard(outer_);
     for (GLuint i = 0; i < images_.size(); ++i) {
         const Image& image = images_[i];
         gl_->BindImageTexture(i, static_cast<GLuint>(image.texture), image.level, image.layered,
@@ -130,13 +148,12 @@ StateGuard::~StateGuard()
     if (!storages_.empty())
         put_back(GL_SHADER_STORAGE_BUFFER, storages_, storage_buffer_);
     gl_->BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, static_cast<GLuint>(dispatch_buffer_));
-    for (GLuint i = 0; i < units_.size(); ++i) {
-        const Unit& unit = units_[i];
-        gl_->ActiveTexture(GL_TEXTURE0 + i);
+    for (const Unit& unit : units_) {
+        gl_->ActiveTexture(GL_TEXTURE0 + unit.number);
         gl_->BindTexture(GL_TEXTURE_2D, static_cast<GLuint>(unit.texture_2d));
         gl_->BindTexture(GL_TEXTURE_3D, static_cast<GLuint>(unit.texture_3d));
         gl_->BindTexture(GL_TEXTURE_2D_ARRAY, static_cast<GLuint>(unit.texture_2d_array));
-        gl_->BindSampler(i, static_cast<GLuint>(unit.sampler));
+        gl_->BindSampler(unit.number, static_cast<GLuint>(unit.sampler));
     }
     gl_->ActiveTexture(static_cast<GLenum>(active_texture_));
     for (GLuint i = 0; i < kDrawBuffers; ++i) {

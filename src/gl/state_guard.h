@@ -22,15 +22,20 @@ namespace fumarole::gl {
 /// that it deleted, or linked anew in vain, while it is in use: GL lets go of it when ours is used.
 class StateGuard {
 public:
-    /// Texture units 0..units-1, uniform blocks 0..blocks-1, image units 0..images-1 and storage
-    /// buffers 0..storages-1 are ours while it lives.
-    StateGuard(const Device& device, int units, int blocks, int images, int storages = 0);
+    /// Uniform blocks 0..blocks-1, image units 0..images-1 and storage buffers 0..storages-1 are
+    /// ours while it lives, and each texture unit from when bind_texture() first takes it. Guards
+    /// of a device die in the reverse order of their making.
+    StateGuard(const Device& device, int blocks, int images, int storages = 0);
     ~StateGuard();
     StateGuard(const StateGuard&) = delete;
     StateGuard& operator=(const StateGuard&) = delete;
 
+    /// Notes a texture unit, unless it has, and lets no sampler object lie on it.
+    void take_unit(GLuint unit);
+
 private:
     struct Unit {
+        GLuint number = 0;
         GLint texture_2d = 0, texture_3d = 0, texture_2d_array = 0, sampler = 0;
     };
     struct Block {
@@ -51,6 +56,8 @@ private:
     static constexpr int kDrawBuffers = 2;
 
     const Device& gl_;
+    StateGuard* const outer_;      ///< of the same device, whose turn it is again afterwards
+    std::uint64_t taken_[2] = {};  ///< a bit for each unit that is noted
     std::vector<GLboolean> enabled_;
     std::vector<Unit> units_;
     std::vector<Block> blocks_, storages_;

@@ -15,8 +15,10 @@ namespace fumarole::gl {
 /// changes the target of its kind alone, which StateGuard puts back. Passes bind with this only.
 inline void bind_texture(const Device& gl, GLuint unit, TextureView texture)
 {
-    if (texture)
-        gl->BindTextureUnit(unit, texture.id);
+    if (!texture)
+        return;
+    gl.take_texture_unit(unit);
+    gl->BindTextureUnit(unit, texture.id);
 }
 
 enum class Filter { nearest, linear, depth_compare };

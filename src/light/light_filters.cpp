@@ -171,14 +171,13 @@ void LightFilters::add_views(const Light& light, std::span<const Caster> casters
 }
 
 void LightFilters::set(std::span<const Light> lights, std::span<const Caster> casters,
-                       std::vector<Transparent> kept, int map_size, int unit)
+                       std::vector<Transparent> kept, int map_size, int of_grids)
 {
-    unit_ = unit;
     if (casters.empty() || lights.empty()) {
         clear();
         return;
     }
-    if (unit >= device_.capabilities().max_texture_units)
+    if (MOST_SAMPLED + of_grids >= device_.capabilities().max_texture_units)
         throw Error(fmt::format("Scene::transparents: those that cast need a texture unit, and the "
                                 "scene's grids have taken all {} of this GL; leave 'casts' out, "
                                 "or a medium",
@@ -226,7 +225,7 @@ void LightFilters::draw(std::span<const Caster> casters, int map_size)
     if (!framebuffer_)
         framebuffer_ = {gl, "light filters"};
     gl->BindBufferBase(GL_UNIFORM_BUFFER, DRAW_BLOCK, draw_block_.id());
-    map_.bind(LIGHT_FILTERS_DRAWN_UNIT);
+    map_.bind(LIGHT_FILTERS_UNIT);
     gl->DepthFunc(GL_LESS);
     // Of the last layers.
     gl->BlendEquationSeparatei(0, GL_FUNC_ADD, GL_MIN);
@@ -288,8 +287,7 @@ gl::Defines LightFilters::defines() const
 {
     if (!any())
         return {};
-    return {{"LIGHT_FILTERS_UNIT", fmt::format("{}", unit_)},
-            {"kFilterLayers", fmt::format("{}", layers_)}};
+    return {{"LIGHT_FILTERS", ""}, {"kFilterLayers", fmt::format("{}", layers_)}};
 }
 
 void LightFilters::bind(glm::dvec3 eye) const
@@ -308,7 +306,7 @@ void LightFilters::bind(glm::dvec3 eye) const
     }
     block_.write(params);
     device_->BindBufferBase(GL_UNIFORM_BUFFER, LIGHT_FILTERS_BLOCK, block_.id());
-    map_.bind(static_cast<GLuint>(unit_));
+    map_.bind(LIGHT_FILTERS_UNIT);
 }
 
 }  // namespace fumarole::light

@@ -55,10 +55,10 @@ public:
     /// Changes GL state: call it under a StateGuard.
     /// @param kept casters_of() the scene: by which it is known whether they are the same
     /// @param map_size texels along an edge of each view
-    /// @param unit the texture unit that is free for them
-    /// @throws Error if this GL has no such unit
+    /// @param of_grids textures that a shader samples of the media's grids
+    /// @throws Error if this GL lets it sample no more
     void set(std::span<const Light> lights, std::span<const Caster> casters,
-             std::vector<Transparent> kept, int map_size, int unit);
+             std::vector<Transparent> kept, int map_size, int of_grids);
     void clear();
 
     [[nodiscard]] bool any() const { return static_cast<bool>(map_); }
@@ -90,7 +90,7 @@ private:
     std::vector<FilteredSun> filtered_suns_;
     std::vector<Transparent> kept_;
     Bounds bounds_;
-    int layers_ = 0, unit_ = 0, views_drawn_ = 0;
+    int layers_ = 0, views_drawn_ = 0;
 };
 
 }  // namespace fumarole::light

@@ -721,7 +721,7 @@ void LightVolumes::turn_surfaces(int turns, const surface::SurfaceSet& surfaces,
     const gl::Texture& dimmed = on_surfaces_dimmed_ ? on_surfaces_dimmed_ : on_surfaces_;
     for (int i = 0; i < turns; ++i) {
         depth_.bind(DEPTH_VOLUME_UNIT);
-        dimmed.bind(WORLD_VOLUME_UNIT);
+        dimmed.bind(WORLD_ON_SURFACES_UNIT);
         field_on_surfaces_.walls().bind(WALLS_UNIT);
         if (lights.has_environment())
             lights.bind_irradiance();
@@ -933,7 +933,7 @@ void LightVolumes::turn_world(const medium::MediaSet& media)
 {
     gl::Defines defines = fill_defines(media, write_lights({}));
     defines.emplace_back("kBands", fmt::format("{}", bands_));
-    (field_coefficients_ ? field_coefficients_ : coefficients_).bind(WORLD_VOLUME_UNIT);
+    (field_coefficients_ ? field_coefficients_ : coefficients_).bind(WORLD_COEFFICIENTS_UNIT);
     dispatch("light/world_view.comp", defines, world_, GL_RGBA16F, VOLUME_GROUP,
              world_lattice_.count);
 }
@@ -962,7 +962,7 @@ void LightVolumes::bind_for_surfaces(glm::dvec3 eye, bool through_media)
         return;
     write_block(eye);
     const bool dimmed = through_media && on_surfaces_dimmed_;
-    (dimmed ? on_surfaces_dimmed_ : on_surfaces_).bind(WORLD_VOLUME_UNIT);
+    (dimmed ? on_surfaces_dimmed_ : on_surfaces_).bind(WORLD_ON_SURFACES_UNIT);
     walls_.bind(WALLS_UNIT);
 }
 

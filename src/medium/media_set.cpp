@@ -109,7 +109,7 @@ int MediaSet::upload(const std::shared_ptr<const VoxelGrid>& grid, const SceneSe
 
 int MediaSet::most_grids() const
 {
-    return std::min<int>(MAX_GRIDS, (device_.capabilities().max_texture_units - GRID_UNIT) / 2);
+    return std::min<int>(MAX_GRIDS, (device_.capabilities().max_texture_units - MOST_SAMPLED) / 2);
 }
 
 int MediaSet::place(const std::shared_ptr<const VoxelGrid>& grid, const glm::dmat4& world_from_grid,

@@ -45,7 +45,7 @@ double TexelRate::measure()
 
 double TexelRate::time(int draws)
 {
-    const gl::StateGuard guard(device_, 1, 0, IMAGE_COUNT);
+    const gl::StateGuard guard(device_, 0, IMAGE_COUNT);
     framebuffer_.bind(glm::ivec2(kPixels));
     device_->UseProgram(program_.id());
     device_->BindVertexArray(fullscreen_.id());

@@ -127,7 +127,7 @@ protected:
 
     Filtered filter(const Environment& map, int size)
     {
-        const gl::StateGuard guard(gl(), 8, BLOCK_COUNT, IMAGE_COUNT);
+        const gl::StateGuard guard(gl(), BLOCK_COUNT, IMAGE_COUNT);
         const light::ProbeFilter filter(gl(), programs_);
         const light::ProbeLayout layout(size);
         Filtered filtered{layout, filter.make_maps("probe", layout, 1)};
@@ -341,7 +341,7 @@ protected:
     std::vector<glm::dvec3> look_from(const shared::ProbesParams& probes,
                                       const std::vector<glm::vec4>& in, const char* code)
     {
-        const gl::StateGuard guard(gl(), 8, BLOCK_COUNT, IMAGE_COUNT);
+        const gl::StateGuard guard(gl(), BLOCK_COUNT, IMAGE_COUNT);
         const light::ProbeFilter filter(gl(), programs_);
         const light::ProbeLayout layout(kSize);
         const gl::Texture maps = filter.make_maps("probes", layout, 3);
@@ -498,7 +498,7 @@ TEST_F(Probe, FacesAreSeenWhereTheirCamerasLook)
                 pixels.emplace_back(0.5 + 0.5 * d, d.z > 0 ? 1 : 0);
             }
     }
-    const gl::StateGuard guard(gl(), 8, BLOCK_COUNT, IMAGE_COUNT);
+    const gl::StateGuard guard(gl(), BLOCK_COUNT, IMAGE_COUNT);
     gl::Texture faces = gl::Texture::make_2d_array(gl(), "faces", {kFace, kFace, 6}, GL_RGBA32F,
                                                    gl::Filter::linear);
     faces.upload(GL_RGBA, GL_FLOAT, pixels.data());

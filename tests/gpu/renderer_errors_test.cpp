@@ -142,8 +142,8 @@ TEST_F(RendererErrors, TooManyMedia)
 TEST_F(RendererErrors, TooManyGrids)
 {
     Renderer renderer(get_proc());
-    const int most =
-        std::min(MAX_GRIDS, (renderer.device().capabilities().max_texture_units - GRID_UNIT) / 2);
+    const int most = std::min(
+        MAX_GRIDS, (renderer.device().capabilities().max_texture_units - MOST_SAMPLED) / 2);
     ASSERT_GE(most, 4);
     Scene scene = empty_scene();
     const auto add = [&] {

@@ -169,7 +169,7 @@ Defines lights(int suns, int points, int spots, int areas, bool shadows)
 /// The same with transparents that cast.
 Defines filtered(Defines lights)
 {
-    lights.emplace_back("LIGHT_FILTERS_UNIT", "15");
+    lights.emplace_back("LIGHT_FILTERS", "");
     lights.emplace_back("kFilterLayers", "2");
     return lights;
 }
@@ -648,6 +648,25 @@ TEST(ShaderText, GivesConstantsTheVariantsValues)
     } catch (const Error& error) {
         EXPECT_STREQ(error.what(), "no file of glsl/ declares a constant kNoSuchThing");
     }
+}
+
+// A texture that a pass leaves bound is then never another pass's.
+TEST(ShaderText, EachTextureUnitHasOneName)
+{
+    constexpr int kOfGlslang = 80;  // which knows no driver: OpenGL 4.5 promises 96
+    const std::string text(gl::shader_files().find("shared/bindings.h")->second);
+    std::istringstream words(text);
+    std::map<std::string, std::string> names;
+    for (std::string word, name, number; words >> word;) {
+        if (word != "#define" || !(words >> name) || !name.ends_with("_UNIT"))
+            continue;
+        words >> number;
+        EXPECT_EQ(number.find_first_not_of("0123456789"), std::string::npos)
+            << name << " is a second name of " << number;
+        EXPECT_EQ(names.emplace(number, name).first->second, name);
+    }
+    EXPECT_EQ(names.size(), std::size_t{GRID_UNIT} + 1) << "and none is left out";
+    EXPECT_LE(GRID_UNIT + 2 * MAX_GRIDS, kOfGlslang);
 }
 
 // A host's own names, before and after, are what the text's would be without their prefix.
