@@ -17,8 +17,8 @@ namespace {
 // The format itself nests four deep; the rest is room for what other tools keep beside it.
 constexpr std::size_t kMaxDepth = 32;
 
-// Keys of the tools that write the same scenes for other renderers.
-constexpr std::string_view kForeignKeys[] = {"title",
+constexpr std::string_view kForeignKeys[] = {"$schema",  // by which editors find ours
+                                             "title",
                                              "note",
                                              "id",
                                              "formula",
@@ -229,6 +229,11 @@ T checked_number(const Json& value, const JsonPlace& place, const NumberRange& r
 }
 
 }  // namespace
+
+std::span<const std::string_view> foreign_keys()
+{
+    return kForeignKeys;
+}
 
 JsonPlace JsonPlace::key(std::string_view name) const
 {

@@ -6,6 +6,7 @@
 #include <glm/glm.hpp>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,6 +32,9 @@ struct JsonPlace {
     [[nodiscard]] JsonPlace index(std::size_t i) const;
     [[noreturn]] void fail(const std::string& problem) const;
 };
+
+/// Keys of the tools that write the same scenes for other renderers: allowed anywhere, never read.
+std::span<const std::string_view> foreign_keys();
 
 /// What a number may be; never infinite or NaN.
 struct NumberRange {

@@ -14,6 +14,7 @@
 #include <variant>
 #include <vector>
 
+#include "support/scene_schema.h"
 #include "support/temp_folder.h"
 #include <fumarole/errors.h>
 
@@ -89,7 +90,9 @@ std::string minimal(const std::string& more = "")
 
 Scene parse(const TempFolder& folder, std::string_view text)
 {
-    return asset::parse_scene(folder.write("fog.json", text));
+    Scene scene = asset::parse_scene(folder.write("fog.json", text));
+    EXPECT_EQ(test::problem_of_accepted(std::string(text)), "") << text;
+    return scene;
 }
 
 // The message of the Error that reading `text` throws; "" if it throws none.
@@ -934,6 +937,9 @@ TEST_P(BadSceneFile, IsRefusedByName)
     EXPECT_LT(message.size(), folder.path().string().size() + 400) << message;
     for (const std::string& part : GetParam().expected)
         EXPECT_NE(message.find(part), std::string::npos) << "no \"" << part << "\" in: " << message;
+    if (!test::is_beyond_a_schema(message)) {
+        EXPECT_NE(test::problem_of_accepted(GetParam().text), "") << "by the schema it is right";
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, BadSceneFile, testing::ValuesIn(bad_scenes()),
