@@ -82,11 +82,10 @@ void check_mode(const RenderOptions& options, const CLI::App& command)
             throw UsageError(fmt::format("{}: {}", name, why));
     };
     const bool deep = std::any_of(options.outputs.begin(), options.outputs.end(), is_deep);
-    if (deep && (options.reference() || !options.target.empty() || !options.region.empty() ||
-                 !options.inspection.show.empty()))
-        throw UsageError(
-            "-o: a .deep.exr is the whole picture by OpenGL; not for --mode reference, "
-            "--target, --region or --show");
+    if (deep &&
+        (options.reference() || !options.target.empty() || !options.inspection.show.empty()))
+        throw UsageError("-o: a .deep.exr is all that OpenGL sees; not for --mode reference, "
+                         "--target or --show");
     if (!options.reference()) {
         refuse("--tolerance", "is for --mode reference");
         if (options.target == "error")
@@ -417,12 +416,13 @@ bool has_deep(const PictureFiles& files)
 /// Writes those of the files that have samples in depth.
 /// @returns a line that says how many, or "" where there are none
 std::string write_deep(SceneRenderer& renderer, const Scene& scene, const Settings& settings,
-                       const Still& still, std::uint32_t seed, const PictureFiles& files)
+                       const Still& still, const StillOptions& drawn, const PictureFiles& files)
 {
     if (!has_deep(files))
         return "";
     const DeepImage image =
-        study::deep_still(renderer, scene, settings, still, {.frames = still.frames, .seed = seed});
+        study::deep_still(renderer, scene, settings, still,
+                          {.frames = still.frames, .seed = drawn.seed, .region = drawn.region});
     for (const std::string& output : files.outputs)
         if (is_deep(output))
             write::write_deep_exr(image, output, files.exr);
@@ -509,7 +509,7 @@ void run_still(RenderOptions options, const PictureFiles& files, Settings settin
     const bool raised = cover.add_to(picture, scene, settings, still_options);
     progress.clear();
     const float exposure_ev = write_picture(picture, files);
-    const std::string deep = write_deep(renderer, scene, settings, still, options.seed, files);
+    const std::string deep = write_deep(renderer, scene, settings, still, still_options, files);
 
     const std::vector<std::string> explained =
         renderer.renderer().explain(renderer.settled(scene, settings, still_options));
@@ -805,7 +805,7 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
             notes.emplace_back(kRaisedAlpha);
         const float exposure_ev = write_picture(picture, of_frame);
         if (renderer)
-            write_deep(*renderer, now.scene, settings, still, options.seed, of_frame);
+            write_deep(*renderer, now.scene, settings, still, wanted, of_frame);
         if (!files.exposure)
             files.exposure = exposure_ev;
         rows.push_back(row);

@@ -181,6 +181,7 @@ std::vector<TransparentHit> ReferenceTransparents::along(const Ray& ray, double 
     const auto add = [&](const Shape& shape, double t, glm::dvec2 at) {
         TransparentHit hit = shade(*shape.look, at, surface - t);
         hit.t = t;
+        hit.index = static_cast<std::size_t>(&shape - shapes_.data());
         hits.push_back(hit);
     };
     // The last one first, so that a stable sort leaves it in front.

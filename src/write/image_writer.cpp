@@ -88,6 +88,17 @@ void describe(OIIO::ImageSpec& spec, const ExrOptions& options)
     }
 }
 
+// The data window of a part of a picture, and the display window of all of it.
+void place_in_whole(OIIO::ImageSpec& spec, glm::ivec2 origin, glm::ivec2 whole)
+{
+    if (whole.x > 0) {
+        spec.x = origin.x;
+        spec.y = origin.y;
+        spec.full_width = whole.x;
+        spec.full_height = whole.y;
+    }
+}
+
 // A file that has a path and no place on a disk: OIIO (2.4) writes deep pixels into no memory of
 // ours, but into a file called memory.exr.
 class MemoryFile {
@@ -173,12 +184,7 @@ void write_exr(const Image& image, const fs::path& file, const ExrOptions& optio
     OIIO::ImageSpec spec(image.width, image.height, static_cast<int>(image.channels.size()),
                          OIIO::TypeDesc::FLOAT);
     spec.channelnames = image.channels;
-    if (image.whole.x > 0) {
-        spec.x = image.origin.x;
-        spec.y = image.origin.y;
-        spec.full_width = image.whole.x;
-        spec.full_height = image.whole.y;
-    }
+    place_in_whole(spec, image.origin, image.whole);
     spec.attribute("compression", "zip");
     describe(spec, options);
     if (!options.half) {
@@ -213,6 +219,7 @@ void write_deep_exr(const DeepImage& image, const fs::path& file, const ExrOptio
     spec.channelformats = {
         color, color, color, color, OIIO::TypeDesc::FLOAT, OIIO::TypeDesc::FLOAT};
     spec.deep = true;
+    place_in_whole(spec, image.origin, image.whole);
     spec.alpha_channel = 3;
     spec.z_channel = 4;
     spec.attribute("compression", "zips");  // the one zip that deep scanlines have

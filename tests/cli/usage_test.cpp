@@ -49,7 +49,7 @@ TEST(Usage, IsRefusedWithTwoAndTheNameOfWhatIsWrong)
         {{"render", "--no-such-option", "x.vdb"}, "--no-such-option"},
         {{"render", "x.vdb", "-o", "x.jpg"}, "x.jpg"},
         {{"render", "x.vdb", "-o", "good.png", "-o", "bad"}, "bad"},
-        {{"render", "x.vdb", "-o", "x.deep.exr", "--region", "0,0,8,8"}, ".deep.exr"},
+        {{"render", "x.vdb", "-o", "x.deep.exr", "--target", "scattering"}, ".deep.exr"},
         {{"render", "x.vdb", "--size", "480"}, "--size"},
         {{"render", "x.vdb", "--size", "0x270"}, "--size"},
         {{"render", "x.vdb", "--size", "-4x270"}, "--size"},

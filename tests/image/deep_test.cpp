@@ -4,6 +4,8 @@
 #include <OpenImageIO/deepdata.h>
 #include <OpenImageIO/imageio.h>
 #include <cmath>
+#include <cstdlib>
+#include <optional>
 #include <span>
 
 #include "fog_panes.h"
@@ -48,16 +50,17 @@ protected:
     };
 
     Pictures render(const Scene& scene, const Settings& settings, bool foreground = false,
-                    int frames = 1)
+                    int frames = 1, std::optional<PictureRegion> region = std::nullopt)
     {
         SceneRenderer renderer(get_proc());
         Pictures pictures;
         StillOptions options;
         options.aa = frames;
         options.foreground = foreground;
+        options.region = region;
         pictures.still = renderer.render(scene, settings, options);
-        pictures.deep =
-            study::deep_still(renderer, scene, settings, pictures.still, {.frames = frames});
+        pictures.deep = study::deep_still(renderer, scene, settings, pictures.still,
+                                          {.frames = frames, .region = region});
         return pictures;
     }
 
@@ -179,9 +182,128 @@ TEST_F(Deep, AFileHasTheChannelsThatCompositorsRead)
     EXPECT_THAT(error(pictures.deep, folder.path() / "none" / "y.exr"),
                 testing::HasSubstr("no such folder"));
     EXPECT_THAT(error({}, folder.path() / "y.exr"), testing::HasSubstr("is empty"));
-    Scene panes = fog_scene(8);
-    panes.transparents.emplace_back(pane(5, Blend::Kind::alpha));
-    EXPECT_THROW(render(panes, plain_settings()), Error);
+}
+
+/// One of each blend, before, in and behind the fog; edges cross the picture.
+Scene scene_of_panes(int size)
+{
+    Scene scene = fog_scene(size);
+    const auto add = [&](double distance, Kind kind, float alpha) -> QuadTransparent& {
+        QuadTransparent quad = pane(distance, kind);
+        quad.look.radiance = {0.3f, 0.1f, 0.6f};
+        quad.look.alpha = alpha;
+        return std::get<QuadTransparent>(scene.transparents.emplace_back(quad));
+    };
+    add(5, Kind::alpha, 0.4f);
+    add(3, Kind::premultiplied, 0.25f).edges[0].x = -9.4;
+    add(7, Kind::add, 1).edges[1].z = 9.3;
+    add(4.5, Kind::multiply, 1).look.filter = {0.9f, 0.5f, 0.2f};
+    add(5.5, Kind::factors, 0.5f).look.blend = {Kind::factors, BlendFactor::src_alpha,
+                                                BlendFactor::one_minus_src_color};
+    return scene;
+}
+
+TEST_F(Deep, TransparentsAreSamplesOfTheirOwn)
+{
+    Scene scene = scene_of_panes(16);
+    for (Settings settings : plain_siblings()) {
+        SCOPED_TRACE(int(settings.mode));
+        settings.splits = 32;
+        expect_whole(render(scene, settings, false, 4));
+        expect_whole(render(scene, settings, true, 2));
+    }
+    // In the middle of the fog it is dimmed by what is before it, and covers what is behind.
+    scene.transparents.resize(1);
+    Settings settings = plain_settings();
+    settings.splits = 64;
+    const Pictures pictures = render(scene, settings);
+    const double tangent = std::tan(glm::radians(double(scene.camera.vfov_deg)) / 2);
+    const FogRay ray{std::sqrt(1 + 2 * std::pow(tangent / 16, 2))};
+    const std::size_t middle = 8 * 16 + 8;
+    for (const double view_z : {4.5, 4.999, 5.001, 5.5, 7.0}) {
+        const glm::dvec4 flat = flatten(pixel(pictures.deep, middle), view_z);
+        const double kept = view_z > 5 ? 0.6 : 1;
+        const glm::dvec3 before = ray.glowed(std::min(view_z, 5.0)),
+                         behind = ray.glowed(std::max(view_z, 5.0)) - ray.glowed(5),
+                         passed = ray.passed(view_z);
+        EXPECT_NEAR(flat.w, 1 - kept * (passed.x + passed.y + passed.z) / 3, 3e-3) << view_z;
+        for (int c = 0; c < 3; ++c)
+            EXPECT_NEAR(
+                flat[c],
+                before[c] +
+                    (1 - kept) * ray.passed(5)[c] *
+                        double(std::get<QuadTransparent>(scene.transparents[0]).look.radiance[c]) +
+                    kept * behind[c],
+                3e-3)
+                << view_z;
+    }
+    const auto samples = pixel(pictures.deep, middle);
+    EXPECT_EQ(std::count_if(samples.begin(), samples.end(),
+                            [](const DeepSample& s) {
+                                return std::abs(s.front - 5) < 1e-4f && s.front == s.back &&
+                                       std::abs(s.alpha - 0.4f) < 1e-6f;
+                            }),
+              1);
+    // What hides all ends the pixel.
+    std::get<QuadTransparent>(scene.transparents[0]).look.alpha = 1;
+    for (const DeepSample& sample : pixel(render(scene, settings).deep, middle))
+        EXPECT_LT(sample.back, 5.0001f);
+    std::get<QuadTransparent>(scene.transparents[0]).look.blend = {
+        Kind::factors, BlendFactor::dst_color, BlendFactor::zero};
+    EXPECT_THROW(render(scene, settings), Error);
+}
+
+TEST_F(Deep, APartOfAPictureIsThatPartOfTheWhole)
+{
+    const Scene scene = scene_of_panes(16);
+    const PictureRegion region{3, 6, 9, 5};
+    for (const Settings& settings : plain_siblings()) {
+        SCOPED_TRACE(int(settings.mode));
+        const Pictures part = render(scene, settings, false, 2, region);
+        expect_whole(part);
+        const DeepImage whole = render(scene, settings, false, 2).deep;
+        EXPECT_EQ(part.deep.origin, glm::ivec2(3, 6));
+        EXPECT_EQ(part.deep.whole, glm::ivec2(16));
+        ASSERT_EQ(part.deep.width, 9);
+        ASSERT_EQ(part.deep.height, 5);
+        for (int y = 0; y < 5; ++y)
+            for (int x = 0; x < 9; ++x)
+                for (const double view_z : {3.5, 4.7, 5.2, 6.5, 1e30}) {
+                    const glm::dvec4 here =
+                        flatten(pixel(part.deep, std::size_t(9 * y + x)), view_z);
+                    const glm::dvec4 there =
+                        flatten(pixel(whole, std::size_t(16 * (y + 6) + x + 3)), view_z);
+                    for (int c = 0; c < 4; ++c)
+                        ASSERT_NEAR(here[c], there[c], 2e-3)
+                            << x << ' ' << y << " before " << view_z;
+                }
+    }
+}
+
+TEST_F(Deep, OiiotoolFlattensItToTheStill)
+{
+    if (std::system("oiiotool --help >/dev/null 2>&1") != 0)
+        GTEST_SKIP() << "needs oiiotool (openimageio-tools)";
+    const Pictures pictures =
+        render(scene_of_panes(16), plain_settings(), false, 2, PictureRegion{3, 6, 9, 5});
+    const TempFolder folder;
+    const std::string deep = (folder.path() / "x.deep.exr").string();
+    write::write_deep_exr(pictures.deep, deep);
+    ASSERT_EQ(std::system(fmt::format("oiiotool '{}' --flatten -o '{}/flat.exr'", deep,
+                                      folder.path().string())
+                              .c_str()),
+              0);
+    const auto input = OIIO::ImageInput::open((folder.path() / "flat.exr").string());
+    ASSERT_TRUE(input);
+    EXPECT_EQ(glm::ivec2(input->spec().x, input->spec().y), glm::ivec2(3, 6));
+    EXPECT_EQ(glm::ivec2(input->spec().full_width, input->spec().full_height), glm::ivec2(16));
+    const Image flat = write::read_exr(folder.path() / "flat.exr", {"R", "G", "B"});
+    double mean = 0;
+    for (const float value : pictures.still.composite)
+        mean += double(value) / double(pictures.still.composite.size());
+    ASSERT_EQ(flat.pixels.size(), pictures.still.composite.size());
+    for (std::size_t i = 0; i < flat.pixels.size(); ++i)
+        ASSERT_NEAR(flat.pixels[i], pictures.still.composite[i], 1e-3 * mean) << i;
 }
 
 }  // namespace

@@ -25,6 +25,8 @@ struct DeepSample {
 struct DeepImage {
     int width = 0;
     int height = 0;
+    glm::ivec2 origin{0};  ///< top-left corner in the picture that it is a part of [pixels]
+    glm::ivec2 whole{0};   ///< size of that picture; 0: it is no part of one
     std::vector<std::size_t> first;  ///< a pixel's first sample, and of one past the last pixel
     std::vector<DeepSample> samples;
 };
