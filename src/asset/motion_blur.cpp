@@ -174,7 +174,7 @@ private:
                         targets_.emplace_back(x, y, z);
         }
         std::ranges::sort(targets_, by_zyx);
-        targets_.erase(std::ranges::unique(targets_).begin(), targets_.end());
+        targets_.erase(std::unique(targets_.begin(), targets_.end()), targets_.end());
         check_memory(file_, targets_.size() * kVoxels * sizeof(std::int64_t) *
                                 static_cast<std::size_t>(channels_));
         check_cancelled(file_);
