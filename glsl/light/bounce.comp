@@ -104,19 +104,24 @@ void main()
         vec2 off = way.slope * float(chain.slice) - vec2(across_at(way, chain.slice));
         Walls walls = walls_of(u_walls_tx, node, node_count().z);
         ivec3 on_line = node;
+        bool crossed = is_crossed(node, k);
         int between = -1;
-        bool comes_from_behind = false;
+        bool is_of_face = false;
         for (int i = 0; i < 2 && between < 0; ++i) {
             int axis = (way.axis + 1 + i) % 3;
             int layer = 2 * axis + (off[i] > 0.0 ? 1 : 0);
             if ((off[i] > 0.0 ? walls.up[axis] : walls.down[axis]) >= abs(off[i]) - 1e-3)
                 continue;
             between = layer;
-            comes_from_behind = off[i] * way.slope[i] < 0.0;
             on_line[axis] += off[i] > 0.0 ? 1 : -1;
+            is_of_face = off[i] * way.slope[i] < 0.0;
+            if (is_of_face || !crossed || (way.forward > 0.0 ? walls.down : walls.up)[way.axis] > 1.0)
+                continue;
+            // Another one stands between the node and the one behind it.
+            between = 2 * way.axis + (way.forward > 0.0 ? 0 : 1);
+            is_of_face = true;
         }
         Bounced before = bounced;
-        bool crossed = is_crossed(node, k);
         if (crossed) {
             // Where on the way is not known: half of it.
             bounced =
@@ -124,7 +129,7 @@ void main()
             inside = !is_left(node, k);
         }
         Bounced here = bounced;
-        if (comes_from_behind)
+        if (is_of_face)
             here = Bounced(texelFetch(u_face_light_tx, node + layer_of(between), 0).rgb, vec3(0.0), 0.0);
         else if (between >= 0 && crossed)
             here = before;

@@ -18,7 +18,8 @@ layout(binding = FIELD_SIGMA_T_UNIT) uniform sampler3D u_sigma_t_tx;
 layout(binding = WALLS_UNIT) uniform sampler3D u_walls_tx;
 
 // A line goes past a node at up to half a node. If a surface lies between the two, then what reaches the node is what the
-// line had before that surface, or nothing, if it comes from behind it.
+// line had before that surface, or nothing, if it comes from behind it. Nothing, too, if the line has met another one
+// first, as at the foot of a wall: then that stands between the node and the one behind it.
 float visible_at_node(Chain chain, FieldWay way, int k, float visible, float before)
 {
     vec2 line = way.slope * float(chain.slice);
@@ -29,8 +30,10 @@ float visible_at_node(Chain chain, FieldWay way, int k, float visible, float bef
     for (int i = 0; i < 2; ++i) {
         int axis = (way.axis + 1 + i) % 3;
         float wall = off[i] > 0.0 ? walls.up[axis] : walls.down[axis];
-        if (wall < abs(off[i]) - 1e-3)
-            return off[i] * way.slope[i] < 0.0 ? 0.0 : is_crossed(chain.node, k) ? before : visible;
+        if (wall >= abs(off[i]) - 1e-3)
+            continue;
+        float behind = way.forward > 0.0 ? walls.down[way.axis] : walls.up[way.axis];
+        return off[i] * way.slope[i] < 0.0 ? 0.0 : !is_crossed(chain.node, k) ? visible : behind <= 1.0 ? 0.0 : before;
     }
     return visible;
 }

@@ -1,6 +1,7 @@
 // What is kept of light on its way through the media: optical depth towards each light, and the world's
 // light from all around. Filled by glsl/light.
 #include "lib/lattice.glsl"
+#include "lib/walls.glsl"
 #include "scene/light_volumes_block.glsl"
 #include "scene/lights.glsl"
 #include "scene/media.glsl"
@@ -9,6 +10,7 @@
 // else one, and extinction_color makes a colour of it.
 const bool kDepthVolume = false;  // the marched media's optical depth towards each light is in a volume
 const bool kWorldVolume = false;  // what the media scatter of the world's light is in a volume
+const bool kWorldWalls = false;   // whose last two layers are the walls between its nodes
 
 layout(binding = DEPTH_VOLUME_UNIT) uniform sampler3D u_depth_volume_tx;
 layout(binding = WORLD_VOLUME_UNIT) uniform sampler3D u_world_volume_tx;
@@ -65,6 +67,13 @@ vec3 light_of_root(vec3 root)
 // nodes that no light reaches, inside of surfaces: they are left out of the mean of eight.
 vec3 world_in_scattering(vec3 uvw, float g)
 {
+    if (kWorldWalls) {
+        LatticeParams lattice = u_volumes.world;
+        ivec3 first = ivec3(0, 0, (int(lattice.layers) - 2) * (int(lattice.last.z) + 1));
+        Walls walls;
+        uvw = on_own_side(u_world_volume_tx, first, lattice.last, uvw / lattice.inverse_size - 0.5, walls);
+        uvw = (uvw + 0.5) * lattice.inverse_size;
+    }
     if (!kMixedG) {
         vec4 root = textureLod(u_world_volume_tx, uvw, 0.0);
         return light_of_root(root.rgb / max(root.a, 1e-3));

@@ -10,30 +10,6 @@
 layout(binding = WORLD_ON_SURFACES_UNIT) uniform sampler3D u_world_on_surfaces_tx;
 layout(binding = WALLS_UNIT) uniform sampler3D u_walls_tx;
 
-// A place between nodes, moved away from those that lie behind a surface: where one crosses the line between two, the
-// node on the place's own side stands for both. walls: of the node that is nearest to where it is now
-vec3 on_own_side(vec3 q, out Walls walls)
-{
-    vec3 last = u_volumes.surfaces.last;
-    vec3 base = clamp(floor(q), vec3(0.0), last - 1.0);
-    vec3 from_low = clamp(q - base, 0.0, 1.0);
-    vec3 t = from_low;
-    vec3 is_high = step(0.5, from_low);
-    // Twice, since which line is asked depends on the side along the other axes.
-    for (int i = 0; i < 2; ++i) {
-        walls = walls_of(u_walls_tx, ivec3(base + is_high), int(last.z) + 1);
-        vec3 wall = mix(walls.up, walls.down, is_high);
-        vec3 off = mix(from_low, 1.0 - from_low, is_high);
-        vec3 side = mix(is_high, 1.0 - is_high, step(wall, off));
-        t = mix(from_low, side, step(wall, vec3(1.0)));
-        vec3 was_high = is_high;
-        is_high = step(0.5, t);
-        if (is_high == was_high)
-            break;
-    }
-    return base + t;
-}
-
 // Whether a surface lies within a node on the way along n, by the axis that this goes along most.
 bool is_walled_off(Walls walls, vec3 n)
 {
@@ -90,7 +66,7 @@ vec3 world_irradiance(vec3 p, vec3 n, vec3 open)
         return open;
     vec3 way = node_way(lattice, n) * lattice.spacing;  // of the length of a node
     Walls walls;
-    vec3 off = on_own_side(on + 0.5 * way, walls);  // the nodes on the surface's other side
+    vec3 off = on_own_side(u_walls_tx, ivec3(0), lattice.last, on + 0.5 * way, walls);  // the nodes on the surface's other side
     vec3 light = irradiance_of_nodes(off, n);
     if (!is_walled_off(walls, n)) {
         // From as far off the surface back to it.

@@ -39,6 +39,7 @@ constexpr double kSurfaceMargin = 0.5;
 /// What flames throw on surfaces is all that is there at night.
 constexpr double kSurfaceMarginOfFire = 1;
 constexpr int kSurfaceBands = 3;
+constexpr int kWallLayers = 2;  ///< of a texture of walls between nodes
 /// Surfaces that send light on: a face has their number in 12 bits (glsl/light/faces.glsl).
 constexpr std::size_t kMostSenders = 4095;
 /// The last turns, which are made anew once it is known what the media throw on surfaces.
@@ -241,6 +242,7 @@ void LightVolumes::clear_world()
     field_coefficients_ = {};
     world_ = {};
     walls_ = {};
+    world_walls_ = {};
     on_surfaces_ = {};
     on_surfaces_dimmed_ = {};
     bounced_ = {};
@@ -631,9 +633,9 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
             fill_extinction(media, lights);
         const glm::dvec3 eye = centre_of(world_lattice_);
         begin_fill(eye, media, lights);
-        const OtherLight bounced{&bounced_,
-                                 to_shared(surface_lattice_, kSurfaceBands * kSurfaceBands, eye),
-                                 kSurfaceBands};
+        const OtherLight bounced{
+            &bounced_, field_on_surfaces_.is_open() ? &field_on_surfaces_.walls() : &walls_,
+            to_shared(surface_lattice_, kSurfaceBands * kSurfaceBands, eye), kSurfaceBands};
         const OtherLight* sent_on = turns ? &bounced : nullptr;
         gl::Texture guessed;
         OtherLight guess;
@@ -654,7 +656,7 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
             gl::Texture finer = fill({FIELD_MOST_ORDERS, coarsest}, nullptr, light, true);
             field_.end();
             guessed = std::move(finer);
-            guess = {&guessed, to_shared(coarse, bands_ * bands_, eye), bands_};
+            guess = {&guessed, nullptr, to_shared(coarse, bands_ * bands_, eye), bands_};
         }
         begin_field(field_, world_lattice_, fills_field, media, surfaces, lights, shines,
                     world_key_.ways);
@@ -666,6 +668,8 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
             turned_ = false;
             ++fills_.field;
         }
+        world_walls_ = turns && field_.has_walls(surfaces) ? field_.take_walls() : gl::Texture();
+        copied_walls_ = false;
         field_.end();
     }
     if ((anew || fills_surfaces) && on_surfaces_) {
@@ -697,12 +701,19 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
     if (!coefficients_)
         return;
     // Another g takes the same light another way.
-    const int layers = traits.mixed_g ? bands_ : 1;
+    const int layers_of_light = traits.mixed_g ? bands_ : 1;
+    const int layers = layers_of_light + (world_walls_ ? kWallLayers : 0);
     if (!world_ || world_.size().z != layers * world_lattice_.count.z) {
         world_ = make_volume(device_, "world's light towards the eye", world_lattice_, layers,
                              GL_RGBA16F);
         turned_ = false;
+        copied_walls_ = false;
     }
+    if (world_walls_ && !copied_walls_)
+        for (int layer = 0; layer < kWallLayers; ++layer)
+            copy_layer(device_, world_walls_, layer, world_, layers_of_light + layer,
+                       world_lattice_.count);
+    copied_walls_ = true;
     turned_ &= (traits.mixed_g || turned_g_ == traits.g) && turned_at_ == origin;
     turned_g_ = traits.g;
     turned_at_ = origin;
@@ -982,6 +993,8 @@ gl::Defines LightVolumes::defines() const
         defines.emplace_back("VOLUME_RGB", "");
     if (world_)
         defines.emplace_back("kWorldVolume", "");
+    if (world_ && world_walls_)
+        defines.emplace_back("kWorldWalls", "");
     return defines;
 }
 

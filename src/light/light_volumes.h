@@ -193,6 +193,9 @@ private:
     std::vector<gl::Texture>
         bounced_means_;  ///< its mean at the nodes after each of the last turns
     gl::Texture walls_;  ///< between the nodes of the latter
+    /// Between the nodes of world_, where surfaces send light on; its last layers have them.
+    gl::Texture world_walls_;
+    bool copied_walls_ = false;                     ///< they do by now
     gl::Texture on_surfaces_, on_surfaces_dimmed_;  ///< coefficients of the world's light
     int bands_ = 1;                                 ///< of the world's light in the media
     glm::dvec4 turned_to_{0};  ///< eye, or direction and 1, that world_ was worked out for

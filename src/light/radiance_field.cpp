@@ -514,6 +514,7 @@ void RadianceField::take_over(const OtherLight& other, int bands, const gl::Text
     params_.other = other.at;
     write_block();
     other.light->bind(FIELD_LIGHT_UNIT);
+    other.walls->bind(WALLS_UNIT);
     bind_image(0, to, GL_READ_WRITE);
     dispatch_nodes("light/field_other.comp",
                    {{"kBands", fmt::format("{}", std::min(bands, other.bands))}});
@@ -640,7 +641,7 @@ void RadianceField::add(const FieldLight& light, int bands, const gl::Texture& t
         set_batch(batch);
         gl::Texture source;
         if (light.scattered != nullptr)
-            source = spread({light.scattered, light.at, light.bands}, batch.count);
+            source = spread({light.scattered, nullptr, light.at, light.bands}, batch.count);
         sweep(light.glows, source ? &source : nullptr, false);
         gather(bands, true, Of::field, filling_->light_ways, to);
     }

@@ -49,6 +49,7 @@ struct FieldOrders {
 /// there.
 struct OtherLight {
     const gl::Texture* light = nullptr;  ///< alpha of the first: 0 in nodes inside of surfaces
+    const gl::Texture* walls = nullptr;  ///< between its nodes, as take_walls(); of what arrives
     shared::LatticeParams at{};          ///< that lattice, for an eye amid the one that takes it
     int bands = 0;
 };
@@ -101,6 +102,8 @@ public:
     void bounce(int ways, int bands, const gl::Texture* alone, const gl::Texture* clear,
                 const gl::Texture* dimmed);
     [[nodiscard]] const gl::Texture& walls() const;
+    /// Between begin() and end().
+    [[nodiscard]] bool is_open() const { return filling_ != nullptr; }
 
     /// Coefficients, bands^2 layers of `field`, of the world's light, whose own are `world` if
     /// there is any, of what media emit, and of what they scatter again, and of `bounced`, what
@@ -115,6 +118,11 @@ public:
     /// How far from each node the nearest surface lies along each of the lattice's axes, down and
     /// then up, a layer each; empty where there is none. Before end().
     [[nodiscard]] gl::Texture take_walls();
+    /// Whether some of the surfaces may stand between the lattice's nodes. Before end().
+    [[nodiscard]] bool has_walls(const surface::SurfaceSet& surfaces) const
+    {
+        return !within(surfaces).empty();
+    }
 
     /// Frees what was there for filling.
     void end();

@@ -460,7 +460,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         const Defines sampling =
             flags(set, {"kVolumeShadows", "kWorldLight", "EXTINCTION_IN_ALPHA", "kCameraRange",
                         "kShadowToLight", "kLeastExtinction"}) +
-            flags(set >> 3, {"kWorldVolume", "kDepthVolume"});
+            flags(set >> 3, {"kWorldVolume", "kDepthVolume", "kWorldWalls"});
         variants.add("pass/v_buffer.comp", media + lights + sampling);
         variants.add("pass/scatter.comp", media + lights + sampling +
                                               flags(set >> 6, {"kGridShadows", "kHistory",
@@ -483,7 +483,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                         "kShadowToLight", "kLeastExtinction", "kMonochrome", "kCountSamples",
                         "kDepthVolume", "kWorldVolume"}) +
             flags(set ^ set >> 3, {"kExactFalloff", "kMediaDepth", "kDepthAtPoint"}) +
-            flags(set >> 2, {"kSplits"}) +
+            flags(set >> 2, {"kSplits", "kWorldWalls"}) +
             Defines{
                 {"kLayerScale", "2"}, {"kShadowTaps", "4"}, {"kPanes", set % 3 == 0 ? "4" : "0"}};
         variants.add("pass/ray_march.frag", marched);
