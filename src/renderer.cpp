@@ -863,8 +863,9 @@ std::vector<glm::dvec3> Renderer::Parts::mean_around_probes(bool before_last_tur
         draw_faces(i, canvas, 6, [&](int) {
             const std::vector<float> rgb = canvas.color.read(3);
             for (std::size_t k = 0; k < std::size_t{kSize} * kSize; ++k) {
+                const std::size_t row = k / kSize;
                 const double x = (2 * double(k % kSize) + 1) / kSize - 1,
-                             y = (2 * double(k / kSize) + 1) / kSize - 1;
+                             y = (2 * double(row) + 1) / kSize - 1;
                 const double weight = std::pow(1 + x * x + y * y, -1.5);  // solid angle
                 weights += weight;
                 sum += weight * glm::dvec3(rgb[3 * k], rgb[3 * k + 1], rgb[3 * k + 2]);

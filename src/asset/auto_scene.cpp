@@ -223,10 +223,11 @@ private:
         const auto& stride = kStrides[static_cast<std::size_t>(axis_)];
         for (int z = 0; z < kDim; ++z)
             for (int y = 0; y < kDim; ++y)
-                for (int x = 0; x < kDim; ++x, value += channels)
-                    (*to.columns)[static_cast<std::size_t>(x * stride[0] + y * stride[1] +
-                                                           z * stride[2])] +=
+                for (int x = 0; x < kDim; ++x, value += channels) {
+                    const int column = x * stride[0] + y * stride[1] + z * stride[2];
+                    (*to.columns)[static_cast<std::size_t>(column)] +=
                         spacing_ * mean_of_channels(value, grid.channels);
+                }
     }
 
     void add_tile(const VoxelGrid& grid, const VoxelTile& tile)
@@ -317,7 +318,7 @@ public:
         const float* brick_values = grid.values.data();
         for (const glm::ivec3& brick : grid.bricks) {
             const float* value = brick_values;
-            brick_values += VoxelGrid::kBrickVoxels * grid.channels;
+            brick_values += std::ptrdiff_t{VoxelGrid::kBrickVoxels} * grid.channels;
             const glm::dvec3 first = glm::dvec3(brick) * double{kDim};
             if (!reaches_farther(functions, {first, first + (kDim - 1.0)}))
                 continue;
@@ -1149,7 +1150,7 @@ double sigma_t_for_opacity(const VoxelGrid& grid, double opacity)
 
 std::string guess_emission_grid(const VdbInfo& file, const std::string& density)
 {
-    const std::string flame = find_glow(file, density, flame_names());
+    std::string flame = find_glow(file, density, flame_names());
     if (!flame.empty())
         return flame;
     if (is_all_there_is(file, density, flame_names()))
@@ -1265,7 +1266,7 @@ LoadedScene make_auto_scene(const fs::path& vdb, const AutoSceneOptions& options
     const VdbInfo info = inspect_vdb(vdb);
 
     std::vector<std::string> notes = std::move(density.notes);
-    const auto grid = std::make_shared<const VoxelGrid>(std::move(density.grid));
+    auto grid = std::make_shared<const VoxelGrid>(std::move(density.grid));
     const auto read = [&](const std::string& name) -> std::shared_ptr<const VoxelGrid> {
         if (name.empty())
             return nullptr;

@@ -379,10 +379,12 @@ Mesh load_mesh(const fs::path& file)
     while (!pending.empty()) {
         const auto [node, file_from_node] = pending.back();
         pending.pop_back();
-        for (unsigned i = 0; i < node->mNumMeshes; ++i)
-            if (const aiMesh& part = *scene->mMeshes[node->mMeshes[i]];
-                const double area = append_mesh(file, part, file_from_node, mesh))
+        for (unsigned i = 0; i < node->mNumMeshes; ++i) {
+            const aiMesh& part = *scene->mMeshes[node->mMeshes[i]];
+            const double area = append_mesh(file, part, file_from_node, mesh);
+            if (area > 0)
                 areas[part.mMaterialIndex] += area;
+        }
         for (unsigned i = node->mNumChildren; i-- > 0;) {
             const aiNode* child = node->mChildren[i];
             pending.emplace_back(child, file_from_node * to_glm(child->mTransformation));

@@ -387,13 +387,16 @@ Scene scene_from_json(std::string_view text, const std::string& file, const fs::
     const Json* camera = object.find("camera");
     if (const Json* world = object.find("world_radiance"))
         scene.world = read_world(*world, object.place().key("world_radiance"), folder);
-    object.read_list("lights", [&](JsonObject item) { scene.lights.push_back(read_light(item)); });
-    object.read_list("media",
-                     [&](JsonObject item) { scene.media.push_back(read_medium(item, folder)); });
-    object.read_list(
-        "surfaces", [&](JsonObject item) { scene.surfaces.push_back(read_surface(item, folder)); });
+    object.read_list("lights",
+                     [&](JsonObject item) { scene.lights.push_back(read_light(std::move(item))); });
+    object.read_list("media", [&](JsonObject item) {
+        scene.media.push_back(read_medium(std::move(item), folder));
+    });
+    object.read_list("surfaces", [&](JsonObject item) {
+        scene.surfaces.push_back(read_surface(std::move(item), folder));
+    });
     object.read_list("transparents", [&](JsonObject item) {
-        scene.transparents.push_back(read_transparent(item, folder));
+        scene.transparents.push_back(read_transparent(std::move(item), folder));
     });
     object.read_list("probes", [&](JsonObject item) { scene.probes.push_back(read_probe(item)); });
     object.read("time", kTime, scene.time);

@@ -41,7 +41,7 @@ std::int64_t texel_bytes(GLenum format)
     case GL_RGBA32UI:
         return 16;
     default:
-        assert(!"a format whose bytes are not known");
+        assert(false && "a format whose bytes are not known");
         return 0;
     }
 }

@@ -492,7 +492,7 @@ void LightVolumes::set_depth(const SceneSettings& settings, medium::MediaSet& me
 void LightVolumes::begin_refill()
 {
     const int count = static_cast<int>(wanted_lights_.size());
-    refill_.emplace();
+    refill_.emplace(Refill{});
     refill_->lights = wanted_lights_;
     for (int i = 0; i < count; ++i)
         if (!is_same(depth_lights_[static_cast<std::size_t>(i)],

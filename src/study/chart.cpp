@@ -626,12 +626,11 @@ Chart measure_chart(const Scene& scene, const ReferenceStill& reference, SceneRe
 std::vector<bool> pareto_front(std::span<const std::pair<double, double>> points)
 {
     std::vector<bool> front;
-    for (const auto& [cost, error] : points) {
+    for (const std::pair<double, double>& point : points) {
         const bool beaten = std::any_of(points.begin(), points.end(), [&](const auto& other) {
-            return other.first <= cost && other.second <= error &&
-                   (other.first < cost || other.second < error);
+            return other.first <= point.first && other.second <= point.second && other != point;
         });
-        front.push_back(!beaten && std::isfinite(cost) && std::isfinite(error));
+        front.push_back(!beaten && std::isfinite(point.first) && std::isfinite(point.second));
     }
     return front;
 }

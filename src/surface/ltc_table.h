@@ -18,7 +18,7 @@ struct LtcEntry {
 };
 
 /// Rows of LTC_COLUMNS: roughness 0..1, and in a row sqrt(1 - sqrt(n.wo)) 0..1.
-extern const std::array<LtcEntry, LTC_ROWS * LTC_COLUMNS> kLtcTable;
+extern const std::array<LtcEntry, std::size_t{LTC_ROWS} * LTC_COLUMNS> kLtcTable;
 
 /// The table as two layers: the matrix, and a and b. Texels' middles are its entries.
 gl::Texture make_ltc_texture(const gl::Device& device);

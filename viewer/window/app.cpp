@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <imgui.h>
 
+#include "overloaded.h"
 #include "study/flag_names.h"
 #include "window/camera_control.h"
 #include "window/overlay.h"
@@ -13,14 +14,6 @@
 #include <fumarole/errors.h>
 
 namespace fumarole::window {
-
-namespace {
-
-template <typename... F> struct Overloads : F... {
-    using F::operator()...;
-};
-
-}  // namespace
 
 App::App(AppOptions options)
     : screen_{options.memory.size, options.debug}, gui_{screen_.window()}, memory_{std::move(
@@ -178,19 +171,19 @@ std::vector<Event> App::follow_script(double seconds)
 void App::perform(const ScriptAction& action, std::vector<Event>& events)
 {
     GlfwWindow& window = screen_.window();
-    std::visit(Overloads{[&](const Event& event) { events.push_back(event); },
-                         [&](const SetSetting& set) {
-                             change_setting(state(), set.name, set.value);
-                             viewport_.invalidate(Change::view);
-                         },
-                         [&](const OpenFile& file) { open(file.file); },
-                         [&](const Screenshot& shot) { automation_.request_screenshot(shot.file); },
-                         [&](const ResizeWindow& resize) { window.resize(resize.size); },
-                         [&](const Minimise& minimise) { window.minimise(minimise.on); },
-                         [&](const WriteClipboard& to) {
-                             write::write_whole(to.file, window.clipboard());
-                         }},
-               action);
+    std::visit(
+        Overloaded{
+            [&](const Event& event) { events.push_back(event); },
+            [&](const SetSetting& set) {
+                change_setting(state(), set.name, set.value);
+                viewport_.invalidate(Change::view);
+            },
+            [&](const OpenFile& file) { open(file.file); },
+            [&](const Screenshot& shot) { automation_.request_screenshot(shot.file); },
+            [&](const ResizeWindow& resize) { window.resize(resize.size); },
+            [&](const Minimise& minimise) { window.minimise(minimise.on); },
+            [&](const WriteClipboard& to) { write::write_whole(to.file, window.clipboard()); }},
+        action);
 }
 
 void App::handle(const Event& event)
