@@ -14,7 +14,6 @@ layout(rgba32f, binding = 0) writeonly uniform image2DArray u_maps_img;
 layout(binding = PROBE_SOURCE_UNIT) uniform sampler2DArray u_source_tx;
 
 shared vec4 s_sums[kThreads];
-shared float s_weights[kThreads];
 
 void main()
 {
@@ -23,28 +22,32 @@ void main()
                                0.25 * kPi, 0.25 * kPi, 0.25 * kPi);
     int thread = int(gl_LocalInvocationIndex);
     int n = u_filter.from.size;
+    vec4 sums[kProbeHarmonics];
+    for (int k = 0; k < kProbeHarmonics; ++k)
+        sums[k] = vec4(0.0);
+    for (int i = thread; i < n * n; i += kThreads) {
+        ivec2 texel = ivec2(i % n, i / n);
+        vec3 met = on_octahedron((vec2(texel) + 0.5) / float(n));
+        vec3 d = normalize(met);
+        vec3 light = texelFetch(u_source_tx, ivec3(u_filter.from.first + texel, u_filter.from.layer), 0).rgb;
+        vec4 weighed = octahedral_solid_angle(met, float(n)) * vec4(light, 1.0);
+        sums[0] += weighed * spherical_harmonic(0, d);
+        for (int k = 1; k < kProbeHarmonics; ++k)
+            sums[k].rgb += weighed.rgb * spherical_harmonic(k, d);
+    }
+    float weights = 0.0;
     for (int k = 0; k < kProbeHarmonics; ++k) {
-        vec4 sum = vec4(0.0);
-        float weights = 0.0;
-        for (int i = thread; i < n * n; i += kThreads) {
-            ivec2 texel = ivec2(i % n, i / n);
-            vec3 met = on_octahedron((vec2(texel) + 0.5) / float(n));
-            float weight = octahedral_solid_angle(met, float(n));
-            vec4 light = texelFetch(u_source_tx, ivec3(u_filter.from.first + texel, u_filter.from.layer), 0);
-            sum += weight * spherical_harmonic(k, normalize(met)) * light;
-            weights += weight;
-        }
-        s_sums[thread] = sum;
-        s_weights[thread] = weights;
+        s_sums[thread] = sums[k];
         barrier();
         if (thread == 0) {
-            for (int i = 1; i < kThreads; ++i) {
+            vec4 sum = vec4(0.0);
+            for (int i = 0; i < kThreads; ++i)
                 sum += s_sums[i];
-                weights += s_weights[i];
-            }
+            if (k == 0)
+                weights = sum.a / spherical_harmonic(0, vec3(0.0));
             // The texels' middles stand for their solid angles but nearly.
             imageStore(u_maps_img, ivec3(u_filter.to.first + ivec2(k, 0), u_filter.to.layer),
-                       sum * (kCosine[k] * 4.0 * kPi / weights));
+                       vec4(sum.rgb * (kCosine[k] * 4.0 * kPi / weights), 0.0));
         }
         barrier();
     }

@@ -42,7 +42,7 @@ void LightSet::set_world(const World& world)
         device_->TextureParameteri(texture.id(), GL_TEXTURE_WRAP_S, GL_REPEAT);
         return texture;
     };
-    irradiance_ = upload("irradiance", irradiance_map(*world.environment, 64, 32));
+    irradiance_ = upload("irradiance", irradiance_map(*world.environment));
     environment_ = upload("environment", *world.environment);
 }
 

@@ -80,10 +80,11 @@ gl::Texture ProbeFilter::make_maps(std::string_view label, const ProbeLayout& la
 void ProbeFilter::filter_environment(const gl::Texture& map, const gl::Texture& to,
                                      const ProbeLayout& layout, int layer) const
 {
-    // A texel of the octahedron covers up to 5.2 times what its smallest does.
+    // A texel of the octahedron covers up to 5.2 times what its smallest does. Two samples a texel
+    // of the map along each edge, or a sun of a few texels is taken for a tenth more or less.
     const double texel = 3.2 / layout.maps().front().size;
     const int samples =
-        std::max(2, static_cast<int>(std::ceil(texel * map.size().x / (2 * std::numbers::pi))));
+        std::max(2, static_cast<int>(std::ceil(2 * texel * map.size().x / (2 * std::numbers::pi))));
     filter(map, {{"kSamples", std::to_string(samples)}}, to, layout, layer);
 }
 
@@ -97,7 +98,8 @@ void ProbeFilter::filter(const gl::Texture& source, const gl::Defines& resolve,
                          const gl::Texture& to, const ProbeLayout& layout, int layer) const
 {
     constexpr int kGroup = 8;
-    constexpr int kForHarmonics = 64;
+    // Texels as wide as two suns: harmonics of 64 along an edge put one 3 degrees off.
+    constexpr int kForHarmonics = 256;
     const gl::Device& gl = device_;
     const int n = layout.maps().front().size;
     if (!pyramid_ || glm::ivec2(pyramid_.size()) != pyramid_size(n))

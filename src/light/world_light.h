@@ -11,9 +11,9 @@ namespace fumarole::light {
 glm::vec3 mean_radiance(const Environment& environment);
 
 /// Irradiance [W/m^2] of an unhidden surface by its normal, in the same latitude-longitude form:
-/// the cosine-weighted integral over the hemisphere, summed over texels of at most 128 x 64
-/// averages.
-Environment irradiance_map(const Environment& environment, int width, int height);
+/// the cosine-weighted integral over the hemisphere, summed over at most 64 x 32 averages, each of
+/// which has its light where the mean of it lies.
+Environment irradiance_map(const Environment& environment);
 
 /// Radiance [W/m^2/sr] of an environment from `directions` (unit length, a few dozen all around)
 /// that stand for `solid_angles` [sr]: each texel's light is shared out among the three that it
