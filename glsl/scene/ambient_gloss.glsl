@@ -21,10 +21,13 @@ vec3 light_around(vec3 p, vec3 d, float alpha, vec3 irradiance, vec3 open)
 
 void add_world_reflection(vec3 p, vec3 n, vec3 irradiance, vec3 open)
 {
-    const float kOneLobe = 0.01;    // alpha of mirrors, all but
-    const float kNarrowest = 0.35;  // of a lobe: those beside each other meet
-    // Middles of quarters of GGX's slopes along a line, over alpha.
-    const float kSlopes[kLobes] = float[kLobes](-1.1338934, -0.2581989, 0.2581989, 1.1338934);
+    const float kOneLobe = 0.01;   // alpha of mirrors, all but
+    const float kNarrowest = 0.2;  // of a lobe, over alpha
+    // About the middles of quarters of GGX's slopes along a line, over alpha, and how wide a lobe each stands for: fitted to
+    // the light of lamps at 6 places by lobes of roughness 0.2 to 1 (errors squared fall by a third beside the middles
+    // themselves and lobes of one width).
+    const float kSlopes[kLobes] = float[kLobes](-1.05, -0.27, 0.27, 1.05);
+    const float kWidths[kLobes] = float[kLobes](1.37, 0.93, 0.93, 1.37);
     float n_wo = max(dot(n, gloss.wo), 0.0);
     vec3 along = gloss.wo - n * n_wo;  // as long as the sine: none, and the lobe is round
     vec3 sum = vec3(0.0), weights = vec3(0.0);
@@ -37,7 +40,7 @@ void add_world_reflection(vec3 p, vec3 n, vec3 irradiance, vec3 open)
             continue;
         vec3 weight =
             schlick_fresnel(gloss.f0, wo_h) * (ggx_visibility(n_wo, n_wi, gloss.alpha) * n_wi * wo_h / dot(n, h));
-        sum += weight * light_around(p, d, gloss.alpha * max(wo_h, kNarrowest), irradiance, open);
+        sum += weight * light_around(p, d, gloss.alpha * max(kWidths[i] * wo_h, kNarrowest), irradiance, open);
         weights += weight;
     }
     vec3 light = weights.g > 0.0 ? sum / max(weights, 1e-20)

@@ -25,9 +25,9 @@ vec3 corner_of(AreaParams area, bool is_disk, int k, vec3 p)
     return area.center + at.x * area.u + at.y * area.v - p;
 }
 
-// Of unit radiance on a surface at p of normal n [sr]: half the sum over the outline's edges of the angle that each is
-// seen under, along its normal. Lambert 1760.
-float polygon_irradiance(AreaParams area, bool is_disk, vec3 p, vec3 n)
+// Of unit radiance at p, what lies above the horizon of n, along the mean direction that it comes from or its opposite
+// [sr]: half the sum over the outline's edges of the angle that each is seen under, along its normal. Lambert 1760.
+vec3 polygon_flux(AreaParams area, bool is_disk, vec3 p, vec3 n)
 {
     int count = is_disk ? kDiskCorners : 4;
     vec3 sum = vec3(0.0), leaves = vec3(0.0), enters = vec3(0.0);
@@ -45,8 +45,13 @@ float polygon_irradiance(AreaParams area, bool is_disk, vec3 p, vec3 n)
             enters = from = mix(a, b, above_a / (above_a - above_b));
         sum += edge_flux(from, to);
     }
-    sum += edge_flux(leaves, enters);
-    return 0.5 * abs(dot(sum, n));
+    return 0.5 * (sum + edge_flux(leaves, enters));
+}
+
+// The same on a surface of normal n.
+float polygon_irradiance(AreaParams area, bool is_disk, vec3 p, vec3 n)
+{
+    return abs(dot(polygon_flux(area, is_disk, p, n), n));
 }
 
 // A disk wholly over the horizon: what arrives comes along the axis of its cone.
@@ -63,8 +68,9 @@ float disk_irradiance(AreaParams area, vec3 p, vec3 n)
 #ifdef GLOSSY
 // What a light's points say of its reflection beside its closed form.
 struct AreaReflection {
-    vec3 correction;  // of the closed form, over the light's radiance
-    vec3 arriving;    // what of the points is seen and let through, times their weights
+    vec3 lobe;      // the lobe at the points, over the light's radiance
+    float fit;      // and its fit, which is the closed form's
+    vec3 arriving;  // what of the points is seen and let through, times their weights
     float weights;
 };
 
@@ -79,14 +85,21 @@ void add_point(inout AreaReflection sum, AreaParams area, LightSample light, flo
     vec3 h = sum_of_two / max(length(sum_of_two), 1e-6);
     float off = max(gloss.alpha, length(cross(n, h)));
     float n_wi = dot(n, light.wi);
-    vec3 missing = -ggx_once(gloss.f0, gloss.ab) * cosine_density(light.wi);
+    float varies_little = smoothstep(0.5, 1.5, off / between) * solid_angle;
     if (n_wi > 0.0)
-        missing += n_wi * ggx_reflection(n, gloss.wo, light.wi, gloss.alpha, gloss.f0);
-    sum.correction += smoothstep(0.5, 1.5, off / between) * solid_angle * missing;
+        sum.lobe += varies_little * n_wi * ggx_reflection(n, gloss.wo, light.wi, gloss.alpha, gloss.f0);
+    sum.fit += varies_little * cosine_density(light.wi);
     // Of a narrow lobe, widened so that it meets some of the points.
     float weight = solid_angle * max(n_wi, 0.0) * ggx_distribution(n, h, gloss.alpha + between);
     sum.arriving += weight * seen * through;
     sum.weights += weight;
+}
+
+// Schlick's fifth power for light from d, of any length.
+float fifth_power_at(vec3 d)
+{
+    vec3 h = gloss.wo + normalize(d);
+    return schlick_fresnel(vec3(0.0), dot(gloss.wo, h) / max(length(h), 1e-6)).x;
 }
 
 // Below this part of the lobe's width fewer digits are left of the closed form, and a light is as good as its middle.
@@ -108,13 +121,27 @@ void add_area_reflection(int first, AreaParams area, bool is_disk, vec3 p, vec3 
     turned.center = turn * to_center;
     turned.u = turn * area.u;
     turned.v = turn * area.v;
-    float share = polygon_irradiance(turned, is_disk, vec3(0.0), vec3(0.0, 0.0, 1.0)) / kPi;
-    vec3 open = max(ggx_once(gloss.f0, gloss.ab) * share + points.correction, 0.0);
+    vec3 flux = polygon_flux(turned, is_disk, vec3(0.0), vec3(0.0, 0.0, 1.0)) / kPi;
+    flux *= sign(flux.z);
+    float share = flux.z;
+    // Fresnel's part of what the light covers of the lobe is that at its mean direction, and of the whole lobe the
+    // table's. A wall that stands at the lobe's end has most of it. The flux is not weighed by the fit's cosine, and
+    // leans too far from the axis the more it covers: by this much less it errs least.
+    mat3 back = inverse(turn);
+    float whole = gloss.ab.x + gloss.ab.y;
+    float fifth =
+        fifth_power_at(share > 0.0 ? back * vec3(flux.xy * mix(1.0, 0.3, min(1.4 * length(flux), 1.0)), flux.z)
+                                   : back[2]) +
+        share * (gloss.ab.y / whole - fifth_power_at(back[2]));
+    vec3 of_share = whole * (gloss.f0 + (1.0 - gloss.f0) * clamp(fifth, 0.0, 1.0));
+    vec3 open = max(of_share * (share - points.fit) + points.lobe, 0.0);
     reflected += u_lights.lights[first].intensity * open * through;
 }
 #else
 struct AreaReflection {
-    vec3 correction, arriving;
+    vec3 lobe;
+    float fit;
+    vec3 arriving;
     float weights;
 };
 void add_point(AreaReflection sum, AreaParams area, LightSample light, float seen, vec3 through, vec3 n) {}
@@ -137,7 +164,7 @@ void add_area_irradiance(inout vec3 sum, int first, bool is_disk, vec3 p, vec3 n
     ShadowDepth depth = u_lights.views[int(u_lights.lights[first].first_view)].depth;
     vec3 arriving = vec3(0.0);
     float weights = 0.0;
-    AreaReflection reflection = AreaReflection(vec3(0.0), vec3(0.0), 0.0);
+    AreaReflection reflection = AreaReflection(vec3(0.0), 0.0, vec3(0.0), 0.0);
     for (int point = 0; point < kAreaPoints; ++point) {
         int i = first + point;
         LightSample light = point_sample(i, p);

@@ -265,12 +265,12 @@ TEST_F(GlossAndAreas, ARectangleIsTheIntegralOfTheLobe)
         glm::dvec3 center, u, v;
         double of_metal, of_lacquer;  ///< allowed relMSE
     };
-    // Where Fresnel's part is most of a lobe it is not what the fit was made for. A light that
+    // Fresnel's part is taken at one direction of what a light covers of the lobe. A light that
     // stands on the ground is so near to some of it that 16 points do not say what the fit misses
     // there.
-    for (const Case& at : {Case{"wall", {0, 2, 1}, {1, 0, 0}, {0, 0, -0.5}, 1e-3, 6e-3},
+    for (const Case& at : {Case{"wall", {0, 2, 1}, {1, 0, 0}, {0, 0, -0.5}, 1e-3, 2e-3},
                            Case{"ceiling", {0, 0, 2}, {1, 0, 0}, {0, 0.6, 0}, 1e-3, 1e-3},
-                           Case{"on the ground", {0, 2, 0}, {1, 0, 0}, {0, 0, -1}, 1.5e-2, 1.5e-2}})
+                           Case{"on the ground", {0, 2, 0}, {1, 0, 0}, {0, 0, -1}, 1e-2, 1e-2}})
         for (const double metallic : {1.0, 0.0})
             for (const double roughness : {0.1, 0.25, 0.5, 1.0}) {
                 RectLight rect;
@@ -284,7 +284,7 @@ TEST_F(GlossAndAreas, ARectangleIsTheIntegralOfTheLobe)
                 figure(name + ": relMSE", m.relmse);
                 figure(name + ": bias", m.bias);
                 EXPECT_LT(m.relmse, metallic > 0 ? at.of_metal : at.of_lacquer) << name;
-                EXPECT_LT(std::abs(m.bias), 0.07) << name;
+                EXPECT_LT(std::abs(m.bias), 0.04) << name;
             }
 }
 
@@ -303,7 +303,7 @@ TEST_F(GlossAndAreas, ADiskIsTheIntegralOfTheLobe)
                    m.relmse);
             figure(fmt::format("disk, metallic {}, roughness {}: bias", metallic, roughness),
                    m.bias);
-            EXPECT_LT(m.relmse, metallic > 0 ? 1e-3 : 4e-3) << roughness;
+            EXPECT_LT(m.relmse, metallic > 0 ? 1e-3 : 1.5e-3) << roughness;
             EXPECT_LT(std::abs(m.bias), 0.02) << roughness;
         }
 }
