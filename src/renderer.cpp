@@ -161,6 +161,8 @@ struct Renderer::Parts {
     /// last turn.
     std::vector<glm::dvec3> mean_around_probes(bool before_last_turn);
     void prepare_probes();
+    /// Looks from a probe at so little that it takes a small part of a capture.
+    void glimpse_from(int i);
     /// Captures a probe that is out of date, if this frame leaves the time for it.
     void update_probe(const Frame& frame);
     [[nodiscard]] std::unique_ptr<View::State> make_state(View::History history) const;
@@ -915,12 +917,34 @@ void Renderer::Parts::update_probe(const Frame& frame)
     const Update when = scene_settings.probe_update;
     if (when == Update::never || (when == Update::still && moves))
         return;
+    if (const auto i = probes.doubted()) {
+        glimpse_from(*i);
+        if (!probes.next(true))
+            return;
+    }
     if (const auto i = probes.next(true))
         capture_probe(*i);
+    else if (const auto not_yet = probes.unglimpsed())
+        glimpse_from(*not_yet);
+}
+
+void Renderer::Parts::glimpse_from(int i)
+{
+    constexpr int kSize = 32;  // pixels of 3 degrees
+    ProbeCanvas& canvas = probe_canvas(kSize);
+    std::vector<float> rgb;
+    probes.begin_capture(light::Probes::Shown::later_turn);
+    draw_faces(i, canvas, 6, [&](int) {
+        const std::vector<float> face = canvas.color.read(3);
+        rgb.insert(rgb.end(), face.begin(), face.end());
+    });
+    probes.end_capture();
+    probes.take_glimpse(i, std::move(rgb));
 }
 
 void Renderer::update_probes(bool anew)
 {
+    parts_->probes.believe_none();
     while (const auto i = parts_->probes.next(anew)) {
         parts_->capture_probe(*i);
         parts_->probes.fade(true);

@@ -274,7 +274,8 @@ void add_cost(StillReport& sum, const StillReport& part)
     sum.gpu_bytes = std::max(sum.gpu_bytes, part.gpu_bytes);
 }
 
-/// While it lives the renderer measures by waiting, so that explain() says what its volumes took.
+/// While it lives the renderer measures by waiting, so that explain() says what its volumes and
+/// probes took.
 class Measured {
 public:
     explicit Measured(Renderer& renderer) : renderer_{renderer}, before_{renderer.timing()}
@@ -380,8 +381,8 @@ double SceneRenderer::set_scene(const Scene& scene, const SceneSettings& setting
     {
         const Measured measured(renderer_);
         renderer_.set_scene(scene, settings);
+        update_probes();
     }
-    update_probes();
     renderer_.wait_until_ready();
     held_.emplace(scene, settings);
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)

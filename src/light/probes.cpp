@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <fmt/format.h>
 #include <numeric>
 
@@ -139,7 +140,9 @@ void Probes::set_placed(const Scene& scene, const SceneSettings& settings,
         }
         placed_[i] = std::move(*before);
         old.erase(before);
-        if (!same)
+        if (!same && !placed_[i].glimpse.empty())
+            placed_[i].doubted = true;
+        else if (!same)
             placed_[i].turns = 0;
         if (!same_surfaces)
             placed_[i].unseen = unseen_by(probe, drawn);
@@ -152,6 +155,8 @@ void Probes::set_placed(const Scene& scene, const SceneSettings& settings,
         if (are_as_many && same_surfaces)
             placed = std::move(old[k]);
         placed.turns = 0;
+        placed.doubted = placed.found_same = false;
+        placed.glimpse.clear();
         placed.probe = wanted[moved[k]];
         placed.unseen = unseen_by(placed.probe, drawn);
     }
@@ -242,6 +247,54 @@ std::optional<int> Probes::next(bool anew) const
     return static_cast<int>(least - placed_.begin());
 }
 
+std::optional<int> Probes::doubted() const
+{
+    const auto at =
+        std::find_if(placed_.begin(), placed_.end(), [](const Placed& one) { return one.doubted; });
+    if (at == placed_.end())
+        return {};
+    return static_cast<int>(at - placed_.begin());
+}
+
+std::optional<int> Probes::unglimpsed() const
+{
+    const auto at = std::find_if(placed_.begin(), placed_.end(),
+                                 [](const Placed& one) { return one.glimpse.empty(); });
+    if (at == placed_.end() || next(true) || doubted())
+        return {};
+    return static_cast<int>(at - placed_.begin());
+}
+
+void Probes::take_glimpse(int i, std::vector<float> rgb)
+{
+    // Nothing jitters: what is the same is drawn the same, to rounding.
+    constexpr float kSame = 1e-4f;  // of the mean
+    Placed& placed = placed_[static_cast<std::size_t>(i)];
+    if (!std::exchange(placed.doubted, false)) {
+        placed.glimpse = std::move(rgb);
+        return;
+    }
+    const float mean =
+        std::accumulate(rgb.begin(), rgb.end(), 0.0f) / static_cast<float>(rgb.size());
+    const bool same = std::equal(
+        rgb.begin(), rgb.end(), placed.glimpse.begin(), placed.glimpse.end(),
+        [&](float a, float b) { return std::abs(a - b) <= kSame * std::max(mean, 1e-20f); });
+    placed.found_same = same;
+    if (same)
+        return;
+    placed.turns = 0;
+    placed.glimpse.clear();
+}
+
+void Probes::believe_none()
+{
+    for (Placed& placed : placed_)
+        if (std::exchange(placed.doubted, false)) {
+            placed.turns = 0;
+            placed.glimpse.clear();
+        }
+}
+
 const gl::Texture& Probes::faces(int size)
 {
     gl::Texture& six = faces_[size];
@@ -283,6 +336,10 @@ void Probes::finish(int i, const gl::Stopwatch& watch)
     ++placed.captures;
     ++placed.turns;
     ++captures_;
+    // Those that saw nothing new may see in mirrors what others have newly seen.
+    if (!next(true))
+        for (Placed& other : placed_)
+            other.doubted |= std::exchange(other.found_same, false);
 }
 
 bool Probes::have_two_turns() const

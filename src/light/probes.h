@@ -81,6 +81,16 @@ public:
     /// none, since what they saw before is not there any more; a second one all, as if what was
     /// captured first had faded in whole; or all as they were before the last turn.
     enum class Shown { first_turn, later_turn, before_last_turn };
+    /// A probe that may see what has changed since it was captured, and, if none is out of date,
+    /// one that was not looked from since it was captured.
+    [[nodiscard]] std::optional<int> doubted() const;
+    [[nodiscard]] std::optional<int> unglimpsed() const;
+    /// What small faces of it show, as all probes have faded in: one that is doubted is out of date
+    /// if they show anything else than at its last glimpse, or if there was none.
+    void take_glimpse(int i, std::vector<float> rgb);
+    /// All that are doubted are out of date: there is no time to look from each.
+    void believe_none();
+
     void begin_capture(Shown shown) { capturing_ = shown; }
     void end_capture() { capturing_.reset(); }
     [[nodiscard]] Shown shown_to(int i) const
@@ -120,7 +130,10 @@ private:
         float newness = 1;                          ///< of layer over old_layer
         int turns = 0;                              ///< captures since the scene changed
         int captures = 0;                           ///< in all
-        bool two_turns = false;  ///< old_layer is what was captured one turn before
+        bool doubted = false;        ///< the scene, or another probe, has changed since
+        bool found_same = false;     ///< when that was looked at
+        std::vector<float> glimpse;  ///< what it saw when nothing was out of date; may be empty
+        bool two_turns = false;      ///< old_layer is what was captured one turn before
         std::chrono::steady_clock::time_point captured_at;
         std::optional<double> capture_ms;
         std::vector<bool> unseen;
