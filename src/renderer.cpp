@@ -173,7 +173,7 @@ struct Renderer::Parts {
     {
         const light::LightVolumeFills& fills = volumes.fills();
         return {media.uploads(),    surfaces.uploads(), lights.views_drawn(), fills.extinction,
-                fills.depth_layers, fills.world,        probes.captures()};
+                fills.depth_layers, fills.world,        fills.field,          probes.captures()};
     }
 
     std::shared_ptr<const gl::Device> shared_device;  ///< with the views, which may outlive us
@@ -1135,6 +1135,7 @@ FrameReport Renderer::take_report()
                    now.extinctions - before.extinctions,
                    now.depth_layers - before.depth_layers,
                    now.world_volumes - before.world_volumes,
+                   now.fields - before.fields,
                    now.probes - before.probes};
     return report;
 }

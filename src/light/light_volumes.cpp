@@ -342,7 +342,6 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
         field.on_surfaces =
             (field.filled || field.glows) && settings.volume_shadows && !surfaces.empty();
         field.media = scene.media;
-        field.time = scene.time;
         field.lights = scene.lights;
     }
     const bool has_field = field.filled;
@@ -364,12 +363,55 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
         if (scatters)
             key.bands = traits.isotropic ? 1 : 4;
         const bool is_used = has_field || field.on_surfaces || field.turns > 0;
-        set_world(std::move(key), is_used ? field : FieldKey(), media, surfaces, lights);
+        FieldKey used = is_used ? std::move(field) : FieldKey();
+        FieldPlaces places = take_places(used, scene.time);
+        set_world(std::move(key), std::move(used), std::move(places), media, surfaces, lights);
     } else {
         clear_world();
     }
     if (!refill_)
         extinction_ = {};
+}
+
+LightVolumes::FieldPlaces LightVolumes::take_places(FieldKey& key, double time)
+{
+    struct OfLights {
+        std::vector<glm::dvec3>& to;
+        void position(const LightField&, glm::dvec3& place) const
+        {
+            to.push_back(std::exchange(place, glm::dvec3(0)));
+        }
+        void to_light(const LightField&, const glm::dvec3&) const {}
+        void axis(const LightField&, const glm::dvec3&) const {}
+        void number(const LightField&, const double&) const {}
+        void flag(const LightField&, const bool&) const {}
+        void edges(const LightField&, const std::array<glm::dvec3, 2>&) const {}
+        void power(const LightField&, const glm::vec3&) const {}
+    };
+    FieldPlaces places;
+    const auto take = [&](glm::dvec3& place) {
+        places.of_all.push_back(std::exchange(place, glm::dvec3(0)));
+    };
+    const auto take_height = [&](double& z) {
+        places.of_all.emplace_back(0, 0, std::exchange(z, 0.0));
+    };
+    for (Light& light : key.lights)
+        std::visit([&](auto& one) { visit_fields(OfLights{places.of_all}, one); }, light);
+    for (Medium& medium : key.media)
+        std::visit(Overloaded{[&](GridMedium& grid) { take(grid.translate); },
+                              [&](BoxMedium& box) {
+                                  take(box.min);
+                                  take(box.max);
+                                  if (auto* height = std::get_if<ExpHeightProfile>(&box.profile))
+                                      take_height(height->z0);
+                                  if (auto* noise = std::get_if<NoiseProfile>(&box.profile))
+                                      places.of_all.push_back(
+                                          time * std::exchange(noise->drift, glm::dvec3(0)));
+                              }},
+                   medium);
+    if (!key.surfaces.empty() || !key.casters.empty())
+        places.of_all.emplace_back(0);  // which stay where they are
+    return places;
 }
 
 int LightVolumes::turns_for(const Scene& scene, const SceneSettings& settings)
@@ -582,22 +624,32 @@ void LightVolumes::make_world(const WorldKey& key, bool surfaces)
         on_surfaces_dimmed_ = make("world's light on surfaces, dimmed", surface_lattice_, kLayers);
 }
 
-void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& media,
-                             const surface::SurfaceSet& surfaces, LightSet& lights)
+void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
+                             medium::MediaSet& media, const surface::SurfaceSet& surfaces,
+                             LightSet& lights)
 {
     plan_world(key, media, surfaces, field.on_surfaces && field.glows);
     const medium::MediaTraits& traits = media.traits();
     const glm::dvec3 origin = key.in_media.origin;
     const bool shines = lights.world_radiance() != glm::vec3(0.0f);
     const bool anew = !(coefficients_ || on_surfaces_) || !is_moved(world_key_, key);
+    const DepthKey& lattice = key.bands > 0 ? key.in_media : key.on_surfaces;
+    places.origin = lattice.origin;
+    const double tolerance = kSameNode * spacing_of(lattice.edges);
+    const bool same_field =
+        field == field_key_ &&
+        std::equal(field_places_.of_all.begin(), field_places_.of_all.end(), places.of_all.begin(),
+                   places.of_all.end(), [&](glm::dvec3 before, glm::dvec3 now) {
+                       return medium::is_same_place(before + places.origin - field_places_.origin,
+                                                    now, tolerance);
+                   });
     const bool fills_field =
-        key.bands > 0 && field.filled && (anew || !field_coefficients_ || !(field == field_key_));
+        key.bands > 0 && field.filled && (anew || !field_coefficients_ || !same_field);
     const gl::Stopwatch watch(device_, timers_);
     const bool turns = field.turns > 0;
     const bool lights_surfaces = field.on_surfaces || turns;
     const bool lit_surfaces = field_key_.on_surfaces || field_key_.turns > 0;
-    const bool fills_surfaces =
-        (lights_surfaces || lit_surfaces) && (anew || !(field == field_key_));
+    const bool fills_surfaces = (lights_surfaces || lit_surfaces) && (anew || !same_field);
     gl::Texture scattered;
     if (anew) {
         make_world(key, !surfaces.empty() && (shines || field.on_surfaces || field.turns > 0));
@@ -698,6 +750,7 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, medium::MediaSet& med
     if (anew || fills_field || fills_surfaces)
         world_ms_ = watch.ms();
     field_key_ = std::move(field);
+    field_places_ = std::move(places);
     if (!coefficients_)
         return;
     // Another g takes the same light another way.

@@ -114,7 +114,8 @@ private:
         bool dims = true;                    ///< the media do
         DepthKey in_media, on_surfaces;      ///< their lattices alone
     };
-    /// What the field of light was filled from besides the world's light.
+    /// What the field of light was filled from besides the world's light, as if all of it lay at
+    /// the origin, and the places of it, which may be moved as a whole with the lattice.
     struct FieldKey {
         bool filled = false;       ///< light in the media
         bool on_surfaces = false;  ///< what they emit and scatter onto surfaces
@@ -123,10 +124,13 @@ private:
         int turns = 0;                  ///< that surfaces send light on
         std::vector<Surface> surfaces;  ///< which, if they do
         std::vector<Medium> media;
-        double time = 0;
         std::vector<Light> lights;
         std::vector<Transparent> casters;  ///< that filter them
         bool operator==(const FieldKey&) const = default;
+    };
+    struct FieldPlaces {
+        std::vector<glm::dvec3> of_all;  ///< metres, world
+        glm::dvec3 origin{0};            ///< of the lattice's first node
     };
 
     /// Depths towards lights that have moved, and that take the place of depth_ once all are
@@ -142,12 +146,14 @@ private:
 
     static DepthKey key_of(const Lattice& lattice);
     static Obstacle obstacle_of(const Surface& surface);
+    /// Takes the places out of a key.
+    static FieldPlaces take_places(FieldKey& key, double time);
     static bool is_moved(const DepthKey& then, const DepthKey& now);
     static bool is_moved(const WorldKey& then, const WorldKey& now);
     [[nodiscard]] bool is_same(const LightPosition& a, const LightPosition& b) const;
     void set_depth(const SceneSettings& settings, medium::MediaSet& media, LightSet& lights);
     void begin_refill();
-    void set_world(WorldKey key, FieldKey field, medium::MediaSet& media,
+    void set_world(WorldKey key, FieldKey field, FieldPlaces places, medium::MediaSet& media,
                    const surface::SurfaceSet& surfaces, LightSet& lights);
     [[nodiscard]] Lattice extinction_lattice(const medium::VoxelFrame& frame) const;
     void fill_extinction(medium::MediaSet& media, LightSet& lights);
@@ -214,6 +220,7 @@ private:
     std::optional<Refill> refill_;
     WorldKey world_key_;
     FieldKey field_key_;
+    FieldPlaces field_places_;
     /// What surface_turns() is asked of.
     struct TurnsKey {
         std::vector<Surface> surfaces;

@@ -380,7 +380,8 @@ void move_all(Scene& scene, glm::dvec3 by)
     auto& haze = std::get<BoxMedium>(scene.media[1]);
     haze.min += by;
     haze.max += by;
-    std::get<SphereSurface>(scene.surfaces[0]).center += by;
+    for (Surface& ball : scene.surfaces)
+        std::get<SphereSurface>(ball).center += by;
     std::get<PointLight>(scene.lights[1]).position += by;
     scene.camera.position += by;
     scene.camera.look_at += by;
@@ -392,18 +393,20 @@ constexpr float kRounded = 2e-3f;
 
 const std::array kChanges{
     Change{"nothing", [](Scene&) {}, {}},
-    Change{"g", [](Scene& scene) { smoke_of(scene).g = 0.6f; }, {}},
-    Change{"one_g_for_all", [](Scene& scene) { std::get<BoxMedium>(scene.media[1]).g = 0.6f; }, {}},
+    Change{"g", [](Scene& scene) { smoke_of(scene).g = 0.6f; }, {.fields = 1}},
+    Change{"one_g_for_all",
+           [](Scene& scene) { std::get<BoxMedium>(scene.media[1]).g = 0.6f; },
+           {.fields = 1}},
     Change{"emission",
            [](Scene& scene) {
                smoke_of(scene).emission_per_unit = {1, 2, 3};
            },
-           {}},
+           {.fields = 1}},
     Change{"albedo_at_the_same_extinction",
            [](Scene& scene) {
                std::swap(smoke_of(scene).sigma_s_per_density, smoke_of(scene).sigma_a_per_density);
            },
-           {}},
+           {.fields = 1}},
     Change{"a_tint",  // it takes from what is scattered and adds it to what is absorbed
            [](Scene& scene) {
                auto tint = std::make_shared<VoxelGrid>(*smoke_of(scene).density);
@@ -411,7 +414,7 @@ const std::array kChanges{
                    value *= 0.5f;
                smoke_of(scene).color = tint;
            },
-           {.grids_uploaded = 1}},
+           {.grids_uploaded = 1, .fields = 1}},
     Change{"a_colour_of_a_surface",
            [](Scene& scene) {
                std::get<SphereSurface>(scene.surfaces[0]).albedo = {1, 0, 0};
@@ -422,22 +425,24 @@ const std::array kChanges{
                std::get<PointLight>(scene.lights[1]).radiant_intensity = {30, 10, 5};
                std::get<SunLight>(scene.lights[0]).irradiance = {1, 2, 3};
            },
-           {}},
+           {.fields = 1}},
     Change{"the_clock", [](Scene& scene) { scene.time += 3; }, {}},
     Change{"a_light_moved",
            [](Scene& scene) { std::get<PointLight>(scene.lights[1]).position.x += 0.5; },
-           {.shadow_views = 6, .extinctions = 1, .depth_layers = 1}},
+           {.shadow_views = 6, .extinctions = 1, .depth_layers = 1, .fields = 1}},
     Change{"a_light_turned",
            [](Scene& scene) {
                std::get<SunLight>(scene.lights[0]).direction_to_light = {0.4, 0.6, 0.7};
            },
-           {.shadow_views = 2, .depth_layers = 1}},
+           {.shadow_views = 2, .depth_layers = 1, .fields = 1}},
     Change{"a_light_added",
            [](Scene& scene) {
                scene.lights.insert(scene.lights.begin(), SunLight{{-0.5, 0.5, 0.7}, glm::vec3(2)});
            },
-           {.shadow_views = 2, .depth_layers = 1}},
-    Change{"a_light_removed", [](Scene& scene) { scene.lights.erase(scene.lights.begin()); }, {}},
+           {.shadow_views = 2, .depth_layers = 1, .fields = 1}},
+    Change{"a_light_removed",
+           [](Scene& scene) { scene.lights.erase(scene.lights.begin()); },
+           {.fields = 1}},
     Change{"all_moved_together",
            [](Scene& scene) {
                move_all(scene, {0.37, -0.21, 1.13});
@@ -446,21 +451,21 @@ const std::array kChanges{
            kRounded},
     Change{"the_haze_alone",  // it has a closed form towards the lights, none towards the world
            [](Scene& scene) { std::get<BoxMedium>(scene.media[1]).sigma_s = glm::vec3(0.04f); },
-           {.world_volumes = 1}},
+           {.world_volumes = 1, .fields = 1}},
     Change{"the_world",
            [](Scene& scene) {
                scene.world.radiance = {0.1f, 0.2f, 0.3f};
            },
-           {.world_volumes = 1}},
+           {.world_volumes = 1, .fields = 1}},
     Change{"a_surface_moved",
            [](Scene& scene) { std::get<SphereSurface>(scene.surfaces[0]).center.z -= 0.3; },
-           {.shadow_views = 8, .world_volumes = 1}},
+           {.shadow_views = 8, .world_volumes = 1, .fields = 1}},
     Change{"extinction",
            [](Scene& scene) { smoke_of(scene).sigma_a_per_density *= 2.0f; },
-           {.extinctions = 1, .depth_layers = 2, .world_volumes = 1}},
+           {.extinctions = 1, .depth_layers = 2, .world_volumes = 1, .fields = 1}},
     Change{"a_medium_moved_alone",  // within the haze, and suns are everywhere as far
            [](Scene& scene) { smoke_of(scene).translate.x += 0.25; },
-           {.extinctions = 1, .depth_layers = 1, .world_volumes = 1},
+           {.extinctions = 1, .depth_layers = 1, .world_volumes = 1, .fields = 1},
            kRounded},
 };
 
@@ -497,6 +502,7 @@ TEST_P(LightVolumeChange, FillsWhatDependsOnIt)
     EXPECT_EQ(work.extinctions, change.work.extinctions);
     EXPECT_EQ(work.depth_layers, change.work.depth_layers);
     EXPECT_EQ(work.world_volumes, change.work.world_volumes);
+    EXPECT_EQ(work.fields, change.work.fields) << "the smoke glows";
     Renderer fresh(get_proc());
     fresh.set_scene(scene, settings);
     EXPECT_TRUE(images_near(kept, picture(fresh, scene), change.near, 0.1f * change.near,
@@ -528,22 +534,25 @@ TEST_F(LightVolume, EditsOfALiveSceneCostWhatDependsOnThem)
     cloud.g = 0.7f;
     cloud.emission_per_unit = {1, 2, 3};
     live.update(smoke, cloud);
-    EXPECT_EQ(work(), SceneWork{}) << "g and emission";
+    EXPECT_EQ(work(), SceneWork{.fields = 1}) << "g and emission";
     auto point = std::get<PointLight>(live.at(lamp));
     point.position.y += 0.5;
     live.update(lamp, point);
-    EXPECT_EQ(work(), (SceneWork{.shadow_views = 6, .extinctions = 1, .depth_layers = 1}))
+    EXPECT_EQ(work(),
+              (SceneWork{.shadow_views = 6, .extinctions = 1, .depth_layers = 1, .fields = 1}))
         << "a light moved";
     live.remove(ball);
-    EXPECT_EQ(work(), (SceneWork{.world_volumes = 1}))
+    EXPECT_EQ(work(), (SceneWork{.world_volumes = 1, .fields = 1}))
         << "without surfaces there is no shadow map; the ball had hidden the world";
     live.set_world({});
-    EXPECT_EQ(work(), SceneWork{.world_volumes = 1}) << "what glows lights surfaces still";
+    EXPECT_EQ(work(), (SceneWork{.world_volumes = 1, .fields = 1}))
+        << "what glows lights surfaces still";
     const SurfaceId box = live.add(BoxSurface{{-1, -4, -1}, {1, -3.5, -0.5}, glm::vec3(0.5f)});
     const SurfaceId other = live.add(SphereSurface{{1.2, -4.2, -0.8}, 0.5, glm::vec3(0.5f)});
     EXPECT_EQ(work().shadow_views, 8);
     live.remove(box);
-    EXPECT_EQ(work(), (SceneWork{.shadow_views = 8, .world_volumes = 1})) << "a surface removed";
+    EXPECT_EQ(work(), (SceneWork{.shadow_views = 8, .world_volumes = 1, .fields = 1}))
+        << "a surface removed";
     live.update(other, SphereSurface{{1.2, -4.2, -0.8}, 0.5, glm::vec3(0.9f)});
     EXPECT_EQ(work(), SceneWork{}) << "a surface's colour";
 
@@ -558,17 +567,19 @@ TEST_F(LightVolume, EditsOfALiveSceneCostWhatDependsOnThem)
     live.update(haze, fog);
     SceneWork together = work();
     together.shadow_views = 0;  // the ball stays where it is
-    EXPECT_EQ(together, SceneWork{.world_volumes = 1})
+    EXPECT_EQ(together, (SceneWork{.world_volumes = 1, .fields = 1}))
         << "media moved with their lamp; what glows shines past a ball that stays";
     cloud.density = std::make_shared<VoxelGrid>(*cloud.density);
     cloud.emission = cloud.density;
     live.update(smoke, cloud);
-    EXPECT_EQ(
-        work(),
-        (SceneWork{.grids_uploaded = 1, .extinctions = 1, .depth_layers = 2, .world_volumes = 1}))
+    EXPECT_EQ(work(), (SceneWork{.grids_uploaded = 1,
+                                 .extinctions = 1,
+                                 .depth_layers = 2,
+                                 .world_volumes = 1,
+                                 .fields = 1}))
         << "the next frame's grid";
     live.remove(sun);
-    EXPECT_EQ(work(), SceneWork{}) << "the lamp's layers go on";
+    EXPECT_EQ(work(), SceneWork{.fields = 1}) << "the lamp's layers go on";
 
     HostPicture host(gl(), glm::ivec2(16));
     const auto picture = [&](Renderer& by_whom) {
@@ -606,6 +617,35 @@ TEST_F(LightVolume, TheClockMattersToNoiseThatDrifts)
         EXPECT_EQ(work.depth_layers, drift > 0 ? 2 : 0);
         EXPECT_EQ(work.world_volumes, drift > 0 ? 1 : 0);
     }
+}
+
+// A medium that is moved as a whole with its lights takes with it what light does in it.
+TEST_F(LightVolume, LightThatScattersAgainMovesWithMediaAndLights)
+{
+    Scene scene = living_scene();
+    scene.surfaces.clear();
+    HostPicture host(gl(), {24, 16});
+    Settings settings = plain_settings();
+    settings.bounces = 4;
+    Renderer renderer(get_proc()), fresh(get_proc());
+    const auto picture = [&](Renderer& by) {
+        by.set_scene(scene, settings);
+        by.wait_until_ready();
+        host.look(scene.camera);
+        host.fill(glm::vec3(0), scene.camera.near, [](int, int) { return 0.0; });
+        View view = by.make_view();
+        by.composite(view, host.frame, settings);
+        return host.read();
+    };
+    picture(renderer);
+    EXPECT_EQ(renderer.take_report().work.fields, 1);
+    move_all(scene, {0.37, -0.21, 1.13});
+    const Image moved = picture(renderer);
+    EXPECT_EQ(renderer.take_report().work, SceneWork{});
+    EXPECT_TRUE(images_near(moved, picture(fresh), 2e-3, 2e-4, "made anew"));
+    std::get<PointLight>(scene.lights[1]).position.x += 0.1;
+    picture(renderer);
+    EXPECT_EQ(renderer.take_report().work.fields, 1) << "the lamp alone";
 }
 
 // Light that scattered again stayed in the media when a host asked for none.

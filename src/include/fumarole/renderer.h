@@ -51,6 +51,7 @@ struct SceneWork {
     int extinctions = 0;    ///< volumes of the media's extinction, filled
     int depth_layers = 0;   ///< optical depths from all points towards a light, filled
     int world_volumes = 0;  ///< the world's light in the media and on surfaces, filled
+    int fields = 0;         ///< light that scatters again or is emitted, in the media, filled
     int probes = 0;         ///< placed probes, captured
 
     bool operator==(const SceneWork&) const = default;
