@@ -212,6 +212,32 @@ struct Renderer::Parts {
         std::vector<medium::Extinction> extinction;
     };
     std::optional<Drawn> drawn;
+    /// Draws a scene from now on, with what it needs sent at once. @throws Error as set_scene()
+    void show(const Scene& scene, const SceneSettings& settings);
+    void forget_scene();
+    void composite(View& view, const Frame& frame, const FrameSettings& settings);
+
+    /// The last scene that was given, if not all of its grids are there: it is drawn with the media
+    /// of the scene before.
+    std::optional<Scene> coming;
+    /// Of a scene: those whose grids are on their way. One that comes meanwhile waits for its turn,
+    /// or a sequence that is faster would never get to see any.
+    struct Sending {
+        std::vector<Medium> media;
+        double time = 0;
+    };
+    std::optional<Sending> sending;
+    void begin_sending(const Scene& scene);
+    /// Sends what the frame may send still.
+    void send_part();
+    /// Shows its media if they are whole: before a frame's first call, as what a host asks of the
+    /// last frame after composite() is of the media that were in it.
+    void show_what_came();
+    void end_frame();
+    void forget_coming();
+    void finish_sending();
+    std::uint64_t upload_limit = kUploadLimit, sent_in_frame = 0, reported_bytes = 0;
+
     std::uint64_t scene_id = 0, media_id = 0, life_id = 0;  ///< FrameScene's
     bool prepares = false;                                  ///< while prepare() draws
     bool prepares_lists = false;  ///< likewise, what panes in order have no need of
@@ -474,7 +500,111 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 void Renderer::set_scene(const Scene& scene, const SceneSettings& settings)
 {
     check(settings);
-    auto& drawn = parts_->drawn;
+    Parts& parts = *parts_;
+    const bool anew = !parts.drawn || parts.drawn->settings != settings;
+    if (!anew && parts.coming && same_content(*parts.coming, scene))
+        return;
+    if (anew || parts.media.empty())
+        parts.forget_coming();
+    if (anew || parts.media.empty() || parts.media.has_grids(scene, settings)) {
+        parts.coming.reset();
+        parts.show(scene, settings);
+        return;
+    }
+    if (!parts.sending)
+        parts.begin_sending(scene);
+    parts.coming = scene;
+    parts.send_part();
+    parts.show_what_came();
+    if (!parts.coming)
+        return;
+    Scene now = scene;
+    now.media = parts.drawn->scene.media;
+    now.time = parts.drawn->scene.time;
+    parts.show(now, settings);
+}
+
+void Renderer::set_upload_limit(std::uint64_t bytes)
+{
+    parts_->upload_limit = bytes;
+}
+
+void Renderer::Parts::begin_sending(const Scene& scene)
+{
+    try {
+        media.begin_sending(scene, drawn->settings);
+    } catch (...) {
+        forget_scene();
+        throw;
+    }
+    sending.emplace(Sending{scene.media, scene.time});
+}
+
+void Renderer::Parts::send_part()
+{
+    sent_in_frame +=
+        media.send(upload_limit - std::min(sent_in_frame, upload_limit), sent_in_frame == 0);
+}
+
+void Renderer::Parts::show_what_came()
+{
+    if (!sending || media.is_sending())
+        return;
+    const Sending now = std::move(*std::exchange(sending, std::nullopt));
+    if (!coming)
+        return;
+    const Scene wanted = std::move(*std::exchange(coming, std::nullopt));
+    const SceneSettings settings = drawn->settings;
+    const bool whole = media.has_grids(wanted, settings);
+    Scene next = wanted;
+    if (!whole) {  // the scene was another meanwhile
+        next.media = now.media;
+        next.time = now.time;
+    }
+    show(next, settings);
+    if (whole)
+        return;
+    begin_sending(wanted);
+    coming = wanted;
+}
+
+void Renderer::Parts::end_frame()
+{
+    send_part();
+    sent_in_frame = 0;
+}
+
+void Renderer::Parts::forget_coming()
+{
+    media.begin_sending({}, {});
+    sending.reset();
+    coming.reset();
+}
+
+void Renderer::Parts::finish_sending()
+{
+    if (!coming)
+        return;
+    const Scene scene = std::move(*coming);
+    coming.reset();
+    show(scene, SceneSettings(drawn->settings));
+    forget_coming();
+}
+
+void Renderer::Parts::forget_scene()
+{
+    media.clear();
+    forget_coming();
+    surfaces.set({});
+    transparents.set({});
+    lights.clear();
+    volumes.clear();
+    probes.clear();
+    drawn.reset();
+}
+
+void Renderer::Parts::show(const Scene& scene, const SceneSettings& settings)
+{
     const bool anew = !drawn || drawn->settings != settings;
     if (!anew && same_content(drawn->scene, scene))
         return;
@@ -482,38 +612,32 @@ void Renderer::set_scene(const Scene& scene, const SceneSettings& settings)
     if (!anew && drawn->scene.transparents != scene.transparents &&
         casts(drawn->scene) == casts(scene)) {
         // Nothing else sees them.
-        parts_->transparents.set(scene.transparents);
+        transparents.set(scene.transparents);
         drawn->scene.transparents = scene.transparents;
         if (same_content(drawn->scene, scene))
             return;
     }
-    const gl::StateGuard guard(parts_->device, BLOCK_COUNT, IMAGE_COUNT);
-    parts_->scene_settings = settings;
+    const gl::StateGuard guard(device, BLOCK_COUNT, IMAGE_COUNT);
+    scene_settings = settings;
     try {
         if (anew || drawn->scene.media != scene.media || drawn->scene.time != scene.time)
-            parts_->media.set(scene, settings);
+            media.set(scene, settings);
         if (anew || drawn->scene.surfaces != scene.surfaces)
-            parts_->surfaces.set(scene.surfaces);
+            surfaces.set(scene.surfaces);
         if (anew || drawn->scene.transparents != scene.transparents)
-            parts_->transparents.set(scene.transparents);
-        parts_->lights.set(scene, parts_->surfaces, parts_->media.bounds(), settings.shadow_map,
-                           parts_->media.traits().marched > 0);
-        parts_->lights.set_filters(scene, parts_->transparents.casters(), settings.shadow_map,
-                                   parts_->media.texture_units());
-        parts_->probes.set(scene, settings, parts_->lights, parts_->media);
-        if (parts_->probes.count() == 0)
-            parts_->probe_canvases.clear();
-        parts_->surfaces_are_drawn = false;
-        parts_->volumes.set(scene, settings, parts_->media, parts_->surfaces, parts_->lights);
-        parts_->note_change(scene, settings);
+            transparents.set(scene.transparents);
+        lights.set(scene, surfaces, media.bounds(), settings.shadow_map,
+                   media.traits().marched > 0);
+        lights.set_filters(scene, transparents.casters(), settings.shadow_map,
+                           media.texture_units());
+        probes.set(scene, settings, lights, media);
+        if (probes.count() == 0)
+            probe_canvases.clear();
+        surfaces_are_drawn = false;
+        volumes.set(scene, settings, media, surfaces, lights);
+        note_change(scene, settings);
     } catch (...) {  // half a scene is none
-        parts_->media.clear();
-        parts_->surfaces.set({});
-        parts_->transparents.set({});
-        parts_->lights.clear();
-        parts_->volumes.clear();
-        parts_->probes.clear();
-        parts_->drawn.reset();
+        forget_scene();
         throw;
     }
 }
@@ -542,7 +666,14 @@ FrameSettings Renderer::settled(const View& view, const Frame& frame,
 void Renderer::composite(View& view, const Frame& frame, const FrameSettings& settings)
 {
     check(frame, settings);
-    Parts& parts = *parts_;
+    parts_->show_what_came();
+    parts_->composite(view, frame, settings);
+    parts_->end_frame();
+}
+
+void Renderer::Parts::composite(View& view, const Frame& frame, const FrameSettings& settings)
+{
+    Parts& parts = *this;
     const auto timed = parts.timers.frame(frame.index);
     parts.update_probe(frame);
     View::State& state = parts.state_of(view);
@@ -589,6 +720,7 @@ void Renderer::begin_transparents(View& view, const Frame& frame, const FrameSet
     if (state.host_fragments && state.host_fragments->bindings != nullptr)
         throw Error("begin_transparents: the view's last draws have not ended; call "
                     "end_transparents() after them");
+    parts.show_what_came();
     const PreparedFrame prepared =
         prepare_frame(frame, settings, parts.frame_scene(), state.keeps_history);
     auto guard = std::make_unique<gl::BindingGuard>(
@@ -623,6 +755,7 @@ InspectionLegend Renderer::inspect(View& view, const Frame& frame, const FrameSe
 {
     check(frame, settings);
     Parts& parts = *parts_;
+    parts.show_what_came();
     const auto timed = parts.timers.frame(frame.index);
     View::State& state = parts.state_of(view);
     const gl::StateGuard guard(parts.device, BLOCK_COUNT, IMAGE_COUNT,
@@ -642,6 +775,7 @@ InspectionLegend Renderer::inspect(View& view, const Frame& frame, const FrameSe
                          parts.picture, prepared, inspection, draw_counts);
     state.host_fragments.reset();
     parts.last_history = view.history();
+    parts.end_frame();
     return legend;
 }
 
@@ -750,6 +884,7 @@ double Renderer::count_samples(View& view, const Frame& frame, const FrameSettin
 void Renderer::draw_surfaces(const Frame& frame, const FrameSettings& settings, bool through_media)
 {
     check(frame, settings);
+    parts_->show_what_came();
     const auto time = parts_->timers.scope(through_media ? "surfaces through media" : "surfaces");
     parts_->draw_surfaces(frame, settings, through_media);
     parts_->surfaces_are_drawn = true;
@@ -1033,6 +1168,7 @@ void Renderer::prepare(const Frame& frame, const FrameSettings& settings)
 {
     check(frame, settings);
     Parts& parts = *parts_;
+    parts.finish_sending();
     const gl::Texture color =
         gl::Texture::make_2d(parts.device, "prepared picture", kPreparedSize,
                              parts.prepared_format(frame, settings), gl::Filter::nearest);
@@ -1094,6 +1230,7 @@ void Renderer::prepare(const Frame& frame, const FrameSettings& settings)
 
 void Renderer::wait_until_ready()
 {
+    parts_->finish_sending();
     if (parts_->lights.shaded_media())
         parts_->lights.wait_for_sun_shadows();
     parts_->device->Finish();
@@ -1127,6 +1264,9 @@ FrameReport Renderer::take_report()
     report.history = parts_->last_history;
     report.passes = parts_->last_passes;
     report.transparents = fragment_count();
+    report.uploading = parts_->coming.has_value();
+    report.uploaded_bytes = parts_->media.sent_bytes() -
+                            std::exchange(parts_->reported_bytes, parts_->media.sent_bytes());
     const SceneWork before = std::exchange(parts_->reported, parts_->work());
     const SceneWork& now = parts_->reported;
     report.work = {now.grids_uploaded - before.grids_uploaded,

@@ -1,5 +1,6 @@
 #include "gl/texture.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cstring>
@@ -128,10 +129,31 @@ Texture Texture::make_3d(const Device& gl, std::string_view label, glm::ivec3 si
 void Texture::upload(GLenum format, GLenum type, const void* data)
 {
     const TightTransfer tight(handle_.device(), TightTransfer::Direction::unpack);
-    write(format, type, data);
+    write(format, type, data, {0, 0, size_.y, size_.z});
 }
 
 void Texture::stage(GLenum format, GLenum type, const void* data, std::size_t bytes)
+{
+    stage_box(format, type, data, bytes, {0, 0, size_.y, size_.z});
+}
+
+std::size_t Texture::stage_rows(GLenum format, GLenum type, const std::uint8_t* data,
+                                std::size_t row_bytes, std::size_t first, std::size_t most)
+{
+    const auto of_slice = static_cast<std::size_t>(size_.y);
+    const std::size_t fit = std::max<std::size_t>(most / row_bytes, 1);
+    const std::size_t y = first % of_slice, left = rows() - first;
+    const bool whole = y == 0 && fit >= of_slice;
+    const std::size_t now =
+        whole ? std::min(fit, left) / of_slice * of_slice : std::min(fit, of_slice - y);
+    const Box box{static_cast<int>(y), static_cast<int>(first / of_slice),
+                  static_cast<int>(whole ? of_slice : now),
+                  static_cast<int>(whole ? now / of_slice : 1)};
+    stage_box(format, type, data + first * row_bytes, now * row_bytes, box);
+    return now;
+}
+
+void Texture::stage_box(GLenum format, GLenum type, const void* data, std::size_t bytes, Box box)
 {
     const Device& gl = handle_.device();
     GLuint buffer = 0;
@@ -147,25 +169,27 @@ void Texture::stage(GLenum format, GLenum type, const void* data, std::size_t by
         gl->DeleteBuffers(1, &buffer);
         while (gl->GetError() != GL_NO_ERROR) {  // ours, not to be left to the host
         }
-        upload(format, type, data);
+        const TightTransfer tight(gl, TightTransfer::Direction::unpack);
+        write(format, type, data, box);
         return;
     }
     std::memcpy(mapped, data, bytes);
     gl->UnmapNamedBuffer(buffer);
     {
         const TightTransfer tight(gl, TightTransfer::Direction::unpack, buffer);
-        write(format, type, nullptr);
+        write(format, type, nullptr, box);
     }
     gl->DeleteBuffers(1, &buffer);  // GL keeps what is in it until it is copied
 }
 
-void Texture::write(GLenum format, GLenum type, const void* data)
+void Texture::write(GLenum format, GLenum type, const void* data, Box box)
 {
     const Device& gl = handle_.device();
     if (target_ == GL_TEXTURE_2D)
-        gl->TextureSubImage2D(id(), 0, 0, 0, size_.x, size_.y, format, type, data);
+        gl->TextureSubImage2D(id(), 0, 0, box.y, size_.x, box.rows, format, type, data);
     else
-        gl->TextureSubImage3D(id(), 0, 0, 0, 0, size_.x, size_.y, size_.z, format, type, data);
+        gl->TextureSubImage3D(id(), 0, 0, box.y, box.z, size_.x, box.rows, box.slices, format, type,
+                              data);
 }
 
 void Texture::bind_image(GLuint unit, GLenum access) const

@@ -42,6 +42,16 @@ public:
     /// for that is full; here it copies while it does what was asked before.
     /// @param bytes of all texels
     void stage(GLenum format, GLenum type, const void* data, std::size_t bytes);
+    /// The same in parts: as many rows from `first` on, counted through all slices, as `most` bytes
+    /// are, but one at least and none that a box has no place for: whole slices, or rows of one.
+    /// @param data all texels, of which a row has `row_bytes` @returns how many rows
+    std::size_t stage_rows(GLenum format, GLenum type, const std::uint8_t* data,
+                           std::size_t row_bytes, std::size_t first, std::size_t most);
+    /// Of all slices.
+    [[nodiscard]] std::size_t rows() const
+    {
+        return static_cast<std::size_t>(size_.y) * static_cast<std::size_t>(size_.z);
+    }
 
     /// Sets all texels to one; `format` and `type` describe it.
     void clear(GLenum format, GLenum type, const void* texel) const
@@ -71,7 +81,12 @@ private:
     static void destroy(const Device& device, GLuint id);
     static Texture make(const Device& device, std::string_view label, GLenum target,
                         glm::ivec3 size, GLenum format, Filter filter);
-    void write(GLenum format, GLenum type, const void* data);
+    /// Texels of a box: all of its rows are whole.
+    struct Box {
+        int y = 0, z = 0, rows = 0, slices = 0;
+    };
+    void write(GLenum format, GLenum type, const void* data, Box box);
+    void stage_box(GLenum format, GLenum type, const void* data, std::size_t bytes, Box box);
 
     Handle<&Texture::destroy> handle_;
     GLenum target_ = 0, format_ = 0;

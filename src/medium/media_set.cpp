@@ -65,46 +65,166 @@ shared::MediumParams coefficients(glm::vec3 sigma_s, glm::vec3 sigma_a, glm::vec
     return params;
 }
 
+/// What of a medium's grids is seen.
+struct Use {
+    explicit Use(const GridMedium& medium)
+        : dims{!is_zero(medium.sigma_s_per_density + medium.sigma_a_per_density) &&
+               is_there(medium.density)},
+          glows{!is_zero(medium.emission_per_unit) && is_there(medium.emission)},
+          hot{glows_hot(medium)}, tinted{dims && !is_zero(medium.sigma_s_per_density)}
+    {
+    }
+    static bool is_there(const std::shared_ptr<const VoxelGrid>& grid)
+    {
+        return grid != nullptr && !grid->empty();
+    }
+    bool dims, glows, hot, tinted;
+};
+
+/// With what a temperature is stored: a byte's error would be four times as large in its light.
+SceneSettings for_temperature(SceneSettings settings)
+{
+    if (settings.storage == Storage::automatic)
+        settings.storage = Storage::r16f;
+    return settings;
+}
+
+/// A scene's grids and how each is stored.
+std::vector<std::pair<std::shared_ptr<const VoxelGrid>, SceneSettings>>
+grids_of(const Scene& scene, const SceneSettings& settings)
+{
+    std::vector<std::pair<std::shared_ptr<const VoxelGrid>, SceneSettings>> all;
+    for (const Medium& one : scene.media) {
+        const auto* medium = std::get_if<GridMedium>(&one);
+        if (medium == nullptr)
+            continue;
+        const Use use(*medium);
+        const auto add = [&](bool used, const std::shared_ptr<const VoxelGrid>& grid,
+                             const SceneSettings& own) {
+            if (used && Use::is_there(grid))
+                all.emplace_back(grid, own);
+        };
+        add(use.dims, medium->density, settings);
+        add(use.glows, medium->emission, settings);
+        add(use.hot, medium->temperature, for_temperature(settings));
+        add(use.tinted, medium->color, settings);
+    }
+    return all;
+}
+
 }  // namespace
+
+MediaSet::Grid MediaSet::make_grid(const std::shared_ptr<const VoxelGrid>& grid,
+                                   const SceneSettings& settings) const
+{
+    const Limits limits{.max_texture_3d = device_.capabilities().max_texture_3d};
+    Grid made;
+    made.source = grid;
+    made.asked_layout = settings.layout;
+    made.asked_storage = settings.storage;
+    made.plan = make_layout(*grid, settings.layout, settings.storage, limits);
+    made.texels = gl::Texture::make_3d(device_, grid->name + " texels", made.plan.texture_size,
+                                       texel_format(made.plan).internal, gl::Filter::linear);
+    if (made.plan.layout == Layout::bricks)
+        made.pages = gl::Texture::make_3d(device_, grid->name + " pages", made.plan.page_count,
+                                          GL_R32UI, gl::Filter::nearest);
+    return made;
+}
+
+std::uint64_t MediaSet::send(Grid& grid, std::uint64_t most, bool row)
+{
+    std::uint64_t sent = 0;
+    const auto send_rows = [&](gl::Texture& to, GLenum format, GLenum type, const void* data,
+                               std::size_t bytes, std::size_t& rows) {
+        const std::size_t of_row = bytes / to.rows();
+        while (rows < to.rows() && ((row && sent == 0) || sent + of_row <= most)) {
+            const std::size_t now =
+                to.stage_rows(format, type, static_cast<const std::uint8_t*>(data), of_row, rows,
+                              static_cast<std::size_t>(most - std::min(sent, most)));
+            rows += now;
+            sent += now * of_row;
+        }
+    };
+    const TexelFormat format = texel_format(grid.plan);
+    send_rows(grid.texels, format.format, format.type, grid.plan.texels.data(),
+              grid.plan.texels.size(), grid.texel_rows);
+    if (grid.pages && grid.texel_rows == grid.texels.rows())
+        send_rows(grid.pages, GL_RED_INTEGER, GL_UNSIGNED_INT, grid.plan.pages.data(),
+                  grid.plan.pages.size() * sizeof(grid.plan.pages[0]), grid.page_rows);
+    if (grid.is_sent()) {
+        grid.plan.texels = {};
+        grid.plan.pages = {};
+        ++uploads_;
+    }
+    sent_bytes_ += sent;
+    return sent;
+}
 
 int MediaSet::upload(const std::shared_ptr<const VoxelGrid>& grid, const SceneSettings& settings)
 {
-    const Layout layout = settings.layout;
-    const Storage storage = settings.storage;
-    const auto same = [&](const Grid& g) {
-        return g.source == grid && g.asked_layout == layout && g.asked_storage == storage;
-    };
+    const auto same = [&](const Grid& one) { return one.is(grid, settings); };
     if (const auto found = std::find_if(grids_.begin(), grids_.end(), same); found != grids_.end())
         return static_cast<int>(found - grids_.begin());
-    const auto old = std::find_if(old_grids_.begin(), old_grids_.end(), same);
-    if (old != old_grids_.end()) {
-        grids_.push_back(std::move(*old));
-        old_grids_.erase(old);
-        return static_cast<int>(grids_.size()) - 1;
-    }
-
-    const Limits limits{.max_texture_3d = device_.capabilities().max_texture_3d};
-    Grid added;
-    added.source = grid;
-    added.asked_layout = layout;
-    added.asked_storage = storage;
-    added.plan = make_layout(*grid, layout, storage, limits);
-    const TexelFormat format = texel_format(added.plan);
-    added.texels = gl::Texture::make_3d(device_, grid->name + " texels", added.plan.texture_size,
-                                        format.internal, gl::Filter::linear);
-    added.texels.stage(format.format, format.type, added.plan.texels.data(),
-                       added.plan.texels.size());
-    ++uploads_;
-    if (added.plan.layout == Layout::bricks) {
-        added.pages = gl::Texture::make_3d(device_, grid->name + " pages", added.plan.page_count,
-                                           GL_R32UI, gl::Filter::nearest);
-        added.pages.stage(GL_RED_INTEGER, GL_UNSIGNED_INT, added.plan.pages.data(),
-                          added.plan.pages.size() * sizeof(added.plan.pages[0]));
-    }
-    added.plan.texels = {};
-    added.plan.pages = {};
-    grids_.push_back(std::move(added));
+    const auto take = [&](std::vector<Grid>& from) {
+        const auto found = std::find_if(from.begin(), from.end(), same);
+        if (found == from.end())
+            return false;
+        grids_.push_back(std::move(*found));
+        from.erase(found);
+        return true;
+    };
+    if (!take(old_grids_) && !take(sending_))
+        grids_.push_back(make_grid(grid, settings));
+    while (!grids_.back().is_sent())
+        send(grids_.back(), std::numeric_limits<std::uint64_t>::max(), true);
     return static_cast<int>(grids_.size()) - 1;
+}
+
+void MediaSet::begin_sending(const Scene& scene, const SceneSettings& settings)
+{
+    std::vector<Grid> before = std::move(sending_);
+    sending_.clear();
+    for (const auto& [grid, own] : grids_of(scene, settings)) {
+        const auto same = [&, &asked = grid, &how = own](const Grid& one) {
+            return one.is(asked, how);
+        };
+        if (std::any_of(grids_.begin(), grids_.end(), same) ||
+            std::any_of(sending_.begin(), sending_.end(), same))
+            continue;
+        if (const auto found = std::find_if(before.begin(), before.end(), same);
+            found != before.end())
+            sending_.push_back(std::move(*found));
+        else
+            sending_.push_back(make_grid(grid, own));
+    }
+}
+
+std::uint64_t MediaSet::send(std::uint64_t most, bool row)
+{
+    std::uint64_t sent = 0;
+    for (Grid& grid : sending_)
+        if (!grid.is_sent())
+            sent += send(grid, most - std::min(sent, most), row && sent == 0);
+    return sent;
+}
+
+bool MediaSet::is_sending() const
+{
+    return !std::all_of(sending_.begin(), sending_.end(),
+                        [](const Grid& grid) { return grid.is_sent(); });
+}
+
+bool MediaSet::has_grids(const Scene& scene, const SceneSettings& settings) const
+{
+    for (const auto& [grid, own] : grids_of(scene, settings)) {
+        const auto is_it = [&, &asked = grid, &how = own](const Grid& one) {
+            return one.is(asked, how) && one.is_sent();
+        };
+        if (std::none_of(grids_.begin(), grids_.end(), is_it) &&
+            std::none_of(sending_.begin(), sending_.end(), is_it))
+            return false;
+    }
+    return true;
 }
 
 int MediaSet::most_grids() const
@@ -135,11 +255,7 @@ int MediaSet::place(const std::shared_ptr<const VoxelGrid>& grid, const glm::dma
 
 void MediaSet::add(const GridMedium& medium, const SceneSettings& settings)
 {
-    const glm::vec3 sigma_t = medium.sigma_s_per_density + medium.sigma_a_per_density;
-    const bool dims = !is_zero(sigma_t) && medium.density != nullptr && !medium.density->empty();
-    const bool glows = !is_zero(medium.emission_per_unit) && medium.emission != nullptr &&
-                       !medium.emission->empty();
-    const bool hot = glows_hot(medium);
+    const auto [dims, glows, hot, tinted] = Use(medium);
     if (!dims && !glows && !hot)
         return;
     const glm::dmat4 world_from_grid =
@@ -159,10 +275,7 @@ void MediaSet::add(const GridMedium& medium, const SceneSettings& settings)
         entry.params.blackbody = static_cast<float>(kBlackbodyOfKilokelvin) *
                                  medium.blackbody_intensity * medium.blackbody_tint;
         entry.params.kilokelvin_per_unit = static_cast<float>(kelvin_per_unit(medium) / 1000);
-        SceneSettings finer = settings;
-        if (finer.storage == Storage::automatic)
-            finer.storage = Storage::r16f;
-        entry.temperature = place(medium.temperature, world_from_grid, finer);
+        entry.temperature = place(medium.temperature, world_from_grid, for_temperature(settings));
         if (settings.storage == Storage::automatic) {
             const int texture = placed_[static_cast<std::size_t>(entry.temperature)].texture;
             grids_[static_cast<std::size_t>(texture)].plan.storage_reason =
@@ -172,7 +285,7 @@ void MediaSet::add(const GridMedium& medium, const SceneSettings& settings)
     entry.density = dims    ? place(medium.density, world_from_grid, settings)
                     : glows ? entry.emission
                             : entry.temperature;
-    if (dims && !is_zero(medium.sigma_s_per_density))
+    if (tinted)
         entry.tint = place(medium.color, world_from_grid, settings);
     entry.depth = dims ? Depth::marched : Depth::none;
 

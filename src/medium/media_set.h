@@ -92,6 +92,18 @@ public:
     /// @throws Error if a grid or their number is too large for this GL.
     void set(const Scene& scene, const SceneSettings& settings);
 
+    /// Begins to send the grids of a scene that are not there, for a later set() of it, and forgets
+    /// those that were on their way to another. What set() finds half sent it sends the rest of.
+    /// @throws Error as set()
+    void begin_sending(const Scene& scene, const SceneSettings& settings);
+    /// Sends a part. @param row a row of texels even if that is more than `most` bytes
+    /// @returns bytes
+    std::uint64_t send(std::uint64_t most, bool row);
+    /// Whether some of what was begun is not there yet.
+    [[nodiscard]] bool is_sending() const;
+    /// Whether all grids of a scene are: set() would send nothing of them.
+    [[nodiscard]] bool has_grids(const Scene& scene, const SceneSettings& settings) const;
+
     /// Leaves nothing: what is right after set() has thrown.
     void clear();
 
@@ -135,6 +147,8 @@ public:
     [[nodiscard]] std::vector<std::string> describe() const;
     /// Grids sent to the GPU so far.
     [[nodiscard]] int uploads() const { return uploads_; }
+    /// Likewise bytes of them.
+    [[nodiscard]] std::uint64_t sent_bytes() const { return sent_bytes_; }
     [[nodiscard]] int texture_units() const { return static_cast<int>(placed_.size()) * 2; }
 
 private:
@@ -144,6 +158,18 @@ private:
         Storage asked_storage = Storage::automatic;
         GridLayout plan;  ///< its texels and pages emptied after the upload
         gl::Texture texels, pages;
+        std::size_t texel_rows = 0, page_rows = 0;  ///< that are sent
+
+        [[nodiscard]] bool is(const std::shared_ptr<const VoxelGrid>& grid,
+                              const SceneSettings& settings) const
+        {
+            return source == grid && asked_layout == settings.layout &&
+                   asked_storage == settings.storage;
+        }
+        [[nodiscard]] bool is_sent() const
+        {
+            return texel_rows == texels.rows() && (!pages || page_rows == pages.rows());
+        }
     };
     /// Grid of a noise, kept from scene to scene: it takes tens of milliseconds.
     struct NoiseGrid {
@@ -191,6 +217,10 @@ private:
     int place(const std::shared_ptr<const VoxelGrid>& grid, const glm::dmat4& world_from_grid,
               const SceneSettings& settings);
     int upload(const std::shared_ptr<const VoxelGrid>& grid, const SceneSettings& settings);
+    /// A grid with its textures, in which there is nothing yet.
+    [[nodiscard]] Grid make_grid(const std::shared_ptr<const VoxelGrid>& grid,
+                                 const SceneSettings& settings) const;
+    std::uint64_t send(Grid& grid, std::uint64_t most, bool row);
     void add(const GridMedium& medium, const SceneSettings& settings);
     void add(const BoxMedium& medium);
     [[nodiscard]] std::shared_ptr<const VoxelGrid> noise_grid(const Entry& box);
@@ -209,6 +239,7 @@ private:
     const gl::Device& device_;
     std::vector<Grid> grids_;
     std::vector<Grid> old_grids_;  ///< of the scene before, while set() runs
+    std::vector<Grid> sending_;    ///< of a scene to come
     std::vector<PlacedGrid> placed_;
     std::vector<Entry> media_;
     std::vector<Occupied> occupied_;
@@ -216,6 +247,7 @@ private:
     std::vector<NoiseGrid> old_noise_grids_;  ///< of the scene before, while set() runs
     MediaTraits traits_;
     int uploads_ = 0;
+    std::uint64_t sent_bytes_ = 0;
     double time_ = 0;
     gl::UniformBuffer<shared::MediaParams> block_;
 };

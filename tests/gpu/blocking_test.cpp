@@ -225,13 +225,18 @@ TEST_P(BlockingByPreset, NoFrameOfAPlayingSequenceUnderAMovingSunWaits)
     Renderer renderer(watched_proc);
     View view = renderer.make_view();
     renderer.set_timing(Timing::queries);
-    int timed = 0;
+    constexpr std::uint64_t kLimit = 20000;  // a grid takes some frames
+    int timed = 0, grids = 0;
     const HostPanes panes(gl());
     constexpr int kFrames = 75, kFirst = 6;
     for (int i = 0; i < kFirst + kFrames; ++i) {
-        if (i == kFirst)
+        if (i == kFirst) {
             watch().forget();
-        Scene scene = sequence[static_cast<std::size_t>(i) % sequence.size()];
+            renderer.set_upload_limit(kLimit);
+            grids = 0;
+        }
+        // Some of the first have media that stay, as those have that wait for the next.
+        Scene scene = sequence[static_cast<std::size_t>(i < kFirst ? i / 3 : i) % sequence.size()];
         std::get<SunLight>(scene.lights.front()).direction_to_light = {std::cos(0.1 * i),
                                                                        std::sin(0.1 * i), 0.6};
         scene.camera.position.x += 0.02 * i;
@@ -256,7 +261,11 @@ TEST_P(BlockingByPreset, NoFrameOfAPlayingSequenceUnderAMovingSunWaits)
         const FrameReport report = renderer.take_report();
         EXPECT_TRUE(report.pass_ms.empty() || report.timed_frame <= now.index);
         timed += report.pass_ms.empty() ? 0 : 1;
+        grids += report.work.grids_uploaded;
+        EXPECT_TRUE(i < kFirst || report.uploaded_bytes <= kLimit) << report.uploaded_bytes;
     }
+    EXPECT_GT(grids, 2);
+    EXPECT_LT(grids, kFrames / 2) << "each takes frames";
     EXPECT_EQ(list(watch().waits), "");
     EXPECT_EQ(list(watch().compiles), "");
     EXPECT_GT(timed, kFrames / 2) << "frames whose times have come to be known";

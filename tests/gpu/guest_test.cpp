@@ -18,7 +18,7 @@ namespace {
 /// The state of a context by name, a piece to a line.
 using State = std::map<std::string, std::vector<double>>;
 
-constexpr int kUnits = 32;
+constexpr int kUnits = GRID_UNIT + 2 * MAX_GRIDS;
 constexpr int kBlocks = 8;
 constexpr int kImages = 8;
 constexpr int kDrawBuffers = 8;

@@ -78,8 +78,10 @@ struct FrameReport {
     std::string history;            ///< View::history() of the view that was drawn last
     /// What march and resolve of the last frame that saw a medium ran as (FrameSettings::passes).
     std::string passes;
-    FragmentCount transparents;  ///< Renderer::fragment_count()
-    SceneWork work;              ///< since the last report
+    FragmentCount transparents;        ///< Renderer::fragment_count()
+    std::uint64_t uploaded_bytes = 0;  ///< of grids, sent to the GPU since the last report
+    bool uploading = false;  ///< set_scene()'s grids are on their way: its media are not seen yet
+    SceneWork work;          ///< since the last report
 };
 
 /// The volumetric post-process. One for each GL context, which must be current in every call, the
@@ -101,7 +103,16 @@ public:
     /// and the resolution of the scene are not used.
     /// @throws Error if the scene needs more than this GL has (texture units, sizes, memory),
     /// naming both; the renderer then holds no scene.
+    /// Grids larger than set_upload_limit() has it are sent over some frames. Until all of a
+    /// scene's are there, composite() draws it with the media of the scene before, whole; of
+    /// scenes that come faster it leaves some out. The first scene is sent at once, and
+    /// wait_until_ready() and prepare() send the rest.
     void set_scene(const Scene& scene, const SceneSettings& settings);
+
+    /// Bytes of grids that a frame sends to the GPU at most, or one row of texels where that is
+    /// more.
+    void set_upload_limit(std::uint64_t bytes_a_frame);
+    static constexpr std::uint64_t kUploadLimit = 32u << 20;  ///< without it
 
     /// Compiles what composite() and draw_surfaces() need for frames of the scene like this one, of
     /// any camera and size, so that the first of them compiles nothing. Compiling takes hundreds of
