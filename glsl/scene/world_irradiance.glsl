@@ -66,7 +66,7 @@ vec3 world_irradiance(vec3 p, vec3 n, vec3 open)
         return open;
     vec3 way = node_way(lattice, n) * lattice.spacing;  // of the length of a node
     Walls walls;
-    // Walls are between it and the nodes on the surface's other side.
+    // Moved away from the nodes on the surface's other side.
     vec3 off = on_own_side(u_walls_tx, ivec3(0), lattice.last, on + 0.5 * way, walls);
     vec3 light = irradiance_of_nodes(off, n);
     if (!is_walled_off(walls, n)) {
