@@ -16,8 +16,8 @@ inline constexpr int kVolumeAtUnits = 5;
 
 /// Where a host binds what View::volume_at() names: points that nothing of its own is bound to.
 struct VolumeAtBindings {
-    std::uint32_t block = 0;       ///< a uniform block's
-    std::uint32_t first_unit = 0;  ///< of kVolumeAtUnits texture units, with no sampler objects
+    std::uint32_t block = 0;       ///< binding of a uniform block
+    std::uint32_t first_unit = 0;  ///< first of kVolumeAtUnits texture units without samplers
 };
 
 /// What the media do between the eye and a depth of a pixel, for any stage:
@@ -30,10 +30,10 @@ FUMAROLE_API std::string volume_at_glsl(const VolumeAtBindings& bindings);
 /// Where Renderer::begin_transparents() binds what transparent_glsl() reads and writes: points that
 /// nothing of the host's is bound to meanwhile.
 struct TransparentBindings {
-    std::uint32_t block = 0;         ///< a uniform block's
-    std::uint32_t depth_unit = 0;    ///< a texture unit, for Frame::depth
-    std::uint32_t lists_image = 0;   ///< an image unit
-    std::uint32_t first_buffer = 0;  ///< of two storage buffers, one after the other
+    std::uint32_t block = 0;         ///< binding of a uniform block
+    std::uint32_t depth_unit = 0;    ///< texture unit for Frame::depth
+    std::uint32_t lists_image = 0;   ///< image unit of the lists' heads
+    std::uint32_t first_buffer = 0;  ///< first of two storage buffers, one after the other
 };
 
 /// A function that puts a fragment into the list of its pixel, for a fragment shader:

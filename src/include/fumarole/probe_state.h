@@ -9,10 +9,11 @@ namespace fumarole {
 /// A probe of a renderer's scene, or the one that is placed where the scene names none.
 struct ProbeState {
     LightProbe probe;
-    bool by_itself = false;                 ///< the scene does not name it
-    int captures = 0;                       ///< in all
-    double seconds_ago = 0;                 ///< that it was last captured
-    std::optional<double> capture_ms = {};  ///< that took, filtering too; under Timing::finish
+    bool by_itself = false;  ///< true if it was placed automatically: the scene names none
+    int captures = 0;        ///< number of captures so far
+    double seconds_ago = 0;  ///< time since the last capture [s]
+    /// Duration of the last capture with its filtering [ms]; known under Timing::finish.
+    std::optional<double> capture_ms = {};
 };
 
 }  // namespace fumarole

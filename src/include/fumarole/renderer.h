@@ -47,12 +47,12 @@ struct TransparentImages {
 struct SceneWork {
     int grids_uploaded = 0;
     int meshes_uploaded = 0;
-    int shadow_views = 0;   ///< of surfaces, and of transparents that cast, drawn
-    int extinctions = 0;    ///< volumes of the media's extinction, filled
-    int depth_layers = 0;   ///< optical depths from all points towards a light, filled
-    int world_volumes = 0;  ///< the world's light in the media and on surfaces, filled
-    int fields = 0;         ///< light that scatters again or is emitted, in the media, filled
-    int probes = 0;         ///< placed probes, captured
+    int shadow_views = 0;   ///< shadow views drawn, of surfaces and of transparents that cast
+    int extinctions = 0;    ///< volumes of the media's extinction that were filled
+    int depth_layers = 0;   ///< volumes of optical depth towards a light that were filled
+    int world_volumes = 0;  ///< volumes of the world's light that were filled
+    int fields = 0;         ///< volumes of light that scatters again or is emitted that were filled
+    int probes = 0;         ///< probes that were captured
 
     bool operator==(const SceneWork&) const = default;
 };
@@ -60,8 +60,8 @@ struct SceneWork {
 /// The fragments of transparents in one view: where a surface hides none, one for each transparent
 /// and pixel. They are counted on the GPU, and known frames later.
 struct FragmentCount {
-    std::uint64_t fragments = 0;  ///< of the last frame whose number is known
-    std::uint64_t lost = 0;  ///< of them, the farthest, that there was no room for: the next has it
+    std::uint64_t fragments = 0;  ///< number in the last frame where it is known
+    std::uint64_t lost = 0;  ///< number of the farthest ones without room: the next frame has it
 
     bool operator==(const FragmentCount&) const = default;
 };
@@ -71,10 +71,10 @@ struct FrameReport {
     /// Milliseconds of each pass of one frame: the last whose times are known. Empty where no
     /// frame's have come to be known since the last report.
     std::vector<std::pair<std::string, double>> pass_ms;
-    Timing timing = Timing::off;    ///< how they were measured
+    Timing timing = Timing::off;    ///< method by which they were measured
     std::uint64_t timed_frame = 0;  ///< Frame::index of the frame that they are of
-    std::uint64_t gpu_bytes = 0;    ///< textures and buffers of the renderer
-    std::uint64_t allocations = 0;  ///< textures and buffers that it has made so far
+    std::uint64_t gpu_bytes = 0;    ///< size of the renderer's textures and buffers [bytes]
+    std::uint64_t allocations = 0;  ///< number of textures and buffers made so far
     std::string history;            ///< View::history() of the view that was drawn last
     /// What march and resolve of the last frame that saw a medium ran as (FrameSettings::passes).
     std::string passes;
@@ -170,7 +170,7 @@ public:
     InspectionLegend inspect(View& view, const Frame& frame, const FrameSettings& settings,
                              const Inspection& inspection);
 
-    /// The settings with what `frame` decides, resolution where it is automatic, chosen for it.
+    /// Returns `settings` with every automatic value resolved for `frame` (today: `resolution`).
     /// @throws Error if its projection is neither perspective nor orthographic
     [[nodiscard]] FrameSettings settled(const View& view, const Frame& frame,
                                         const FrameSettings& settings) const;

@@ -25,8 +25,8 @@ struct Camera {
     glm::dvec3 look_at{0, 0, 2};     ///< metres
     glm::dvec3 up{0, 0, 1};
     double vfov_deg = 32;  ///< vertical field of view, (0, 180)
-    double near = 0.1;     ///< metres along the view axis, > 0
-    double far = 1000;     ///< metres along the view axis, > near
+    double near = 0.1;     ///< near plane along the view axis [m], > 0
+    double far = 1000;     ///< far plane along the view axis [m], > near
     Projection projection = Projection::perspective;
     /// Height of an orthographic picture in metres; 0: what vfov_deg sees at the distance of
     /// look_at.
@@ -60,9 +60,9 @@ struct PointLight {
 
 struct SpotLight {
     glm::dvec3 position{0};          ///< metres
-    glm::dvec3 direction{0, 0, -1};  ///< where it shines; normalised on reading
+    glm::dvec3 direction{0, 0, -1};  ///< axis that it shines along; normalised on reading
     double cone_deg = 45;            ///< full opening angle, (0, 180)
-    double blend = 0.15;             ///< 0..1: the share of the cone over which its edge fades
+    double blend = 0.15;             ///< share of the cone over which its edge fades, 0..1
     glm::vec3 radiant_intensity{1};  ///< W/sr on the axis
 
     bool operator==(const SpotLight&) const = default;
@@ -83,7 +83,7 @@ struct RectLight {
 /// A disk that shines likewise.
 struct DiskLight {
     glm::dvec3 center{0};         ///< metres
-    glm::dvec3 normal{0, 0, -1};  ///< where it shines if one-sided; normalised on reading
+    glm::dvec3 normal{0, 0, -1};  ///< direction that it shines in; normalised on reading
     double radius = 0.5;          ///< metres, > 0
     glm::vec3 radiance{1};        ///< W/m^2/sr
     bool two_sided = false;
@@ -98,10 +98,10 @@ using Light = std::variant<SunLight, PointLight, SpotLight, RectLight, DiskLight
 struct MediumMotion {
     enum class Unit { metres_per_second, voxels_per_frame };
 
-    std::string velocity_grid;  ///< "" for none; vec3 grid (or name.x name.y name.z)
-    /// Of the file's metres, before GridMedium::scale, or of the velocity grid's own voxels.
+    std::string velocity_grid;  ///< vec3 grid (or name.x name.y name.z); "" for none
+    /// Unit of velocity: the file's metres, before GridMedium::scale, or the grid's own voxels.
     Unit unit = Unit::metres_per_second;
-    double shutter = 0;  ///< frames, its middle at the frame's time; 0: nothing is blurred
+    double shutter = 0;  ///< time that it is open [frames], centred; 0: nothing is blurred
 
     bool operator==(const MediumMotion&) const = default;
 };
@@ -109,14 +109,14 @@ struct MediumMotion {
 /// A medium from a .vdb file (or from any VoxelGrid that a host fills in).
 /// World position of index i: translate + scale * (density->world_from_index * i).
 struct GridMedium {
-    /// Absolute, or relative to the working directory. #s stand for a frame's number
+    /// Path, absolute or relative to the working directory. #s stand for a frame's number
     /// (asset/animation.h).
     std::string file;
-    std::string grid;           ///< name, name[n]; "" for the first fog volume
-    std::string emission_grid;  ///< "" for none; float or vec3 grid
-    std::string color_grid;  ///< "" for none; vec3 grid (or name.x name.y name.z): scales sigma_s,
-                             ///< sigma_t stays
-    std::string temperature_grid;  ///< "" for none; float grid
+    std::string grid;           ///< density: name, name[n]; "" for the first fog volume
+    std::string emission_grid;  ///< float or vec3 grid; "" for none
+    std::string color_grid;  ///< vec3 grid (or name.x name.y name.z) that scales sigma_s and leaves
+                             ///< sigma_t; "" for none
+    std::string temperature_grid;  ///< float grid; "" for none
     MediumMotion motion;
 
     std::shared_ptr<const VoxelGrid> density;  ///< vec3: one density per colour channel
@@ -128,7 +128,7 @@ struct GridMedium {
     double scale = 1;                  ///< > 0
     glm::vec3 sigma_s_per_density{1};  ///< 1/m per unit of density
     glm::vec3 sigma_a_per_density{0};  ///< 1/m per unit of density
-    float g = 0;                       ///< Henyey-Greenstein, (-1, 1), > 0 scatters forward
+    float g = 0;                       ///< mean cosine of the phase, (-1, 1); > 0 forward
     glm::vec3 emission_per_unit{0};    ///< W/m^2/sr per metre, per unit of the emission grid
 
     /// Kelvin per unit of the temperature grid; 0: as kelvin_per_unit() finds.
@@ -164,7 +164,7 @@ struct ExpHeightProfile {
 /// Coefficients times max(0, (fbm - threshold) / (1 - threshold)), fbm in 0..1, at p - time *
 /// drift.
 struct NoiseProfile {
-    double feature_size = 1;  ///< metres, size of the first octave's cells, > 0
+    double feature_size = 1;  ///< size of the first octave's cells [m], > 0
     int octaves = 5;          ///< 1..16
     double gain = 0.5;        ///< amplitude of an octave over the one before, (0, 1]
     double lacunarity = 2;    ///< frequency of an octave over the one before, >= 1
@@ -214,7 +214,7 @@ struct Mesh {
     std::vector<glm::vec3> normals;        ///< unit length, one a position
     std::vector<std::uint32_t> triangles;  ///< three indices a triangle
     std::optional<MeshMaterial> material;  ///< of the file, if it is one that is used
-    std::vector<std::string> notes;        ///< what of the file is not used, a line each
+    std::vector<std::string> notes;        ///< notes on what of the file is not used
 };
 
 struct SphereSurface {
@@ -306,13 +306,13 @@ struct TransparentLook {
     Blend blend;
     glm::vec3 radiance{0};   ///< W/m^2/sr; where there is an image, that says it
     glm::vec3 filter{1};     ///< Kind::multiply: what it lets through, likewise
-    float alpha = 1;         ///< 0..1; with an image it multiplies that's own
-    std::string image_file;  ///< "" for none. #s stand for a frame's number (asset/animation.h)
+    float alpha = 1;         ///< opacity, 0..1; multiplies an image's own
+    std::string image_file;  ///< path, #s for a frame's number (asset/animation.h); "" for none
     std::shared_ptr<const TransparentImage> image;  ///< over the whole of a quad or a billboard
-    float scale = 1;                                ///< W/m^2/sr of the image's 1
-    /// Metres before a surface within which it fades to nothing, along the ray; 0: it does not.
+    float scale = 1;                                ///< radiance of the image's 1 [W/m^2/sr]
+    /// Distance before a surface, along the ray [m], over which it fades to nothing; 0: none.
     float depth_fade = 0;
-    /// Whether it filters the light of lights on its way to media and surfaces too, as it does what
+    /// True if it filters the light of lights on its way to media and surfaces too, as it does what
     /// the eye sees behind it: coloured shadows. Of quads and meshes, and not by a factor of what
     /// is behind.
     bool casts = false;
@@ -368,12 +368,12 @@ struct LightProbe {
     };
 
     glm::dvec3 position{0};  ///< metres
-    double radius = 4;       ///< metres > 0, within which surfaces have light from it
-    double falloff = 0.5;    ///< 0..1: the share of the radius over which its weight goes to 0
+    double radius = 4;       ///< reach [m], > 0: surfaces within it have light from the probe
+    double falloff = 0.5;    ///< share of the radius over which its weight goes to 0, 0..1
     Parallax parallax = Parallax::none;
     glm::dvec3 parallax_min{0};  ///< metres, of the box
     glm::dvec3 parallax_max{1};  ///< metres, > parallax_min
-    int size = 128;              ///< pixels along an edge of each of six captured faces, 16..512
+    int size = 128;              ///< edge of each of six captured faces [pixels], 16..512
 
     bool operator==(const LightProbe&) const = default;
 };
@@ -404,9 +404,9 @@ struct Scene {
     std::vector<Medium> media;
     std::vector<Surface> surfaces;
     std::vector<Transparent> transparents;  ///< of two at the same depth the later one is in front
-    std::vector<LightProbe> probes;  ///< of two that are as near the earlier one counts first
-    double time = 0;  ///< seconds; moves drifting noise; of frame 0 where frames are asked for
-    std::vector<CameraKey> camera_path;  ///< ascending times; `camera` is the first one's
+    std::vector<LightProbe> probes;      ///< of two that are as near the earlier one counts first
+    double time = 0;                     ///< time [s] of frame 0; moves drifting noise
+    std::vector<CameraKey> camera_path;  ///< keys by ascending time; `camera` is the first one's
     double frames_per_second = 24;
 };
 

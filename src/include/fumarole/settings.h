@@ -30,18 +30,18 @@ struct SceneSettings {
     };
 
     // light through media
-    bool volume_shadows = true;  ///< media dim the light that reaches media and surfaces
+    bool volume_shadows = true;  ///< true: media dim the light that reaches media and surfaces
     ShadowRange shadow_range = ShadowRange::media;
-    /// Texels along an edge of each view, 16..8192; kAutomatic: 512 where no sun shines, 1024 in
-    /// media that have detail of their own, 2048 in others.
+    /// Texels along an edge of each shadow view, 16..8192; kAutomatic: 512 where no sun shines,
+    /// 1024 in media that have detail of their own, 2048 in others.
     int shadow_map = kAutomatic;
     /// Nodes along the longest edge of the volume of optical depth towards each light, 0..512; 0:
     /// none, shadows are marched; kAutomatic: two a voxel, 96 at most.
     int shadow_cache = kAutomatic;
-    int shadow_fill = 1;  ///< frames that a light's volume is filled in once it has moved, 1..256
-    bool world_light = true;  ///< the world's light scatters in the media too
-    /// Nodes likewise of the world's light, 0..128; 0: none, media don't dim it nor surfaces hide
-    /// it; kAutomatic: one for 3 voxels, 32 at most.
+    int shadow_fill = 1;      ///< frames over which a moved light's volume is refilled, 1..256
+    bool world_light = true;  ///< true: the world's light scatters in the media too
+    /// Nodes along the longest edge of the volume of the world's light, 0..128; 0: none, media
+    /// don't dim it nor surfaces hide it; kAutomatic: one for 3 voxels, 32 at most.
     int world_cache = kAutomatic;
     /// Directions that the world's light is summed over, 26 or 74; kAutomatic: 26 where suns
     /// outshine a sky of one colour, and 74 on surfaces that send light on.
@@ -70,7 +70,7 @@ struct SceneSettings {
     // the medium on the GPU
     medium::Storage storage = medium::Storage::automatic;
     medium::Layout layout = medium::Layout::automatic;
-    bool noise_grid = true;  ///< noise that does not drift is read from a grid, if not too large
+    bool noise_grid = true;  ///< true: noise that does not drift is read from a grid if it fits
 
     bool operator==(const SceneSettings&) const = default;
 };
@@ -123,20 +123,20 @@ struct FrameSettings {
     Passes passes = Passes::automatic;
 
     // the march, and the froxels but for the number of steps
-    int steps = 48;             ///< along the whole range, 1..4096
-    float distribution = 0.8f;  ///< lambda: 0 linear .. 1 exponential
+    int steps = 48;             ///< number of steps along the whole range, 1..4096
+    float distribution = 0.8f;  ///< spacing of steps, lambda: 0 linear .. 1 exponential
     Jitter jitter = Jitter::blue;
     Range range = Range::media;
-    float g_clamp = 0.999f;      ///< |g| is held to this, 0..0.9999
-    float least_extinction = 0;  ///< 1/m, a floor under sigma_t; 2017 had 1e-4
-    bool skip = true;            ///< no steps where bricks hold nothing
-    float early_end = 0;         ///< a ray ends once less is transmitted, 0..0.5
+    float g_clamp = 0.999f;      ///< upper bound of |g|, 0..0.9999
+    float least_extinction = 0;  ///< lower bound of sigma_t [1/m]; 2017 had 1e-4
+    bool skip = true;            ///< empty-space skipping: no steps in empty bricks
+    float early_end = 0;         ///< early termination below this transmittance, 0..0.5
     Spacing spacing = Spacing::medium;
     Falloff falloff = Falloff::exact;
     /// Midpoints on the way to a light, 1..1024, of each heterogeneous medium; where a volume of
     /// optical depth is (SceneSettings::shadow_cache) none are taken.
     int shadow_steps = 16;
-    /// What was marched for a view's last frames is reprojected and averaged with the next.
+    /// Temporal reprojection: a view's last frames are averaged with the next.
     bool temporal = false;
 
     // the layer and the resolve
@@ -144,7 +144,7 @@ struct FrameSettings {
     /// nothing of the media changes much within a texel of it.
     int resolution = kAutomatic;
     Upsample upsample = Upsample::bilinear2x2;
-    float depth_threshold = 0.05f;  ///< relative to depth; metres with box4x4
+    float depth_threshold = 0.05f;  ///< of the upsample, relative to depth; metres with box4x4
     LayerDepth layer_depth = LayerDepth::checkerboard;
     int resolve_passes = 1;  ///< 2: one for transmittance, then one for scattering, as in 2017
     Targets targets = Targets::automatic;
@@ -155,10 +155,10 @@ struct FrameSettings {
     Transparency transparency = Transparency::split;
 
     // the froxels
-    int tile = 8;     ///< pixels along an edge of a froxel, 1..64
-    int slices = 64;  ///< along the whole range, 1..1024
+    int tile = 8;     ///< edge of a froxel [pixels], 1..64
+    int slices = 64;  ///< number of slices along the whole range, 1..1024
     SliceSpacing slice_spacing = SliceSpacing::exponential;
-    float history = 0.95f;  ///< weight of what is kept while the view moves, 0 for none
+    float history = 0.95f;  ///< weight of the history while the view moves, 0 for none
     Format history_format = Format::rgba32f;
     FroxelShadows froxel_shadows = FroxelShadows::media;
     Lookup lookup = Lookup::trilinear;
@@ -192,7 +192,7 @@ struct SettingInfo {
     std::function<std::string(const Settings&)> get;
     /// @throws Error naming the setting and what it takes.
     std::function<void(Settings&, std::string_view)> set;
-    /// Whether it is one of its values.
+    /// True if the setting has one of its values.
     std::function<bool(const Settings&)> holds;
 };
 

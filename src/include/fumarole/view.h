@@ -27,16 +27,16 @@ struct OwnLayers {
     gl::TextureView scattering;
     gl::TextureView transmittance;  ///< likewise; empty if `grey`
     gl::TextureView depth;          ///< of a march: view_z of the scene [m] as each texel took it
-    bool grey = false;              ///< one number for transmittance
-    int guard = 0;                  ///< texels
-    int scale = 1;                  ///< pixels along a texel's edge
+    bool grey = false;              ///< true if transmittance is one number for all channels
+    int guard = 0;                  ///< width of the border round the picture [texels]
+    int scale = 1;                  ///< edge of a texel [pixels]
 };
 
 /// What shaders with volume_at_glsl() of <fumarole/host_glsl.h> read, by the GL's names. It belongs
 /// to the view, and holds until its next frame.
 struct VolumeAtNames {
-    std::uint32_t block = 0;  ///< a buffer, for VolumeAtBindings::block
-    /// For the units from VolumeAtBindings::first_unit on (glBindTextures); 0: none.
+    std::uint32_t block = 0;  ///< buffer for VolumeAtBindings::block
+    /// Textures for the units from VolumeAtBindings::first_unit on (glBindTextures); 0: none.
     std::array<std::uint32_t, kVolumeAtUnits> textures{};
 };
 

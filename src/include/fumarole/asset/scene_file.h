@@ -15,7 +15,7 @@ struct LoadedScene {
     std::vector<std::string> notes;
 };
 
-/// Reads a scene file (JSON, version 1) without opening the files that it names. Paths come out
+/// Reads a scene file (JSON, version 2) without opening the files that it names. Paths come out
 /// resolved against the scene file's folder.
 /// @throws Error with file, place (`media[1].sigma_s`, or line and column for bad JSON), what is
 /// wrong and what was expected: unknown key, missing key, wrong type, number out of range or not

@@ -11,13 +11,13 @@
 
 namespace fumarole {
 
-/// What lies between two depths of a pixel. In between it is uniform: a part of it, the share f of
-/// its length, has alpha 1 - (1 - alpha)^f.
+/// A sample of a pixel: what lies between two depths. In between it is uniform: a part of it, the
+/// share f of its length, has alpha 1 - (1 - alpha)^f.
 struct DeepSample {
-    float front = 0;     ///< view_z [m] where it begins
-    float back = 0;      ///< and where it ends; == front: a surface
-    float alpha = 0;     ///< of what is behind it, the share that it hides, 0..1
-    glm::vec3 color{0};  ///< radiance [W/m^2/sr], premultiplied, as if nothing lay before it
+    float front = 0;     ///< view_z [m] of its front
+    float back = 0;      ///< view_z [m] of its back; equal to front for a surface or a transparent
+    float alpha = 0;     ///< opacity, 0..1: the share that it hides of what is behind it
+    glm::vec3 color{0};  ///< premultiplied radiance [W/m^2/sr], as if nothing lay before it
 };
 
 /// A picture of samples in depth: rows from the top, each pixel's from near to far, none within
@@ -27,7 +27,7 @@ struct DeepImage {
     int height = 0;
     glm::ivec2 origin{0};  ///< top-left corner in the picture that it is a part of [pixels]
     glm::ivec2 whole{0};   ///< size of that picture; 0: it is no part of one
-    std::vector<std::size_t> first;  ///< a pixel's first sample, and of one past the last pixel
+    std::vector<std::size_t> first;  ///< index of each pixel's first sample; last, their count
     std::vector<DeepSample> samples;
 };
 

@@ -14,8 +14,8 @@ namespace fumarole {
 struct Image {
     int width = 0;
     int height = 0;
-    std::vector<std::string> channels;  ///< `R`, `G`, `B`, `scattering.R`, ...
-    std::vector<float> pixels;          ///< width * height * channels.size()
+    std::vector<std::string> channels;  ///< names: `R`, `G`, `B`, `scattering.R`, ...
+    std::vector<float> pixels;          ///< values, width * height * channels.size() of them
     /// Of a part of a larger picture: that one's size, and where the part begins in it, in pixels
     /// from the top left. 0: the picture is whole.
     glm::ivec2 whole{0}, origin{0};
@@ -31,7 +31,7 @@ struct Image {
 
 /// How linear radiance becomes a picture for a screen.
 struct Display {
-    float exposure_ev = 0;  ///< stops; radiance is multiplied by 2^exposure_ev
+    float exposure_ev = 0;  ///< exposure [stops]: radiance is multiplied by 2^exposure_ev
     enum class Transform { filmic, srgb } transform = Transform::filmic;
 };
 
