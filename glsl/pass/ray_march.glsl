@@ -54,6 +54,13 @@ float mean(vec3 v) { return dot(v, vec3(1.0 / 3.0)); }
 float most(float v) { return v; }
 float most(vec3 v) { return max(v.r, max(v.g, v.b)); }
 
+// A step that is uniform, and what the ray has met before it.
+struct SplitStep {
+    vec2 range;  // view_z [m]
+    vec3 source, scattering;
+    extinction_t sigma_t, transmittance;
+};
+
 // What a ray has met so far.
 struct Layer {
     vec3 scattering;
@@ -61,24 +68,28 @@ struct Layer {
     MediaDepth seen;
     ivec2 texel;
     SplitWalk splits;
+    SplitStep last;  // kSplits
 };
 
-// Keeps what a ray has met at the depths before step.y; the step, from step.x on, is uniform.
-void keep_splits(inout Layer layer, vec2 step, float length_per_z, vec3 source, extinction_t sigma_t)
+bool has_split(Layer layer) { return kSplits && layer.splits.view_z < layer.last.range.y; }
+
+// Keeps what a ray has met at the depths before its last step's end.
+void keep_splits(inout Layer layer, float length_per_z)
 {
-    if (layer.splits.view_z < step.y)
+    SplitStep last = layer.last;
+    if (has_split(layer))
         do {
-            float ds = max(layer.splits.view_z - step.x, 0.0) * length_per_z;
-            extinction_t tau = sigma_t * ds;
-            vec3 scattering = layer.scattering + layer.transmittance * source * (ds * slab_weight(tau));
-            extinction_t transmittance = layer.transmittance * exp(-tau);
+            float ds = max(layer.splits.view_z - last.range.x, 0.0) * length_per_z;
+            extinction_t tau = last.sigma_t * ds;
+            vec3 scattering = last.scattering + last.transmittance * last.source * (ds * slab_weight(tau));
+            extinction_t transmittance = last.transmittance * exp(-tau);
             ivec3 at = ivec3(layer.texel, layer.splits.next);
             imageStore(u_split_scattering_img, at,
                        vec4(min(scattering, vec3(u_frame.radiance_limit)), mean(transmittance)));
             if (!kMonochrome)
                 imageStore(u_split_transmittance_img, at, vec4(vec3(transmittance), 1.0));
             step_on(layer.splits);
-        } while (layer.splits.view_z < step.y);
+        } while (has_split(layer));
 }
 
 // From step.x to step.y, sampled at `share` of it, z.
@@ -92,7 +103,7 @@ void march(inout Layer layer, MediaLine line, LightLine light, float length_per_
     if (medium.sigma_s != vec3(0.0))
         source += medium.sigma_s * in_scattering_on(light, LightStep(z_lit, step, share, medium.g, medium.sigma_t));
     if (kSplits)
-        keep_splits(layer, step, length_per_z, source, medium.sigma_t);
+        layer.last = SplitStep(step, source, layer.scattering, medium.sigma_t, layer.transmittance);
     vec3 added = layer.transmittance * source * (ds * slab_weight(tau));
     layer.scattering += added;
     if (kMediaDepth) {
@@ -113,6 +124,7 @@ void march_camera_range(inout Layer layer, MediaLine line, LightLine light, floa
         float z_next = step_split((float(i) + 0.5 + offset) / float(steps), u_frame.step_range, u_frame.step_octaves,
                                   u_frame.distribution);
         march(layer, line, light, length_per_z, vec2(z, z_next), 1.0, z_next);
+        keep_splits(layer, length_per_z);
         z = z_next;
     }
 }
@@ -139,23 +151,29 @@ void march_tile(inout Layer layer, uvec4 tile, MediaLine line, LightLine light, 
             int last = min(tile_first_split(tile.w) + (beyond << tile_log2_width(tile.w)), steps);
             float z = max(step_split(float(first) / float(steps), range, octaves, lambda), inside.x);
             int i = first;
+            // Steps before whose end a depth is kept end the inner loop: what a body does on a condition takes its time with
+            // or without it where rays are lanes.
             if (i < last && z < inside.y && most(layer.transmittance) > enough)
                 do {
-                    int stride = tile_stride(tile.y, tile.z, tile.w, i);
-                    float z_next = min(step_split(float(i + stride) / float(steps), range, octaves, lambda), inside.y);
-                    if (i + stride >= steps)
-                        z_next = inside.y;  // rounding must not leave a rest
-                    float z_end = z_next;
-                    if (kIslands)
-                        z_next = island_step(line.ray.origin, line.ray.direction, z, z_end);
-                    // Where steps are long, since the medium is smooth, every other one is sampled as far from its end as
-                    // the one before was from its begin: what grows evenly along the ray then has no noise. Detail is
-                    // better met at even distances.
-                    float share = stride == 1 || (i & stride) == 0 ? offset : 1.0 - offset;
-                    march(layer, line, light, length_per_z, vec2(z, z_next), share, mix(z, z_next, share));
-                    z = z_next;
-                    if (!kIslands || z >= z_end)
-                        i += stride;
+                    do {
+                        int stride = tile_stride(tile.y, tile.z, tile.w, i);
+                        float z_next =
+                            min(step_split(float(i + stride) / float(steps), range, octaves, lambda), inside.y);
+                        if (i + stride >= steps)
+                            z_next = inside.y;  // rounding must not leave a rest
+                        float z_end = z_next;
+                        if (kIslands)
+                            z_next = island_step(line.ray.origin, line.ray.direction, z, z_end);
+                        // Where steps are long, since the medium is smooth, every other one is sampled as far from its end as
+                        // the one before was from its begin: what grows evenly along the ray then has no noise. Detail is
+                        // better met at even distances.
+                        float share = stride == 1 || (i & stride) == 0 ? offset : 1.0 - offset;
+                        march(layer, line, light, length_per_z, vec2(z, z_next), share, mix(z, z_next, share));
+                        z = z_next;
+                        if (!kIslands || z >= z_end)
+                            i += stride;
+                    } while (!has_split(layer) && i < last && z < inside.y && most(layer.transmittance) > enough);
+                    keep_splits(layer, length_per_z);
                 } while (i < last && z < inside.y && most(layer.transmittance) > enough);
         } while (slots != 0u);
 }
@@ -187,13 +205,16 @@ Marched march_texel(ivec2 texel, uvec4 tile)
     if (!kCameraRange)
         inside = media_segment(ray.origin, ray.direction, u_frame.media_range.x, min(scene_z, u_frame.media_range.y));
     Layer layer = Layer(vec3(0.0), extinction_t(1.0), MediaDepth(inside.x, vec3(0.0), vec3(0.0)), texel,
-                        split_walk(ndc, kSplits && tile_keeps_depths(tile.w)));
+                        split_walk(ndc, kSplits && tile_keeps_depths(tile.w)),
+                        SplitStep(vec2(0.0), vec3(0.0), vec3(0.0), extinction_t(0.0), extinction_t(1.0)));
     if (kCameraRange)
         march_camera_range(layer, line, light, length_per_z, inside, offset);
     else
         march_tile(layer, tile, line, light, length_per_z, inside, offset);
     if (kSplits)
-        keep_splits(layer, vec2(u_frame.media_range.y, 1e38), 0.0, vec3(0.0), extinction_t(0.0));
+        layer.last = SplitStep(vec2(u_frame.media_range.y, 1e38), vec3(0.0), layer.scattering, extinction_t(0.0),
+                               layer.transmittance);
+    keep_splits(layer, 0.0);
 
     vec2 media_depth = kMediaDepth ? media_depth_of(layer.seen, inside.y) : vec2(1.0);
     vec3 scattering = min(layer.scattering, vec3(u_frame.radiance_limit));  // an infinity would spoil its neighbours
