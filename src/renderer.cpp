@@ -394,14 +394,15 @@ void Renderer::Parts::draw_transparents(View::State& view, const PreparedFrame& 
     if (!list_transparents(view, prepared, seen))
         return;
     const transparent::Resolved resolved{picture, prepared.picture(), GL_ONE, reads_picture(view)};
-    transparent_painter.resolve(tools, *view.lists, layers, resolved, prepared);
+    transparent_painter.resolve(tools, *view.lists, view.media_mask, layers, resolved, prepared);
 }
 
 void Renderer::Parts::lay_panes(View::State& view, const PreparedFrame& prepared,
                                 resolve::Layers* layers,
                                 const transparent::Resolved& resolved) const
 {
-    transparent_painter.lay_panes(tools, view.pane_layer, layers, resolved, prepared);
+    transparent_painter.lay_panes(tools, view.pane_layer, view.media_mask, layers, resolved,
+                                  prepared);
 }
 
 std::string Renderer::Parts::explain_transparents(const FrameSettings& settings) const
@@ -852,8 +853,8 @@ TransparentImages Renderer::read_transparents(View& view, const Frame& frame,
         if (prepared.panes > 0)
             parts.lay_panes(state, prepared, layers, resolved);
         else
-            parts.transparent_painter.resolve(parts.tools, *state.lists, layers, resolved,
-                                              prepared);
+            parts.transparent_painter.resolve(parts.tools, *state.lists, state.media_mask, layers,
+                                              resolved, prepared);
         return gl::read_texture(parts.device, texture.view(), 3);
     };
     TransparentImages images;

@@ -48,6 +48,7 @@ struct View::State {
     std::optional<HostFragments> host_fragments;
     bool lists_have_hosts = false;      ///< the last frame's had some
     transparent::PaneLayer pane_layer;  ///< of panes in order, which have no lists
+    gl::Texture media_mask;             ///< where transparents look media up
     gl::UniformBuffer<shared::HostTransparentParams> host_block;
     gl::UniformBuffer<shared::VolumeAtParams> volume_at_block;
     std::optional<VolumeAtNames> volume_at;  ///< of the last frame, if it asked for it

@@ -100,15 +100,20 @@ VolumeAt volume_at_pane(SplitRay ray, int k, float view_z)
 
 VolumeAt volume_at(SplitRay ray, float view_z)
 {
-    int low = 0, high = u_splits.count - 1;
-    do {  // llvmpipe runs a while body once more with all lanes masked; do-while avoids it.
-        int middle = (low + high) >> 1;
-        if (split_view_z(middle) <= view_z)
-            low = middle;
-        else
-            high = middle;
-    } while (high - low > 1);
-    float begin = split_view_z(low), end = split_view_z(high);
+    // All are compared: a search would gather each of its depths.
+    const float kBeyond = 3e38;
+    float begin = u_splits.view_z[0].x, end = kBeyond;
+    int low = -1;
+    for (int i = 0; i < kSplitFours; ++i) {
+        vec4 z = u_splits.view_z[i];
+        vec4 is_before = step(z, vec4(view_z));
+        low += int(dot(is_before, vec4(1.0)));
+        vec4 before = mix(vec4(begin), z, is_before), after = mix(z, vec4(kBeyond), is_before);
+        begin = max(max(before.x, before.y), max(before.z, before.w));
+        end = min(end, min(min(after.x, after.y), min(after.z, after.w)));
+    }
+    low = clamp(low, 0, u_splits.count - 1);
+    int high = min(low + 1, u_splits.count - 1);
     float share = clamp((view_z - begin) / max(end - begin, 1e-30), 0.0, 1.0);
 
     VolumeAt near, far;

@@ -6,7 +6,7 @@ FUM_SHARED_BEGIN
 #define MAX_SPLITS 64
 
 struct FUM_STD140 SplitParams {
-    vec4 view_z[MAX_SPLITS / 4];  // [m], ascending, four in one
+    vec4 view_z[MAX_SPLITS / 4];  // [m], ascending, four in one; beyond count, beyond all
     int count;                    // 2 at least
     int unused_x, unused_y, unused_z;
 };

@@ -6,22 +6,26 @@
 #include "scene/volume_at_splits.glsl"
 
 // Variant
-const int kPaneCount = 1;  // as many as there may be
+const int kPaneCount = 1;     // as many as there may be
+const bool kNoMedia = false;  // in tiles that keep nothing
 
-noperspective in vec4 pane_hits[kPaneCount];
-flat in vec3 pane_kept[kPaneCount];
 layout(location = 0) out vec4 out_added;
 
 void main()
 {
     ivec2 texel = ivec2(gl_FragCoord.xy);
+    vec2 pixel = (gl_FragCoord.xy + u_frame.layer_offset) * float(kLayerScale);
+    vec2 ndc = pixel * u_frame.inverse_full_size * 2.0 - 1.0;
     vec2 view_z = vec2(u_panes.view_z.x, min(texelFetch(u_layer_depth_tx, texel, 0).r, u_panes.view_z.y));
     vec4 added = vec4(0.0);
     for (int k = kPaneCount - 1; k >= 0; --k) {
-        VolumeAt at = split_texel(texel, min(k, u_panes.count - 1));
-        vec3 kept = pane_kept[k];
+        VolumeAt at = VolumeAt(vec3(0.0), vec3(1.0));
+        if (!kNoMedia)
+            at = split_texel(texel, min(k, u_panes.count - 1));
+        vec3 kept = u_panes.kept[k].rgb;
         vec3 here = added.rgb * kept + at.transmittance * u_panes.emitted[k].rgb + at.scattering * (1.0 - kept);
-        added = mix(added, vec4(here, added.a + float(1 << k)), bvec4(pane_seen(pane_hits[k], view_z)));
+        added = mix(added, vec4(here, added.a + float(1 << k)),
+                    bvec4(k < u_panes.count ? pane_seen(pane_hit(k, ndc), view_z) : 0.0));
     }
     out_added = added;
 }

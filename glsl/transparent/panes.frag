@@ -9,12 +9,12 @@
 
 // Variant
 const int kPaneCount = 1;       // as many as there may be
-const bool kPaneLayer = false;  // of the layer, and nothing where it does not do; else pane by pane
+const bool kPaneLayer = false;  // of the layer, and pane by pane where it does not do; else pane by pane
+const bool kNoMedia = false;    // nor this, where no medium is seen
 
 layout(binding = SCENE_DEPTH_UNIT) uniform sampler2D u_scene_depth_tx;
 layout(binding = PANE_LAYER_UNIT) uniform sampler2D u_pane_layer_tx;
 noperspective in vec4 pane_hits[kPaneCount];
-flat in vec3 pane_kept[kPaneCount];
 layout(location = 0, index = 0) out vec4 out_added;
 layout(location = 0, index = 1) out vec4 out_kept;
 
@@ -40,25 +40,30 @@ void main()
                               u_frame.sky_depth);
     vec2 view_z = vec2(u_panes.view_z.x, min(scene_z, u_panes.view_z.y));
     float met = 0.0;
-    vec3 kept = vec3(1.0);
-    for (int k = 0; k < kPaneCount; ++k) {
+    vec3 kept = vec3(1.0), added = vec3(0.0);
+    for (int k = kPaneCount - 1; k >= 0; --k) {
         float seen = pane_seen(pane_hits[k], view_z);
         met += seen * float(1 << k);
-        kept = mix(kept, kept * pane_kept[k], bvec3(seen));
+        if (kNoMedia)
+            added = mix(added, added * u_panes.kept[k].rgb + u_panes.emitted[k].rgb, bvec3(seen));
+        kept = mix(kept, kept * u_panes.kept[k].rgb, bvec3(seen));
     }
     out_kept = vec4(kept, 1.0);
-    if (!kPaneLayer) {
-        if (met == 0.0)
-            discard;
-        out_added = vec4(added_by_panes(uint(met)), 1.0);
+    if (kNoMedia) {
+        out_added = vec4(added, 1.0);
         return;
     }
-    // The layer does where all four rays around the pixel meet the panes that it meets, and no others. Elsewhere the
-    // pixel's depth is left for those that are drawn pane by pane.
-    vec2 texel = gl_FragCoord.xy / float(kLayerScale) - 0.5 - u_frame.layer_offset;
-    vec2 middle = (floor(texel) + 1.0) * u_frame.inverse_layer_size;
-    if (met != 0.0 && textureGather(u_pane_layer_tx, middle, 3) != vec4(met))
-        discard;
-    vec2 uv = (texel + 0.5) * u_frame.inverse_layer_size;
-    out_added = met == 0.0 ? vec4(0.0) : vec4(textureLod(u_pane_layer_tx, uv, 0.0).rgb, 1.0);
+    uint left = uint(met);
+    if (kPaneLayer) {
+        // The layer does where all four rays around the pixel meet the panes that it meets, and no others.
+        vec2 texel = gl_FragCoord.xy / float(kLayerScale) - 0.5 - u_frame.layer_offset;
+        vec2 middle = (floor(texel) + 1.0) * u_frame.inverse_layer_size;
+        if (textureGather(u_pane_layer_tx, middle, 3) == vec4(met)) {
+            added = textureLod(u_pane_layer_tx, (texel + 0.5) * u_frame.inverse_layer_size, 0.0).rgb;
+            left = 0u;
+        }
+    }
+    if (left != 0u)
+        added = added_by_panes(left);
+    out_added = vec4(added, 1.0);
 }

@@ -20,6 +20,7 @@ const bool kTakesPicture = false;  // it did, and the picture has it: nothing el
 const bool kSingle = false;
 const bool kDoubled = false;
 
+layout(early_fragment_tests) in;  // what src/transparent/media_mask.h leaves out puts no list in order
 layout(binding = SCENE_DEPTH_UNIT) uniform sampler2D u_scene_depth_tx;
 layout(binding = PICTURE_UNIT) uniform sampler2D u_picture_tx;
 layout(location = 0, index = 0) out vec4 out_added;

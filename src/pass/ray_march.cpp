@@ -1,7 +1,10 @@
 #include "pass/ray_march.h"
 
+#include <algorithm>
 #include <array>
 #include <fmt/format.h>
+#include <functional>
+#include <iterator>
 
 #include "pass/layer_format.h"
 #include "shared/bindings.h"
@@ -89,30 +92,49 @@ void RayMarch::resize_splits(const PreparedFrame& frame)
     const glm::ivec3 size(size_, count);
     const bool fine = format_ == Settings::Format::rgba32f;
     const GLenum format = fine ? GL_RGBA32F : GL_RGBA16F;  // those with an alpha
+    bool made_anew = false;
     const auto make = [&](gl::Texture& texture, const char* label, bool wanted) {
-        if (!wanted)
+        if (!wanted) {
             texture = {};
-        else if (texture.size() != size || fine != fine_splits_)
+        } else if (texture.size() != size || fine != fine_splits_) {
             texture = gl::Texture::make_2d_array(gl, label, size, format, gl::Filter::linear);
+            made_anew = true;
+        }
     };
     make(split_scattering_, "split scattering", true);
     make(split_transmittance_, "split transmittance", !monochrome_);
     fine_splits_ = fine;
     if (panes == 0) {
-        split_params_ = {};
+        constexpr float kBeyond = 3e38f;
+        std::fill(std::begin(split_params_.view_z), std::end(split_params_.view_z),
+                  glm::vec4(kBeyond));
         split_params_.count = count;
         for (int k = 0; k < count; ++k)
             split_params_.view_z[k / 4][k % 4] = depths[static_cast<std::size_t>(k)];
         split_block_.write(split_params_);
         gl->BindBufferBase(GL_UNIFORM_BUFFER, SPLITS_BLOCK, split_block_.id());
     }
-    // What no ray writes, as where there is no medium.
+    clear_splits(made_anew);
+    split_scattering_.bind_image(SPLIT_SCATTERING_IMAGE, GL_WRITE_ONLY);
+    split_transmittance_.bind_image(SPLIT_TRANSMITTANCE_IMAGE, GL_WRITE_ONLY);
+}
+
+void RayMarch::clear_splits(bool made_anew)
+{
+    const std::vector<bool> now = tiles_.keeps_depths();
+    bool stale = made_anew || now.size() != split_tiles_.size();
+    for (std::size_t i = 0; i < now.size() && !stale; ++i)
+        stale = split_tiles_[i] && !now[i];
+    if (!stale) {
+        std::transform(now.begin(), now.end(), split_tiles_.begin(), split_tiles_.begin(),
+                       std::logical_or<>());
+        return;
+    }
+    split_tiles_ = now;
     constexpr std::array<GLfloat, 4> kNothing{0, 0, 0, 1}, kAll{1, 1, 1, 1};
     split_scattering_.clear(GL_RGBA, GL_FLOAT, kNothing.data());
     if (split_transmittance_)
         split_transmittance_.clear(GL_RGBA, GL_FLOAT, kAll.data());
-    split_scattering_.bind_image(SPLIT_SCATTERING_IMAGE, GL_WRITE_ONLY);
-    split_transmittance_.bind_image(SPLIT_TRANSMITTANCE_IMAGE, GL_WRITE_ONLY);
 }
 
 SplitLayers RayMarch::splits() const
@@ -130,13 +152,14 @@ std::uint64_t RayMarch::split_bytes() const
     return texels * (fine_splits_ ? 16 : 8);
 }
 
-gl::Defines RayMarch::bind_split_layers() const
+gl::Defines RayMarch::bind_split_layers(const FrameSettings& settings) const
 {
     depth_.bind(LAYER_DEPTH_UNIT);
     split_scattering_.bind(SPLIT_SCATTERING_UNIT);
     split_transmittance_.bind(SPLIT_TRANSMITTANCE_UNIT);
     tools_.device->BindBufferBase(GL_UNIFORM_BUFFER, SPLITS_BLOCK, split_block_.id());
-    gl::Defines defines{{"kLayerScale", fmt::format("{}", scale_)}};
+    gl::Defines defines{{"kLayerScale", fmt::format("{}", scale_)},
+                        {"kSplitFours", fmt::format("{}", (settings.splits + 3) / 4)}};
     if (monochrome_)
         defines.emplace_back("kMonochrome", "");
     defines.add_file("written/volume_at.glsl",

@@ -49,13 +49,15 @@ public:
 
     /// Binds what it kept at the frame's depths (PreparedFrame::depths_asked), to be looked up:
     /// glsl/scene/volume_at_splits.glsl, which written/volume_at.glsl of the variant names.
-    [[nodiscard]] gl::Defines bind_split_layers() const;
+    [[nodiscard]] gl::Defines bind_split_layers(const FrameSettings& settings) const;
     [[nodiscard]] SplitLayers splits() const;
     [[nodiscard]] std::uint64_t split_bytes() const;
 
 private:
     void resize(const PreparedFrame& frame);
     void resize_splits(const PreparedFrame& frame);
+    /// What no ray writes is as where there is no medium.
+    void clear_splits(bool made_anew);
     void draw_layer_depth(const PreparedFrame& frame);
     /// Into one target, or two: the framebuffer's, or these images, as the frame's passes have it.
     void march(const gl::Framebuffer& framebuffer, const gl::Texture& first,
@@ -72,6 +74,7 @@ private:
     gl::Framebuffer depth_framebuffer_, framebuffer_;
     gl::Texture split_scattering_, split_transmittance_;  ///< a layer a depth; monochrome: one
     bool fine_splits_ = false;                            ///< of 32 bits
+    std::vector<bool> split_tiles_;  ///< written since they were cleared, one a tile of the march
     gl::UniformBuffer<shared::SplitParams> split_block_;
     shared::SplitParams split_params_{};  ///< what is in it
 };

@@ -117,6 +117,7 @@ private:
 constexpr std::size_t kGrain = 128;  // tiles or boxes for a thread at once
 
 constexpr glm::uvec4 kEmptyTile(0), kDrawnTile(1, 0, 0, 0);
+constexpr std::uint32_t kLitTile = 0x80000000u;  // shared::tile_is_lit()
 
 }  // namespace
 
@@ -190,8 +191,10 @@ void StepTiles::mark_depths_asked(const PreparedFrame& frame)
     for (const DepthsAsked::Area& area : frame.depths_asked.areas)
         for_tiles(area.low / scale - offset - kTaps, area.high / scale - offset + kTaps, kLayerTile,
                   march_.count, [&](std::size_t i) {
-                      if (march_.texels[i].x != 0)
-                          march_.texels[i].w |= shared::kTileKeepsDepths;
+                      if (march_.texels[i].x == 0)
+                          return;
+                      march_.texels[i].w |= shared::kTileKeepsDepths;
+                      depth_.texels[i].w = kLitTile;
                   });
 }
 
@@ -302,13 +305,14 @@ void StepTiles::upload(const char* label, Tiles& tiles) const
     tiles.texture.upload(GL_RGBA_INTEGER, GL_UNSIGNED_INT, tiles.texels.data());
 }
 
-void StepTiles::draw(const Tiles& tiles, const char* pass, gl::Defines defines) const
+void StepTiles::draw(const Tiles& tiles, const char* pass, gl::Defines defines,
+                     const std::string& vertex_file) const
 {
     const gl::Device& gl = tools_.device;
     defines.emplace_back("kTilePixels", fmt::format("{}", tiles.pixels));
     tiles.texture.bind(STEP_TILES_UNIT);
     const std::string fragment_file = fmt::format("{}.frag", pass);
-    gl->UseProgram(tools_.programs.get({"pass/tiles.vert", fragment_file}, defines).id());
+    gl->UseProgram(tools_.programs.get({vertex_file, fragment_file}, defines).id());
     gl->BindVertexArray(tools_.fullscreen.id());
     // Whole tiles, so that the middle of each is in view.
     const glm::vec2 size(tiles.count * tiles.pixels);
@@ -367,6 +371,25 @@ void StepTiles::run_depth(const char* pass, const gl::Defines& defines) const
         dispatch(depth_, depth_list_, pass, defines);
     else
         draw(depth_, pass, defines);
+}
+
+void StepTiles::draw_depth(const char* pass, gl::Defines defines, bool keeps) const
+{
+    defines += {{"kAllTiles", "false"}, {"kLitTiles", keeps ? "true" : "false"}};
+    draw(depth_, pass, std::move(defines));
+}
+
+std::vector<bool> StepTiles::keeps_depths() const
+{
+    std::vector<bool> all(march_.texels.size());
+    std::transform(march_.texels.begin(), march_.texels.end(), all.begin(),
+                   [](const glm::uvec4& tile) { return shared::tile_keeps_depths(tile.w); });
+    return all;
+}
+
+void StepTiles::draw_picture(const char* pass, const gl::Defines& defines) const
+{
+    draw(picture_, pass, defines, fmt::format("{}.vert", pass));
 }
 
 void StepTiles::run_picture(const char* pass, const gl::Defines& defines, bool computes) const

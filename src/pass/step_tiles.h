@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "gl/program.h"
@@ -38,6 +39,16 @@ public:
     void run_depth(const char* pass, const gl::Defines& defines) const;
     /// @param computes whether it is the .comp
     void run_picture(const char* pass, const gl::Defines& defines, bool computes) const;
+
+    /// Draws a pass over texels whose depth is asked for: over those that keep what they meet at
+    /// the frame's depths, or over the others.
+    void draw_depth(const char* pass, gl::Defines defines, bool keeps) const;
+    /// Draws a pass over pixels that see a medium, or over others, as its vertex shader has it,
+    /// which stands in for pass/tiles.vert.
+    void draw_picture(const char* pass, const gl::Defines& defines) const;
+
+    /// Whether a tile of the march keeps what its rays meet at the frame's depths: one a tile.
+    [[nodiscard]] std::vector<bool> keeps_depths() const;
 
     /// What the passes of the frame are.
     [[nodiscard]] bool computes() const { return computes_; }
@@ -77,7 +88,8 @@ private:
     void list();
     /// Over tiles of the march.
     void run(Which which, const char* pass, gl::Defines defines) const;
-    void draw(const Tiles& tiles, const char* pass, gl::Defines defines) const;
+    void draw(const Tiles& tiles, const char* pass, gl::Defines defines,
+              const std::string& vertex_file = "pass/tiles.vert") const;
     void dispatch(const Tiles& tiles, const TileList& list, const char* pass,
                   gl::Defines defines) const;
 

@@ -38,9 +38,13 @@ public:
         upsample(frame, marched, layer, canvas, variant);
     }
 
-    [[nodiscard]] gl::Defines bind_volume_at(const PreparedFrame& /*frame*/) override
+    [[nodiscard]] gl::Defines bind_volume_at(const PreparedFrame& frame) override
     {
-        return march_.bind_split_layers();
+        return march_.bind_split_layers(frame.settings);
+    }
+    [[nodiscard]] const pass::StepTiles* media_tiles() const override
+    {
+        return march_.layer().tiles;
     }
     [[nodiscard]] HostVolume host_volume(const PreparedFrame& frame) override
     {

@@ -14,6 +14,10 @@
 #include "shared/volume_at_params.h"
 #include "toolbox.h"
 
+namespace fumarole::pass {
+class StepTiles;  // pass/step_tiles.h
+}
+
 namespace fumarole::resolve {
 
 /// What the media do to each pixel between the eye and the scene's depth. The composite is
@@ -69,6 +73,10 @@ public:
     /// it (PreparedFrame::depths_asked).
     /// @returns the variant of a shader that includes written/volume_at.glsl
     [[nodiscard]] virtual gl::Defines bind_volume_at(const PreparedFrame& frame) = 0;
+
+    /// Where the last draw() has seen media: before any depth there are none elsewhere. Null: it
+    /// doesn't know.
+    [[nodiscard]] virtual const pass::StepTiles* media_tiles() const { return nullptr; }
 
     /// The same for a host's shaders: all that their one text asks for.
     [[nodiscard]] virtual HostVolume host_volume(const PreparedFrame& frame) = 0;

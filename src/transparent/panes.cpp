@@ -171,11 +171,4 @@ void PaneLayer::resize(const gl::Device& device, glm::ivec2 size)
     framebuffer.attach_color({added.view()});
 }
 
-void PaneLayer::resize_left(const gl::Device& device, glm::ivec2 size)
-{
-    if (!left || glm::ivec2(left.size()) != size)
-        left = gl::Texture::make_2d(device, "what panes leave", size, GL_DEPTH_COMPONENT32F,
-                                    gl::Filter::nearest);
-}
-
 }  // namespace fumarole::transparent

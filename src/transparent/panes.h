@@ -21,10 +21,8 @@ std::optional<shared::PaneParams> panes_in_order(const TransparentSet& transpare
 struct PaneLayer {
     gl::Texture added;
     gl::Framebuffer framebuffer;
-    gl::Texture left;  ///< a depth of 1 at pixels of the picture that it does not do for
 
     void resize(const gl::Device& device, glm::ivec2 size);
-    void resize_left(const gl::Device& device, glm::ivec2 size);
 };
 
 }  // namespace fumarole::transparent

@@ -2,25 +2,38 @@
 
 #include <array>
 #include <fmt/format.h>
-#include <functional>
 
 #include "shared/bindings.h"
+#include "transparent/media_mask.h"
 
 namespace fumarole::transparent {
 
 namespace {
 
-void blend_over(const Toolbox& tools, const Resolved& resolved, const PreparedFrame& frame,
-                const std::function<void()>& draw)
+/// What is drawn is laid over a picture: its factors are the second source of blending.
+class BlendOver {
+public:
+    BlendOver(const Toolbox& tools, const Resolved& resolved, const PreparedFrame& frame)
+        : gl_{tools.device}
+    {
+        resolved.framebuffer.bind(frame.picture_size);
+        gl_->Enablei(GL_BLEND, 0);
+        gl_->BlendEquationi(0, GL_FUNC_ADD);
+        gl_->BlendFunci(0, resolved.of_added, GL_SRC1_COLOR);
+        gl_->ColorMaski(0, GL_TRUE, GL_TRUE, GL_TRUE, GL_FALSE);
+    }
+    ~BlendOver() { gl_->Disablei(GL_BLEND, 0); }
+    BlendOver(const BlendOver&) = delete;
+    BlendOver& operator=(const BlendOver&) = delete;
+
+private:
+    const gl::Device& gl_;
+};
+
+gl::Defines without_media(gl::Defines defines)
 {
-    const gl::Device& gl = tools.device;
-    resolved.framebuffer.bind(frame.picture_size);
-    gl->Enablei(GL_BLEND, 0);
-    gl->BlendEquationi(0, GL_FUNC_ADD);
-    gl->BlendFunci(0, resolved.of_added, GL_SRC1_COLOR);
-    gl->ColorMaski(0, GL_TRUE, GL_TRUE, GL_TRUE, GL_FALSE);
-    draw();
-    gl->Disablei(GL_BLEND, 0);
+    defines.add_file("written/volume_at.glsl", "#include \"scene/volume_at_none.glsl\"\n");
+    return defines;
 }
 
 void draw_panes(const Toolbox& tools, const char* fragment_file, const gl::Defines& defines)
@@ -61,17 +74,13 @@ void TransparentPainter::fill(const Toolbox& tools, const TransparentSet& transp
 }
 
 void TransparentPainter::resolve(const Toolbox& tools, const FragmentLists& lists,
-                                 resolve::Layers* layers, const Resolved& resolved,
-                                 const PreparedFrame& frame) const
+                                 gl::Texture& mask, resolve::Layers* layers,
+                                 const Resolved& resolved, const PreparedFrame& frame) const
 {
     using Transparency = FrameSettings::Transparency;
     const gl::Device& gl = tools.device;
     const auto time = tools.timers.scope("transparent resolve");
     gl::Defines defines = lists.defines();
-    if (layers != nullptr)
-        defines += layers->bind_volume_at(frame);
-    else
-        defines.add_file("written/volume_at.glsl", "#include \"scene/volume_at_none.glsl\"\n");
     const Transparency way = frame.settings.transparency;
     if (way == Transparency::single)
         defines.emplace_back("kSingle", "");
@@ -84,8 +93,27 @@ void TransparentPainter::resolve(const Toolbox& tools, const FragmentLists& list
         gl->TextureBarrier();
     }
     lists.bind();
-    blend_over(tools, resolved, frame,
-               [&] { tools.draw_fullscreen("transparent/resolve.frag", defines); });
+    const auto draw = [&](const gl::Defines& variant) {
+        tools.draw_fullscreen("transparent/resolve.frag", variant);
+    };
+    if (layers == nullptr) {
+        const BlendOver blend(tools, resolved, frame);
+        draw(without_media(defines));
+        return;
+    }
+    gl::Defines media = defines;
+    media += layers->bind_volume_at(frame);
+    if (layers->media_tiles() == nullptr) {
+        const BlendOver blend(tools, resolved, frame);
+        draw(media);
+        return;
+    }
+    const MediaMask where(tools, *layers->media_tiles(), mask, resolved.framebuffer, frame);
+    const BlendOver blend(tools, resolved, frame);
+    where.where_none();
+    draw(without_media(defines));
+    where.where_media();
+    draw(media);
 }
 
 void TransparentPainter::bind_panes(const gl::Device& device, const shared::PaneParams& panes) const
@@ -94,51 +122,53 @@ void TransparentPainter::bind_panes(const gl::Device& device, const shared::Pane
     device->BindBufferBase(GL_UNIFORM_BUFFER, PANES_BLOCK, panes_block_.id());
 }
 
-void TransparentPainter::lay_panes(const Toolbox& tools, PaneLayer& layer, resolve::Layers* layers,
-                                   const Resolved& resolved, const PreparedFrame& frame) const
+void TransparentPainter::lay_panes(const Toolbox& tools, PaneLayer& layer, gl::Texture& mask,
+                                   resolve::Layers* layers, const Resolved& resolved,
+                                   const PreparedFrame& frame) const
 {
-    gl::Defines defines;
+    const gl::Defines places{{"kPaneCount", fmt::format("{}", frame.pane_places)}};
+    gl::Defines none = without_media(places), media = places;
+    none.emplace_back("kNoMedia", "");
     if (layers != nullptr)
-        defines = layers->bind_volume_at(frame);
+        media += layers->bind_volume_at(frame);
     else
-        defines.add_file("written/volume_at.glsl", "#include \"scene/volume_at_none.glsl\"\n");
-    defines.emplace_back("kPaneCount", fmt::format("{}", frame.pane_places));
-    if (layers == nullptr || frame.settings.mode != FrameSettings::Mode::raymarch) {
+        media = none;
+    const auto draw = [&](const gl::Defines& variant) {
+        draw_panes(tools, "transparent/panes.frag", variant);
+    };
+    if (layers == nullptr || layers->media_tiles() == nullptr) {
         const auto time = tools.timers.scope("transparent panes");
-        blend_over(tools, resolved, frame,
-                   [&] { draw_panes(tools, "transparent/panes.frag", defines); });
+        const BlendOver blend(tools, resolved, frame);
+        draw(media);
         return;
     }
-    gl::Defines of_layer = defines;
+    const pass::StepTiles& tiles = *layers->media_tiles();
     {
         const auto time = tools.timers.scope("transparent layer");
-        of_layer.emplace_back("kOfLayer", "");
         layer.resize(tools.device, frame.layer_size);
         layer.framebuffer.bind(frame.layer_size);
         tools.device->Disablei(GL_BLEND, 0);
         tools.device->ColorMaski(0, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-        draw_panes(tools, "transparent/pane_layer.frag", of_layer);
+        gl::Defines bare = media;
+        bare.emplace_back("kNoMedia", "");
+        tiles.draw_depth("transparent/pane_layer", bare, false);
+        tiles.draw_depth("transparent/pane_layer", media, true);
     }
     const auto time = tools.timers.scope("transparent panes");
     layer.added.bind(PANE_LAYER_UNIT);
-    layer.resize_left(tools.device, frame.picture_size);
-    gl::Framebuffer& framebuffer = resolved.framebuffer;
-    framebuffer.attach_depth(layer.left.view());
-    const gl::Device& gl = tools.device;
-    gl->Enable(GL_DEPTH_TEST);
-    gl->DepthFunc(GL_LESS);
-    gl->DepthMask(GL_TRUE);
-    constexpr GLfloat kLeft = 1;
-    gl->ClearNamedFramebufferfv(framebuffer.id(), GL_DEPTH, 0, &kLeft);
-    blend_over(tools, resolved, frame, [&] {
-        gl::Defines at_once = defines;
-        at_once.emplace_back("kPaneLayer", "");
-        draw_panes(tools, "transparent/panes.frag", at_once);
-        gl->DepthMask(GL_FALSE);
-        draw_panes(tools, "transparent/panes.frag", defines);
-    });
-    gl->Disable(GL_DEPTH_TEST);
-    framebuffer.attach_depth({});
+    const MediaMask where(tools, tiles, mask, resolved.framebuffer, frame);
+    const BlendOver blend(tools, resolved, frame);
+    gl::Defines none_of_tiles = none;
+    none_of_tiles.emplace_back("kLayerScale", fmt::format("{}", frame.settings.resolution));
+    where.everywhere();
+    tiles.draw_picture("transparent/pane_tiles", none_of_tiles);
+    tiles.draw_picture("transparent/pane_tiles", media);
+    resolved.framebuffer.bind(frame.picture_size);
+    where.where_none();
+    draw(none);
+    where.where_media();
+    media.emplace_back("kPaneLayer", "");
+    draw(media);
 }
 
 void TransparentPainter::draw_counts(const Toolbox& tools, const FragmentLists* lists) const

@@ -36,17 +36,20 @@ public:
               const PreparedFrame& frame) const;
 
     /// Blends over the framebuffer's colour.
+    /// @param mask the view's, for MediaMask
     /// @param layers what the media do before any depth; null: no medium is in view
-    void resolve(const Toolbox& tools, const FragmentLists& lists, resolve::Layers* layers,
-                 const Resolved& resolved, const PreparedFrame& frame) const;
+    void resolve(const Toolbox& tools, const FragmentLists& lists, gl::Texture& mask,
+                 resolve::Layers* layers, const Resolved& resolved,
+                 const PreparedFrame& frame) const;
 
     /// Binds panes in order for a march and for lay_panes().
     void bind_panes(const gl::Device& device, const shared::PaneParams& panes) const;
     /// Blends the panes that are bound over the framebuffer's colour.
     /// @param layer the view's
-    /// @param layers as resolve()
-    void lay_panes(const Toolbox& tools, PaneLayer& layer, resolve::Layers* layers,
-                   const Resolved& resolved, const PreparedFrame& frame) const;
+    /// @param mask, layers as resolve()
+    void lay_panes(const Toolbox& tools, PaneLayer& layer, gl::Texture& mask,
+                   resolve::Layers* layers, const Resolved& resolved,
+                   const PreparedFrame& frame) const;
 
     /// Draws how many fragments each pixel of the bound framebuffer has. @param lists null: 0
     void draw_counts(const Toolbox& tools, const FragmentLists* lists) const;

@@ -428,19 +428,25 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                     defines += flags(set >> 1, {"EXTINCTION_IN_ALPHA"});
                 if (volume[0] == 's')
                     defines += flags(set >> 2, {"kMonochrome"}) +
-                               Defines{{"kLayerScale", set % 2 == 0 ? "1" : "2"}};
+                               Defines{{"kLayerScale", set % 2 == 0 ? "1" : "2"},
+                                       {"kSplitFours", set % 2 == 0 ? "4" : "16"}};
                 defines.add_file("written/volume_at.glsl", volume_at_text(volume));
                 variants.add("transparent/resolve.frag", defines);
             }
+    variants.add("transparent/media_mask.frag", {});
     for (unsigned set = 0; set < 2; ++set)
         variants.add("transparent/layers.frag", flags(set, {"kHalfColor"}));
     for (const char* count : {"1", "8"}) {
         const Defines panes{{"kPaneCount", count}};
+        variants.add("transparent/panes.vert", panes);
         for (unsigned set = 0; set < 2; ++set)
-            variants.add("transparent/panes.vert",
-                         panes + flags(set, {"kOfLayer"}) + Defines{{"kLayerScale", "2"}});
+            for (const char* file : {"transparent/pane_tiles.vert", "transparent/pane_tiles.frag"})
+                variants.add(file, panes + flags(set, {"kNoMedia"}) +
+                                       Defines{{"kLayerScale", "2"}, {"kTilePixels", "16"}});
         for (const char* volume : {"none", "froxels", "splits"}) {
             Defines defines = panes;
+            if (volume[0] == 'n')
+                defines.emplace_back("kNoMedia", "");
             defines.add_file("written/volume_at.glsl", volume_at_text(volume));
             variants.add("transparent/panes.frag", defines);
             if (volume[0] != 's')
@@ -449,6 +455,9 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                 const Defines of_march = flags(set, {"kMonochrome"}) +
                                          Defines{{"kLayerScale", set % 2 == 0 ? "1" : "2"}};
                 variants.add("transparent/pane_layer.frag", panes + of_march);
+                if (set == 0)
+                    variants.add("transparent/pane_layer.frag",
+                                 panes + of_march + Defines{{"kNoMedia", ""}});
                 variants.add("transparent/panes.frag",
                              defines + of_march + flags(set >> 1, {"kPaneLayer"}));
             }
