@@ -331,6 +331,31 @@ TEST_P(BlockingByPreset, TheFirstFrameAfterPrepareCompilesNothing)
     }
 }
 
+TEST_F(Blocking, PanesThatCastInOrderAndThenInListsCompileNothingAfterPrepare)
+{
+    const Settings settings = small("default");
+    Scene scene = sample("smoke_panes.json");
+    Renderer renderer(watched_proc);
+    View view = renderer.make_view();
+    renderer.set_scene(scene, settings);
+    renderer.prepare(frame(scene, 0), settings);
+    EXPECT_FALSE(watch().compiles.empty());
+    watch().forget();
+    for (std::uint64_t i = 0; i < 4; ++i) {
+        if (i == 2) {  // one that crosses them, so that there is no order
+            scene.transparents.emplace_back(
+                QuadTransparent{{-3, 0, 1}, {glm::dvec3(2, 0, 0), glm::dvec3(0, 0, 4)}, {}});
+            renderer.set_scene(scene, settings);
+        }
+        const Frame now = frame(scene, i);
+        renderer.draw_surfaces(now, settings, true);
+        renderer.composite(view, now, settings);
+        EXPECT_EQ(list(watch().compiles), "") << "frame " << i;
+    }
+    renderer.wait_until_ready();
+    EXPECT_GT(renderer.fragment_count().fragments, 0u);
+}
+
 TEST_F(Blocking, AShadowMapComesBackWithoutAWaitAndTheWaitGivesThePictureOfAStill)
 {
     const Settings settings = small("default");

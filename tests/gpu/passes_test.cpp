@@ -229,6 +229,7 @@ TEST_F(PassForms, DrawTheSameWithAHistoryOfEachKindOfLayerAndAmidTransparents)
         settings.temporal = true;
         set(behind_glass(is_grey ? grey(scene) : scene), settings);
         expect_same(settings, is_grey ? "grey, moving" : "coloured, moving", 3);
+        EXPECT_EQ(renderer_.fragment_count(), FragmentCount{}) << "a pane in order is in no list";
         settings.temporal = false;
         settings.resolution = 1;
         expect_same(settings, is_grey ? "grey, full" : "coloured, full");

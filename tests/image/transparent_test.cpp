@@ -453,6 +453,19 @@ TEST_F(Transparents, WhatDoesNotFitIsToldAndFitsTheNextFrame)
     EXPECT_EQ(pixel(render(scene, plain_settings()).composite, kSize, 3, 3).x, 0.25f * kSheets);
 }
 
+TEST_F(Transparents, FourMillionFragmentsAreDrawnWithoutLoss)
+{
+    constexpr int kSheets = 32;
+    Scene scene = empty_scene(8);
+    scene.resolution = {480, 270};
+    scene.transparents = {sheets(kSheets)};
+    const Still still = render(scene, plain_settings());
+    constexpr std::uint64_t kAll = std::uint64_t{kSheets} * 480 * 270;
+    EXPECT_EQ(scene_renderer().renderer().fragment_count(), (FragmentCount{kAll, 0}));
+    for (const float value : still.composite)
+        ASSERT_EQ(value, 0.25f * kSheets);
+}
+
 TEST_F(Transparents, PanesInOrderAreWhatListsMakeOfThem)
 {
     Scene scene = fog_scene(33);
