@@ -43,14 +43,18 @@ vec4 unpack_way(uvec2 texel)
 }
 
 // Radiance along a way that goes from order to order, as three numbers of 8 bits that share an exponent: a quarter as
-// many, for the same reason. What is rounded is small beside what a mean of 26 ways leaves out.
-uvec4 pack_light(vec3 light)
+// many, for the same reason. What is rounded is small beside what a mean of 26 ways leaves out, and as it is rounded up
+// in one texel and down in the next (a low-discrepancy sequence: Roberts 2018, "The Unreasonable Effectiveness of
+// Quasirandom Sequences", in three dimensions) it adds up to nothing, not even in the differences of orders.
+//   at: of the texel
+uvec4 pack_light(vec3 light, ivec3 at)
 {
     const float kLeast = 1e-36, kMost = 1e37;
     light = clamp(light, vec3(0.0), vec3(kMost));
     // Of a number that is rounded up to the next power of two its exponent.
     uint exponent = floatBitsToUint(max(max(light.r, max(light.g, light.b)), kLeast) * (1.0 + 1.0 / 512.0)) >> 23;
-    uvec3 bits = min(uvec3(light * uintBitsToFloat((261u - exponent) << 23) + 0.5), uvec3(255u));
+    float round_up = fract(dot(vec3(at), vec3(0.8191725, 0.6710436, 0.5497005)));
+    uvec3 bits = min(uvec3(light * uintBitsToFloat((261u - exponent) << 23) + round_up), uvec3(255u));
     return uvec4(bits.r | bits.g << 8 | bits.b << 16 | exponent << 24, 0u, 0u, 0u);
 }
 

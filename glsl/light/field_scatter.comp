@@ -37,7 +37,7 @@ void store(ivec3 at, vec3 source, vec3 tail)
 {
     if (kTail)
         source += tail * (source - unpack_light(texelFetch(u_source_tx, at, 0).r));
-    imageStore(u_source_img, at, pack_light(source));
+    imageStore(u_source_img, at, pack_light(source, at));
 }
 
 void scatter_pair(ivec3 node, int k, vec3 tail)
@@ -62,7 +62,7 @@ void main()
         FOR_PAIRS_OF_26(GATHER, 0)
     }
     if (!kTail)
-        imageStore(u_mean_img, node, pack_light(g_light[0] * spherical_harmonic(0, vec3(0.0))));
+        imageStore(u_mean_img, node, pack_light(g_light[0] * spherical_harmonic(0, vec3(0.0)), node));
     if (kMean)
         return;
     vec4 albedo = texelFetch(u_albedo_tx, node, 0);

@@ -18,8 +18,8 @@ void spread_pair(ivec3 node, int k)
 {
     vec3 even, odd;
     sum_pair(k, even, odd);
-    imageStore(u_source_img, node + way_of(k), pack_light(even + odd));
-    imageStore(u_source_img, node + way_of(k + 1), pack_light(even - odd));
+    imageStore(u_source_img, node + way_of(k), pack_light(even + odd, node + way_of(k)));
+    imageStore(u_source_img, node + way_of(k + 1), pack_light(even - odd, node + way_of(k + 1)));
 }
 
 void main()

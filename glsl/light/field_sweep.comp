@@ -77,11 +77,12 @@ void main()
                 imageStore(u_ways_img, old_node + way_of(k),
                            pack_light(chain.enters ? old_mean
                                       : alone      ? begin
-                                                   : 0.5 * (begin + old_mean)));
+                                                   : 0.5 * (begin + old_mean),
+                                      old_node + way_of(k)));
             alone = chain.enters;
             old_mean = mean;
         } else {
-            imageStore(u_ways_img, node + way_of(k), pack_light(light));
+            imageStore(u_ways_img, node + way_of(k), pack_light(light, node + way_of(k)));
         }
         first = false;
         old_node = node;
@@ -90,5 +91,5 @@ void main()
         old_emission = emission;
     }
     if (kMeans && !first)
-        imageStore(u_ways_img, old_node + way_of(k), pack_light(old_mean));
+        imageStore(u_ways_img, old_node + way_of(k), pack_light(old_mean, old_node + way_of(k)));
 }

@@ -90,7 +90,8 @@ void main()
                 imageStore(u_means_img, old_node + way_of(k),
                            pack_light(way.entry * (chain.enters ? old_mean
                                                    : alone      ? mean
-                                                                : 0.5 * (mean + old_mean))));
+                                                                : 0.5 * (mean + old_mean)),
+                                      old_node + way_of(k)));
             alone = chain.enters;
             old_mean = mean;
         } else {
@@ -102,5 +103,5 @@ void main()
         old_sigma_t = sigma_t;
     }
     if (kMeans && !first)
-        imageStore(u_means_img, old_node + way_of(k), pack_light(way.entry * old_mean));
+        imageStore(u_means_img, old_node + way_of(k), pack_light(way.entry * old_mean, old_node + way_of(k)));
 }
