@@ -20,6 +20,7 @@
 #include "gl/state_guard.h"
 #include "gl/stopwatch.h"
 #include "gl/timer.h"
+#include "gl/transfer.h"
 #include "light/light_set.h"
 #include "light/light_volumes.h"
 #include "light/probes.h"
@@ -161,8 +162,10 @@ struct Renderer::Parts {
     /// last turn.
     std::vector<glm::dvec3> mean_around_probes(bool before_last_turn);
     void prepare_probes();
-    /// Looks from a probe at so little that it takes a small part of a capture.
+    /// Looks from a probe at so little that it takes a small part of a capture, and takes what came
+    /// back of that, frames later where the GPU takes so long.
     void glimpse_from(int i);
+    void take_glimpse();
     /// Captures a probe that is out of date, if this frame leaves the time for it.
     void update_probe(const Frame& frame);
     [[nodiscard]] std::unique_ptr<View::State> make_state(View::History history) const;
@@ -255,6 +258,13 @@ struct Renderer::Parts {
         std::uint64_t scene_id = 0;
         bool operator==(const LastFrame&) const = default;
     } last_frame;
+    /// What a probe was looked from to see, on its way back.
+    struct Glimpse {
+        int probe = 0;
+        std::uint64_t scene_id = 0;
+        std::vector<gl::Readback> faces;
+    };
+    std::optional<Glimpse> glimpse;
     transparent::TransparentSet transparents;
     transparent::TransparentPainter transparent_painter;
     std::weak_ptr<transparent::FragmentLists> last_lists;  ///< of the view that was drawn last
@@ -1053,6 +1063,9 @@ void Renderer::Parts::update_probe(const Frame& frame)
     const Update when = scene_settings.probe_update;
     if (when == Update::never || (when == Update::still && moves))
         return;
+    take_glimpse();
+    if (glimpse)
+        return;
     if (const auto i = probes.doubted()) {
         glimpse_from(*i);
         if (!probes.next(true))
@@ -1068,14 +1081,25 @@ void Renderer::Parts::glimpse_from(int i)
 {
     constexpr int kSize = 32;  // pixels of 3 degrees
     ProbeCanvas& canvas = probe_canvas(kSize);
-    std::vector<float> rgb;
+    glimpse = Glimpse{i, scene_id, {}};
     probes.begin_capture(light::Probes::Shown::later_turn);
-    draw_faces(i, canvas, 6, [&](int) {
-        const std::vector<float> face = canvas.color.read(3);
-        rgb.insert(rgb.end(), face.begin(), face.end());
-    });
+    draw_faces(i, canvas, 6,
+               [&](int) { glimpse->faces.emplace_back(device, canvas.color.view(), 0, GL_RGB); });
     probes.end_capture();
-    probes.take_glimpse(i, std::move(rgb));
+    take_glimpse();
+}
+
+void Renderer::Parts::take_glimpse()
+{
+    if (glimpse && glimpse->scene_id != scene_id)
+        glimpse.reset();
+    if (!glimpse || !std::ranges::all_of(glimpse->faces, &gl::Readback::ready))
+        return;
+    std::vector<float> rgb;
+    for (const gl::Readback& face : glimpse->faces)
+        rgb.insert(rgb.end(), face.texels().begin(), face.texels().end());
+    probes.take_glimpse(glimpse->probe, std::move(rgb));
+    glimpse.reset();
 }
 
 void Renderer::update_probes(bool anew)

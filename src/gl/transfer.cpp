@@ -41,41 +41,42 @@ const std::array<GLenum, TightTransfer::kNames>& TightTransfer::names() const
     return pack_ ? kPack : kUnpack;
 }
 
-DepthReadback::DepthReadback(const Device& gl, TextureView texture, int layer)
+Readback::Readback(const Device& gl, TextureView texture, int layer, GLenum format)
     : device_{&gl}, count_{static_cast<std::size_t>(texture.size.x) *
-                           static_cast<std::size_t>(texture.size.y)}
+                           static_cast<std::size_t>(texture.size.y) * (format == GL_RGB ? 3 : 1)}
 {
     const auto bytes = static_cast<GLsizeiptr>(count_ * sizeof(float));
     constexpr GLbitfield kAccess = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
     gl->CreateBuffers(1, &buffer_);
-    set_label(gl, GL_BUFFER, buffer_, "depths read back");
+    set_label(gl, GL_BUFFER, buffer_, "texels read back");
     gl->NamedBufferStorage(buffer_, bytes, nullptr, kAccess | GL_CLIENT_STORAGE_BIT);
     mapped_ = static_cast<const float*>(gl->MapNamedBufferRange(buffer_, 0, bytes, kAccess));
     if (mapped_ == nullptr) {
         gl->DeleteBuffers(1, &buffer_);
-        throw Error("OpenGL: no memory to read a shadow map back; ask for a smaller one");
+        throw Error("OpenGL: no memory to read a shadow map or a probe back; ask for a "
+                    "smaller SceneSettings::shadow_map");
     }
     {
         const TightTransfer tight(gl, TightTransfer::Direction::pack, buffer_);
         gl->GetTextureSubImage(texture.id, 0, 0, 0, layer, texture.size.x, texture.size.y, 1,
-                               GL_DEPTH_COMPONENT, GL_FLOAT, static_cast<GLsizei>(bytes), nullptr);
+                               format, GL_FLOAT, static_cast<GLsizei>(bytes), nullptr);
     }
     fence_ = gl->FenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
 }
 
-DepthReadback::DepthReadback(DepthReadback&& other) noexcept
+Readback::Readback(Readback&& other) noexcept
 {
     swap(other);
 }
 
-DepthReadback& DepthReadback::operator=(DepthReadback&& other) noexcept
+Readback& Readback::operator=(Readback&& other) noexcept
 {
-    DepthReadback moved(std::move(other));
+    Readback moved(std::move(other));
     swap(moved);
     return *this;
 }
 
-void DepthReadback::swap(DepthReadback& other) noexcept
+void Readback::swap(Readback& other) noexcept
 {
     std::swap(device_, other.device_);
     std::swap(buffer_, other.buffer_);
@@ -84,7 +85,7 @@ void DepthReadback::swap(DepthReadback& other) noexcept
     std::swap(count_, other.count_);
 }
 
-void DepthReadback::forget()
+void Readback::forget()
 {
     if (buffer_ == 0)
         return;
@@ -92,7 +93,7 @@ void DepthReadback::forget()
     (*device_)->DeleteBuffers(1, &buffer_);  // unmaps it
 }
 
-bool DepthReadback::poll(GLuint64 timeout_ns)
+bool Readback::poll(GLuint64 timeout_ns)
 {
     if (fence_ == nullptr)
         return true;
@@ -105,12 +106,12 @@ bool DepthReadback::poll(GLuint64 timeout_ns)
     return true;
 }
 
-bool DepthReadback::ready()
+bool Readback::ready()
 {
     return poll(0);
 }
 
-void DepthReadback::wait()
+void Readback::wait()
 {
     constexpr GLuint64 kSecond = 1'000'000'000;
     while (!poll(kSecond)) {

@@ -33,32 +33,33 @@ private:
     std::array<GLint, kNames> values_{};
 };
 
-/// Depths that come back from the GPU while it works on: copied to a buffer when the GPU gets to
+/// Texels that come back from the GPU while it works on: copied to a buffer when the GPU gets to
 /// it, and read by the CPU when a fence says that they are there. (llvmpipe copies them at once.)
-class DepthReadback {
+class Readback {
 public:
-    DepthReadback() = default;
-    ~DepthReadback() { forget(); }
-    DepthReadback(DepthReadback&& other) noexcept;
-    DepthReadback& operator=(DepthReadback&& other) noexcept;
-    DepthReadback(const DepthReadback&) = delete;
-    DepthReadback& operator=(const DepthReadback&) = delete;
+    Readback() = default;
+    ~Readback() { forget(); }
+    Readback(Readback&& other) noexcept;
+    Readback& operator=(Readback&& other) noexcept;
+    Readback(const Readback&) = delete;
+    Readback& operator=(const Readback&) = delete;
 
-    /// Asks for one layer of an array.
-    DepthReadback(const Device& device, TextureView texture, int layer);
+    /// Asks for a texture or one layer of an array, as floats.
+    /// @param format GL_DEPTH_COMPONENT or GL_RGB
+    Readback(const Device& device, TextureView texture, int layer, GLenum format);
 
     explicit operator bool() const { return buffer_ != 0; }
     /// Whether they are there; does not wait for them.
     [[nodiscard]] bool ready();
     /// Waits until they are; not at all where none are asked for.
     void wait();
-    /// The depths, 0..1, first row first, once ready() has said so.
+    /// The depths, 0..1, or colours, first row first, once ready() has said so.
     [[nodiscard]] std::span<const float> texels() const { return {mapped_, count_}; }
 
 private:
     bool poll(GLuint64 timeout_ns);
     void forget();
-    void swap(DepthReadback& other) noexcept;
+    void swap(Readback& other) noexcept;
 
     const Device* device_ = nullptr;
     GLuint buffer_ = 0;

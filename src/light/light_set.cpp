@@ -197,7 +197,7 @@ LightSet::SunReadback& LightSet::sun_readback(int i) const
     SunReadback& sun = sun_readbacks_[static_cast<std::size_t>(i)];
     if (!sun.depths && !sun.shadow) {
         sun.layer = sun_view(i);
-        sun.depths = {device_, shadow_map_.view(), static_cast<int>(sun.layer)};
+        sun.depths = {device_, shadow_map_.view(), static_cast<int>(sun.layer), GL_DEPTH_COMPONENT};
     }
     return sun;
 }

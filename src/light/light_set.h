@@ -92,7 +92,7 @@ private:
     void clear_lights();
 
     struct SunReadback {
-        gl::DepthReadback depths;
+        gl::Readback depths;
         std::optional<SunShadow> shadow;
         std::size_t layer = 0;  ///< of the shadow map
     };
