@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 #include <glad/gl.h>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace fumarole::test {
 
@@ -70,6 +72,7 @@ public:
 
     void check()
     {
+        find_opaque();
         const int outputs = is_fragment() ? count_of(program_, GL_PROGRAM_OUTPUT) : 0;
         at_most("fragment outputs", outputs, kOutputs);
         for (const Stage& stage : kStages)
@@ -105,31 +108,51 @@ private:
         });
     }
 
-    void check(const Stage& stage, int outputs)
+    /// All of a uniform is asked for at once, for all stages: Mesa looks through all of a program's
+    /// uniforms for each question, and some have a thousand, which took half of all tests' time.
+    void find_opaque()
     {
-        int samplers = 0, grid_samplers = 0, images = 0;
-        for (GLuint i = 0; i < GLuint(count_of(program_, GL_UNIFORM)); ++i) {
-            const int type = ask(program_, GL_UNIFORM, i, GL_TYPE);
-            const int size = std::max(ask(program_, GL_UNIFORM, i, GL_ARRAY_SIZE), 1);
-            if (ask(program_, GL_UNIFORM, i, GL_BLOCK_INDEX) != -1 ||
-                ask(program_, GL_UNIFORM, i, stage.referenced) == 0 ||
-                (!is_image(type) && !is_sampler(type)))  // of a host: a matrix is 16 numbers
-                continue;
+        constexpr std::array<GLenum, 7> kAsked{
+            GL_TYPE,
+            GL_ARRAY_SIZE,
+            GL_BLOCK_INDEX,
+            GL_LOCATION,
+            kStages[0].referenced,
+            kStages[1].referenced,
+            kStages[2].referenced,
+        };
+        const auto count = GLuint(count_of(program_, GL_UNIFORM));
+        for (GLuint i = 0; i < count; ++i) {
+            std::array<GLint, kAsked.size()> found{};
+            g_gl.GetProgramResourceiv(program_, GL_UNIFORM, i, GLsizei(kAsked.size()),
+                                      kAsked.data(), GLsizei(found.size()), nullptr, found.data());
+            const auto [type, size, block, location, by_vertex, by_fragment, by_compute] = found;
+            if (block != -1 || (!is_image(type) && !is_sampler(type)))
+                continue;  // of a host: a matrix is 16 numbers
+            Opaque one{is_image(type), false, std::max(size, 1), 0, {}};
             std::array<char, 64> name{};
             g_gl.GetProgramResourceName(program_, GL_UNIFORM, i, GLsizei(name.size()), nullptr,
                                         name.data());
             const std::string_view text(name.data());
-            const bool of_grid = text.starts_with("u_grid_") || text.starts_with("u_page_");
-            if (is_image(type))
-                images += size;
-            else if (is_sampler(type))
-                (of_grid ? grid_samplers : samplers) += size;
-            GLint unit = 0;
-            g_gl.GetUniformiv(program_, ask(program_, GL_UNIFORM, i, GL_LOCATION), &unit);
-            if (is_image(type))
-                at_most("image unit", unit, kImageUnits - 1);
-            else if (is_sampler(type))
-                at_most("texture unit", unit, kCombinedTextureUnits - 1);
+            one.of_grid = text.starts_with("u_grid_") || text.starts_with("u_page_");
+            g_gl.GetUniformiv(program_, location, &one.unit);
+            for (std::size_t k = 0; k < kStages.size(); ++k)
+                if (found.at(4 + k) != 0)
+                    one.referenced.push_back(kStages.at(k).referenced);
+            opaque_.push_back(std::move(one));
+        }
+    }
+
+    void check(const Stage& stage, int outputs)
+    {
+        int samplers = 0, grid_samplers = 0, images = 0;
+        for (const Opaque& one : opaque_) {
+            if (std::find(one.referenced.begin(), one.referenced.end(), stage.referenced) ==
+                one.referenced.end())
+                continue;
+            (one.is_image ? images : one.of_grid ? grid_samplers : samplers) += one.size;
+            at_most(one.is_image ? "image unit" : "texture unit", one.unit,
+                    (one.is_image ? kImageUnits : kCombinedTextureUnits) - 1);
         }
         const auto referenced = [&](GLenum interface) {
             int count = 0;
@@ -157,6 +180,13 @@ private:
                                             what, count, limit));
     }
 
+    /// An image or a sampler.
+    struct Opaque {
+        bool is_image = false, of_grid = false;
+        int size = 0, unit = 0;
+        std::vector<GLenum> referenced;  ///< Stage's
+    };
+    std::vector<Opaque> opaque_;
     GLuint program_;
     std::string name_;
 };
