@@ -115,7 +115,10 @@ TEST(Packaging, OpenImageIOIsOpenedForPicturesAlone)
     EXPECT_THAT(read_bytes(libraries), HasSubstr("libopenvdb"));
     EXPECT_THAT(read_bytes(libraries), testing::Not(HasSubstr("OpenImageIO")));
 
-    const auto program = folder.path() / "fumarole", module = folder.path() / pictures::kModule;
+    // A level down: the folder that the module is installed in must be the test's own, too.
+    const auto bin = folder.path() / "bin", program = bin / "fumarole",
+               module = bin / pictures::kModule;
+    std::filesystem::create_directory(bin);
     std::filesystem::copy_file(FUM_PROGRAM, program);
     const std::string start = "render --size 8x8 --aa 1 --bounces 0 " +
                               sample("smoke_seq/smoke_0006.vdb") + " -o " + folder.path().string();
@@ -125,7 +128,7 @@ TEST(Packaging, OpenImageIOIsOpenedForPicturesAlone)
     EXPECT_EQ(missing, 1);
     EXPECT_THAT(what_misses, testing::AllOf(HasSubstr("fumarole-pictures.so: is not there"),
                                             HasSubstr("install fumarole anew")));
-    folder.write(pictures::kModule, "no library");
+    folder.write(std::string("bin/") + pictures::kModule, "no library");
     const auto [broken, what_breaks] = said(program, render);
     EXPECT_EQ(broken, 1);
     EXPECT_THAT(what_breaks, HasSubstr(module.string() + ": can't be opened"));
