@@ -14,6 +14,7 @@
 #include <span>
 #include <utility>
 
+#include "coming_scene.h"
 #include "explain.h"
 #include "gl/binding_guard.h"
 #include "gl/framebuffer.h"
@@ -28,6 +29,7 @@
 #include "pass/blue_noise.h"
 #include "pass/sun_shades.h"
 #include "prepared_frame.h"
+#include "probe_captures.h"
 #include "resolve/composite.h"
 #include "resolve/inspect.h"
 #include "resolve/layers.h"
@@ -148,26 +150,6 @@ struct Renderer::Parts {
     void lay_media_over(resolve::Layers& layers, const PreparedFrame& prepared);
     /// Lays the media alone over a picture of their own view.
     void draw_media(View::State& view, const Frame& frame, const FrameSettings& s);
-    void capture_probe(int i);
-    /// What a probe's faces are drawn to.
-    struct ProbeCanvas {
-        gl::Texture color, depth;
-        std::unique_ptr<View::State> view;  ///< of the media in them
-    };
-    ProbeCanvas& probe_canvas(int size);
-    /// Draws what a probe sees, the first so many faces, and calls `done` after each.
-    void draw_faces(int i, ProbeCanvas& canvas, int faces,
-                    const std::function<void(int face)>& done);
-    /// The mean radiance around each of them, from small faces: as all have faded in, or before the
-    /// last turn.
-    std::vector<glm::dvec3> mean_around_probes(bool before_last_turn);
-    void prepare_probes();
-    /// Looks from a probe at so little that it takes a small part of a capture, and takes what came
-    /// back of that, frames later where the GPU takes so long.
-    void glimpse_from(int i);
-    void take_glimpse();
-    /// Captures a probe that is out of date, if this frame leaves the time for it.
-    void update_probe(const Frame& frame);
     [[nodiscard]] std::unique_ptr<View::State> make_state(View::History history) const;
     /// @throws Error if it is not a view of this renderer
     View::State& state_of(const View& view);
@@ -218,28 +200,21 @@ struct Renderer::Parts {
     /// Draws a scene from now on, with what it needs sent at once. @throws Error as set_scene()
     void show(const Scene& scene, const SceneSettings& settings);
     void forget_scene();
+    /// Does it, and forgets the scene where it throws: half a scene is none.
+    template <typename Change> void or_nothing(const Change& change);
     void composite(View& view, const Frame& frame, const FrameSettings& settings);
 
-    /// The last scene that was given, if not all of its grids are there: it is drawn with the media
-    /// of the scene before.
-    std::optional<Scene> coming;
-    /// Of a scene: those whose grids are on their way. One that comes meanwhile waits for its turn,
-    /// or a sequence that is faster would never get to see any.
-    struct Sending {
-        std::vector<Medium> media;
-        double time = 0;
-    };
-    std::optional<Sending> sending;
-    void begin_sending(const Scene& scene);
-    /// Sends what the frame may send still.
-    void send_part();
-    /// Shows its media if they are whole: before a frame's first call, as what a host asks of the
-    /// last frame after composite() is of the media that were in it.
+    ComingScene coming{media};
+    ProbeCaptures captures{device, timers, probes,
+                           [this] { return View(make_state(View::History::none)); },
+                           [this](const Frame& face, const FrameSettings& s, View& view,
+                                  const std::vector<bool>& unseen) {
+                               draw_surfaces(face, s, true, unseen);
+                               draw_media(state_of(view), face, s);
+                           }};
     void show_what_came();
-    void end_frame();
-    void forget_coming();
     void finish_sending();
-    std::uint64_t upload_limit = kUploadLimit, sent_in_frame = 0, reported_bytes = 0;
+    std::uint64_t reported_bytes = 0;  ///< as far as take_report() has told
 
     std::uint64_t scene_id = 0, media_id = 0, life_id = 0;  ///< FrameScene's
     bool prepares = false;                                  ///< while prepare() draws
@@ -248,23 +223,7 @@ struct Renderer::Parts {
     SceneSettings scene_settings;
     surface::SurfacePainter surface_painter;
     gl::UniformBuffer<shared::InspectParams> probe_balls;
-    std::map<int, ProbeCanvas> probe_canvases;        ///< by the pixels along an edge
-    std::optional<std::pair<int, double>> next_turn;  ///< of so many captures, probes_next_turn()
     bool surfaces_are_drawn = false;  ///< since set_scene(): a host's own need no probes
-    /// Of the last frame, by which it is known whether anything moves: a jittered projection is no
-    /// movement.
-    struct LastFrame {
-        glm::dmat4 view_from_world{0.0};
-        std::uint64_t scene_id = 0;
-        bool operator==(const LastFrame&) const = default;
-    } last_frame;
-    /// What a probe was looked from to see, on its way back.
-    struct Glimpse {
-        int probe = 0;
-        std::uint64_t scene_id = 0;
-        std::vector<gl::Readback> faces;
-    };
-    std::optional<Glimpse> glimpse;
     transparent::TransparentSet transparents;
     transparent::TransparentPainter transparent_painter;
     std::weak_ptr<transparent::FragmentLists> last_lists;  ///< of the view that was drawn last
@@ -513,21 +472,18 @@ void Renderer::set_scene(const Scene& scene, const SceneSettings& settings)
     check(settings);
     Parts& parts = *parts_;
     const bool anew = !parts.drawn || parts.drawn->settings != settings;
-    if (!anew && parts.coming && same_content(*parts.coming, scene))
+    if (!anew && parts.coming.is(scene))
         return;
     if (anew || parts.media.empty())
-        parts.forget_coming();
+        parts.coming.forget();
     if (anew || parts.media.empty() || parts.media.has_grids(scene, settings)) {
-        parts.coming.reset();
+        parts.coming.drop();
         parts.show(scene, settings);
         return;
     }
-    if (!parts.sending)
-        parts.begin_sending(scene);
-    parts.coming = scene;
-    parts.send_part();
+    parts.or_nothing([&] { parts.coming.await(scene, settings); });
     parts.show_what_came();
-    if (!parts.coming)
+    if (!parts.coming.waits())
         return;
     Scene now = scene;
     now.media = parts.drawn->scene.media;
@@ -537,75 +493,36 @@ void Renderer::set_scene(const Scene& scene, const SceneSettings& settings)
 
 void Renderer::set_upload_limit(std::uint64_t bytes)
 {
-    parts_->upload_limit = bytes;
-}
-
-void Renderer::Parts::begin_sending(const Scene& scene)
-{
-    try {
-        media.begin_sending(scene, drawn->settings);
-    } catch (...) {
-        forget_scene();
-        throw;
-    }
-    sending.emplace(Sending{scene.media, scene.time});
-}
-
-void Renderer::Parts::send_part()
-{
-    sent_in_frame +=
-        media.send(upload_limit - std::min(sent_in_frame, upload_limit), sent_in_frame == 0);
+    parts_->coming.set_limit(bytes);
 }
 
 void Renderer::Parts::show_what_came()
 {
-    if (!sending || media.is_sending())
-        return;
-    const Sending now = std::move(*std::exchange(sending, std::nullopt));
-    if (!coming)
-        return;
-    const Scene wanted = std::move(*std::exchange(coming, std::nullopt));
-    const SceneSettings settings = drawn->settings;
-    const bool whole = media.has_grids(wanted, settings);
-    Scene next = wanted;
-    if (!whole) {  // the scene was another meanwhile
-        next.media = now.media;
-        next.time = now.time;
-    }
-    show(next, settings);
-    if (whole)
-        return;
-    begin_sending(wanted);
-    coming = wanted;
-}
-
-void Renderer::Parts::end_frame()
-{
-    send_part();
-    sent_in_frame = 0;
-}
-
-void Renderer::Parts::forget_coming()
-{
-    media.begin_sending({}, {});
-    sending.reset();
-    coming.reset();
+    or_nothing([&] {
+        coming.show_what_came(
+            [&](const Scene& scene) { show(scene, SceneSettings(drawn->settings)); });
+    });
 }
 
 void Renderer::Parts::finish_sending()
 {
-    if (!coming)
-        return;
-    const Scene scene = std::move(*coming);
-    coming.reset();
-    show(scene, SceneSettings(drawn->settings));
-    forget_coming();
+    coming.finish([&](const Scene& scene) { show(scene, SceneSettings(drawn->settings)); });
+}
+
+template <typename Change> void Renderer::Parts::or_nothing(const Change& change)
+{
+    try {
+        change();
+    } catch (...) {
+        forget_scene();
+        throw;
+    }
 }
 
 void Renderer::Parts::forget_scene()
 {
     media.clear();
-    forget_coming();
+    coming.forget();
     surfaces.set({});
     transparents.set({});
     lights.clear();
@@ -630,7 +547,7 @@ void Renderer::Parts::show(const Scene& scene, const SceneSettings& settings)
     }
     const gl::StateGuard guard(device, BLOCK_COUNT, IMAGE_COUNT);
     scene_settings = settings;
-    try {
+    or_nothing([&] {
         if (anew || drawn->scene.media != scene.media || drawn->scene.time != scene.time)
             media.set(scene, settings);
         if (anew || drawn->scene.surfaces != scene.surfaces)
@@ -643,14 +560,11 @@ void Renderer::Parts::show(const Scene& scene, const SceneSettings& settings)
                            media.texture_units());
         probes.set(scene, settings, lights, media);
         if (probes.count() == 0)
-            probe_canvases.clear();
+            captures.forget();
         surfaces_are_drawn = false;
         volumes.set(scene, settings, media, surfaces, lights);
         note_change(scene, settings);
-    } catch (...) {  // half a scene is none
-        forget_scene();
-        throw;
-    }
+    });
 }
 
 View Renderer::make_view(View::History history)
@@ -679,14 +593,15 @@ void Renderer::composite(View& view, const Frame& frame, const FrameSettings& se
     check(frame, settings);
     parts_->show_what_came();
     parts_->composite(view, frame, settings);
-    parts_->end_frame();
+    parts_->coming.end_frame();
 }
 
 void Renderer::Parts::composite(View& view, const Frame& frame, const FrameSettings& settings)
 {
     Parts& parts = *this;
     const auto timed = parts.timers.frame(frame.index);
-    parts.update_probe(frame);
+    if (parts.surfaces_are_drawn && !parts.prepares)
+        parts.captures.update(frame, parts.scene_id, parts.scene_settings.probe_update);
     View::State& state = parts.state_of(view);
     state.volume_at.reset();
     const bool is_asked = !frame.transparents.empty();
@@ -786,7 +701,7 @@ InspectionLegend Renderer::inspect(View& view, const Frame& frame, const FrameSe
                          parts.picture, prepared, inspection, draw_counts);
     state.host_fragments.reset();
     parts.last_history = view.history();
-    parts.end_frame();
+    parts.coming.end_frame();
     return legend;
 }
 
@@ -947,169 +862,9 @@ void Renderer::Parts::draw_media(View::State& view, const Frame& frame, const Fr
     lay_media_over(*view.layers, prepared);
 }
 
-Renderer::Parts::ProbeCanvas& Renderer::Parts::probe_canvas(int size)
-{
-    ProbeCanvas& canvas = probe_canvases[size];
-    if (canvas.view != nullptr)
-        return canvas;
-    canvas.color = gl::Texture::make_2d(device, "probe's picture", glm::ivec2(size), GL_RGBA32F,
-                                        gl::Filter::nearest);
-    canvas.depth = gl::Texture::make_2d(device, "probe's depth", glm::ivec2(size),
-                                        GL_DEPTH_COMPONENT32F, gl::Filter::nearest);
-    canvas.view = make_state(View::History::none);
-    return canvas;
-}
-
-void Renderer::Parts::draw_faces(int i, ProbeCanvas& canvas, int faces,
-                                 const std::function<void(int face)>& done)
-{
-    const LightProbe probe = probes.at(i);
-    // Whatever frames are drawn with: a probe is the scene's.
-    FrameSettings s;
-    s.resolution = 2;
-    constexpr double kNear = 1e-3;  // of the radius
-    Frame face;
-    face.color = canvas.color.view();
-    face.depth = canvas.depth.view();
-    face.depth_convention = {.zero_to_one = true, .reversed = true};
-    face.clip_from_view = light::probe_clip_from_view(kNear * probe.radius);
-    for (int k = 0; k < faces; ++k) {
-        face.view_from_world = light::probe_view_from_world(probe.position, k);
-        face.index = static_cast<std::uint64_t>(k);
-        draw_surfaces(face, s, true, probes.unseen(i));
-        draw_media(*canvas.view, face, s);
-        done(k);
-    }
-}
-
-void Renderer::Parts::capture_probe(int i)
-{
-    const auto time = timers.scope("probe");
-    const gl::Stopwatch watch(device, timers);
-    ProbeCanvas& canvas = probe_canvas(probes.at(i).size);
-    probes.begin_capture(probes.shown_to(i));
-    draw_faces(i, canvas, 6, [&](int face) {
-        const gl::StateGuard guard(device, BLOCK_COUNT, IMAGE_COUNT);
-        probes.take_face(face, canvas.color);
-    });
-    probes.end_capture();
-    const gl::StateGuard guard(device, BLOCK_COUNT, IMAGE_COUNT);
-    probes.finish(i, watch);
-}
-
-std::vector<glm::dvec3> Renderer::Parts::mean_around_probes(bool before_last_turn)
-{
-    constexpr int kSize = 16;
-    ProbeCanvas canvas = std::move(probe_canvas(kSize));
-    probe_canvases.erase(kSize);
-    std::vector<glm::dvec3> means;
-    using Shown = light::Probes::Shown;
-    probes.begin_capture(before_last_turn ? Shown::before_last_turn : Shown::later_turn);
-    for (int i = 0; i < probes.count(); ++i) {
-        glm::dvec3 sum(0);
-        double weights = 0;
-        draw_faces(i, canvas, 6, [&](int) {
-            const std::vector<float> rgb = canvas.color.read(3);
-            for (std::size_t k = 0; k < std::size_t{kSize} * kSize; ++k) {
-                const std::size_t row = k / kSize;
-                const double x = (2 * double(k % kSize) + 1) / kSize - 1,
-                             y = (2 * double(row) + 1) / kSize - 1;
-                const double weight = std::pow(1 + x * x + y * y, -1.5);  // solid angle
-                weights += weight;
-                sum += weight * glm::dvec3(rgb[3 * k], rgb[3 * k + 1], rgb[3 * k + 2]);
-            }
-        });
-        means.push_back(sum / weights);
-    }
-    probes.end_capture();
-    return means;
-}
-
-void Renderer::Parts::prepare_probes()
-{
-    if (probes.count() == 0)
-        return;
-    {
-        const gl::StateGuard guard(device, BLOCK_COUNT, IMAGE_COUNT);
-        probes.prepare();
-    }
-    // Both as the first captures are drawn, without any, and as later ones are.
-    for (const bool preparing : {false, true}) {
-        using Shown = light::Probes::Shown;
-        probes.begin_capture(preparing ? Shown::later_turn : Shown::first_turn);
-        probes.set_preparing(preparing);
-        std::set<int> sizes;
-        for (int i = 0; i < probes.count(); ++i) {
-            if (!sizes.insert(probes.at(i).size).second)
-                continue;
-            ProbeCanvas& canvas = probe_canvas(probes.at(i).size);
-            draw_faces(i, canvas, 1, [&](int face) {
-                const gl::StateGuard guard(device, BLOCK_COUNT, IMAGE_COUNT);
-                probes.take_face(face, canvas.color);
-            });
-        }
-    }
-    probes.end_capture();
-}
-
-void Renderer::Parts::update_probe(const Frame& frame)
-{
-    if (probes.count() == 0 || !surfaces_are_drawn || prepares)
-        return;
-    using Update = SceneSettings::ProbeUpdate;
-    probes.fade(false);
-    const LastFrame now{frame.view_from_world, scene_id};
-    const bool moves = std::exchange(last_frame, now) != now;
-    const Update when = scene_settings.probe_update;
-    if (when == Update::never || (when == Update::still && moves))
-        return;
-    take_glimpse();
-    if (glimpse)
-        return;
-    if (const auto i = probes.doubted()) {
-        glimpse_from(*i);
-        if (!probes.next(true))
-            return;
-    }
-    if (const auto i = probes.next(true))
-        capture_probe(*i);
-    else if (const auto not_yet = probes.unglimpsed())
-        glimpse_from(*not_yet);
-}
-
-void Renderer::Parts::glimpse_from(int i)
-{
-    constexpr int kSize = 32;  // pixels of 3 degrees
-    ProbeCanvas& canvas = probe_canvas(kSize);
-    glimpse = Glimpse{i, scene_id, {}};
-    probes.begin_capture(light::Probes::Shown::later_turn);
-    draw_faces(i, canvas, 6,
-               [&](int) { glimpse->faces.emplace_back(device, canvas.color.view(), 0, GL_RGB); });
-    probes.end_capture();
-    take_glimpse();
-}
-
-void Renderer::Parts::take_glimpse()
-{
-    if (glimpse && glimpse->scene_id != scene_id)
-        glimpse.reset();
-    if (!glimpse || !std::ranges::all_of(glimpse->faces, &gl::Readback::ready))
-        return;
-    std::vector<float> rgb;
-    for (const gl::Readback& face : glimpse->faces)
-        rgb.insert(rgb.end(), face.texels().begin(), face.texels().end());
-    probes.take_glimpse(glimpse->probe, std::move(rgb));
-    glimpse.reset();
-}
-
 void Renderer::update_probes(bool anew)
 {
-    parts_->probes.believe_none();
-    while (const auto i = parts_->probes.next(anew)) {
-        parts_->capture_probe(*i);
-        parts_->probes.fade(true);
-    }
-    parts_->probes.fade(true);
+    parts_->captures.capture_all(anew);
 }
 
 std::vector<ProbeState> Renderer::probes() const
@@ -1148,20 +903,7 @@ std::string Renderer::probe_placement() const
 
 std::optional<double> Renderer::probes_next_turn() const
 {
-    const light::Probes& probes = parts_->probes;
-    if (probes.count() == 0 || !probes.have_two_turns())
-        return {};
-    auto& known = parts_->next_turn;
-    if (known && known->first == probes.captures())
-        return known->second;
-    const std::vector<glm::dvec3> before = parts_->mean_around_probes(true),
-                                  now = parts_->mean_around_probes(false);
-    const auto sum = [](glm::dvec3 rgb) { return rgb.r + rgb.g + rgb.b; };
-    double most = 0;
-    for (std::size_t i = 0; i < now.size(); ++i)
-        most = std::max(most, sum(glm::abs(now[i] - before[i])) / std::max(sum(now[i]), 1e-20));
-    known = {probes.captures(), most};
-    return most;
+    return parts_->captures.next_turn();
 }
 
 std::vector<std::string> Renderer::explain(const FrameSettings& settings) const
@@ -1217,7 +959,7 @@ void Renderer::prepare(const Frame& frame, const FrameSettings& settings)
     };
     Frame still = look_from(0.5), moved = look_from(0.51);
     parts.prepares = true;
-    parts.prepare_probes();
+    parts.captures.prepare();
     // With probes, and without, as long as none is captured.
     for (const bool preparing : {true, false}) {
         parts.probes.set_preparing(preparing && parts.probes.count() > 0);
@@ -1289,7 +1031,7 @@ FrameReport Renderer::take_report()
     report.history = parts_->last_history;
     report.passes = parts_->last_passes;
     report.transparents = fragment_count();
-    report.uploading = parts_->coming.has_value();
+    report.uploading = parts_->coming.waits();
     report.uploaded_bytes = parts_->media.sent_bytes() -
                             std::exchange(parts_->reported_bytes, parts_->media.sent_bytes());
     const SceneWork before = std::exchange(parts_->reported, parts_->work());
