@@ -7,6 +7,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "light/light_source.h"
+#include "overloaded.h"
 #include "shared/bindings.h"
 #include <fumarole/errors.h>
 
@@ -140,34 +141,47 @@ void LightFilters::clear()
     layers_ = 0;
 }
 
-void LightFilters::add_views(const Light& light, std::span<const Caster> casters, int map_size)
+void LightFilters::add_views(std::span<const View> views)
 {
-    const auto add = [&](const std::vector<View>& views) {
-        points_.push_back(views_.size());
-        views_.insert(views_.end(), views.begin(), views.end());
-    };
-    if (const auto* sun = std::get_if<SunLight>(&light)) {
-        const LightAxes axes(sun->direction_to_light);
-        Bounds seen = bounds_.transformed(axes.light_from_world);
-        // One that faces the sun has no depth, which would have none to be told by.
-        constexpr double kDepth = 0.01;  // of its size
-        const double margin = kDepth * glm::length(seen.max - seen.min);
-        seen.min.z -= margin;
-        seen.max.z += margin;
-        const View view = parallel_view(axes, seen, seen, map_size);
-        add({view});
-        for (const Caster& caster : casters) {
-            const Bounds its = caster.bounds().transformed(axes.light_from_world);
-            const Seen on_view = seen_in(view, caster.bounds());
-            filtered_suns_.push_back({view, on_view.low * 0.5 + 0.5, on_view.high * 0.5 + 0.5,
-                                      (its.min.z - glm::dot(view.origin, view.axis)) / view.range});
-        }
-    } else if (const auto* spot = std::get_if<SpotLight>(&light)) {
-        add({spot_view(*spot, range_over(spot->position, bounds_), map_size)});
-    } else {
-        for (const LightPosition& point : points_of(light))
-            add(point_views(point.at, range_over(point.at, bounds_), map_size));
+    points_.push_back(views_.size());
+    views_.insert(views_.end(), views.begin(), views.end());
+}
+
+void LightFilters::add_sun(const SunLight& sun, std::span<const Caster> casters, int map_size)
+{
+    const LightAxes axes(sun.direction_to_light);
+    Bounds seen = bounds_.transformed(axes.light_from_world);
+    // One that faces the sun has no depth, which would have none to be told by.
+    constexpr double kDepth = 0.01;  // of its size
+    const double margin = kDepth * glm::length(seen.max - seen.min);
+    seen.min.z -= margin;
+    seen.max.z += margin;
+    const View view = parallel_view(axes, seen, seen, map_size);
+    add_views({&view, 1});
+    for (const Caster& caster : casters) {
+        const Bounds its = caster.bounds().transformed(axes.light_from_world);
+        const Seen on_view = seen_in(view, caster.bounds());
+        filtered_suns_.push_back({view, on_view.low * 0.5 + 0.5, on_view.high * 0.5 + 0.5,
+                                  (its.min.z - glm::dot(view.origin, view.axis)) / view.range});
     }
+}
+
+void LightFilters::add_light(const Light& light, std::span<const Caster> casters, int map_size)
+{
+    const auto add_points = [&](const auto&) {
+        for (const LightPosition& point : points_of(light))
+            add_views(point_views(point.at, range_over(point.at, bounds_), map_size));
+    };
+    std::visit(Overloaded{[&](const SunLight& sun) { add_sun(sun, casters, map_size); },
+                          [&](const SpotLight& spot) {
+                              const View view =
+                                  spot_view(spot, range_over(spot.position, bounds_), map_size);
+                              add_views({&view, 1});
+                          },
+                          [&](const PointLight& point) { add_points(point); },
+                          [&](const RectLight& area) { add_points(area); },
+                          [&](const DiskLight& area) { add_points(area); }},
+               light);
 }
 
 void LightFilters::set(std::span<const Light> lights, std::span<const Caster> casters,
@@ -195,7 +209,7 @@ void LightFilters::set(std::span<const Light> lights, std::span<const Caster> ca
         filtered_suns_.clear();
         layers_ = 1;
         for (const Light& light : lights)
-            add_views(light, casters, map_size);
+            add_light(light, casters, map_size);
         for (const View& view : views_)
             layers_ = std::max(layers_, most_behind_another(view, casters));
         layers_ = std::min(layers_, kMostLayers);

@@ -74,7 +74,10 @@ public:
     void bind(glm::dvec3 eye) const;
 
 private:
-    void add_views(const Light& light, std::span<const Caster> casters, int map_size);
+    void add_light(const Light& light, std::span<const Caster> casters, int map_size);
+    void add_sun(const SunLight& sun, std::span<const Caster> casters, int map_size);
+    /// Of one of its points.
+    void add_views(std::span<const View> views);
     void draw(std::span<const Caster> casters, int map_size);
     void draw_casters(std::span<const Caster> casters, const View& view, gl::Defines defines,
                       int layer_before);
