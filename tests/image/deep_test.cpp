@@ -246,7 +246,8 @@ TEST_F(Deep, TransparentsAreSamplesOfTheirOwn)
               1);
     // What hides all ends the pixel.
     std::get<QuadTransparent>(scene.transparents[0]).look.alpha = 1;
-    for (const DeepSample& sample : pixel(render(scene, settings).deep, middle))
+    const DeepImage hidden = render(scene, settings).deep;
+    for (const DeepSample& sample : pixel(hidden, middle))
         EXPECT_LT(sample.back, 5.0001f);
     std::get<QuadTransparent>(scene.transparents[0]).look.blend = {
         Kind::factors, BlendFactor::dst_color, BlendFactor::zero};
