@@ -92,7 +92,7 @@ std::vector<std::string> explain(const Toolbox& tools, int surfaces, const Frame
         say("{}", words::kNoSurfaces);
     else if (lights.count() > 0)
         say("surfaces: {} in {} views of the shadow map, {}", surfaces, lights.shadow_views(),
-            froxel || !settings.skip || settings.range == Settings::Range::camera
+            froxel || !settings.empty_space_skipping || settings.range == Settings::Range::camera
                 ? "looked up at each sample"
             : !lights.shaded_media() ? "but none can stand between a light and the media: no lookup"
                                      : "looked up where tiles are not lit all along");

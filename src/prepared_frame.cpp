@@ -235,8 +235,8 @@ shared::FrameParams make_params(const PreparedFrame& frame)
         frame.keeps_history ? golden_fraction(static_cast<double>(host.index)) : host.jitter_offset;
     params.step_jitter = static_cast<float>(jitter);
     params.shadow_steps = static_cast<float>(settings.shadow_steps);
-    params.min_transmittance = settings.early_end;
-    params.min_extinction = settings.least_extinction;
+    params.min_transmittance = settings.min_transmittance;
+    params.min_extinction = settings.min_extinction;
     params.g_clamp = settings.g_clamp;
     params.radiance_limit = format_limit(settings.format);
     params.depth_threshold = settings.depth_threshold;

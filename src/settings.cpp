@@ -1,6 +1,7 @@
 #include <fumarole/settings.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <fmt/format.h>
@@ -123,6 +124,14 @@ SettingInfo automatic(std::string_view name, std::string_view values, std::strin
             }};
 }
 
+/// What settings were called in 0.2. They are accepted by one release.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kOldNames{
+    {{"skip", "empty-space-skipping"},
+     {"early-end", "min-transmittance"},
+     {"least-extinction", "min-extinction"},
+     {"shadow-cache", "shadow-volume-size"},
+     {"world-cache", "ambient-volume-size"}}};
+
 template <typename T> constexpr int as_int(T value)
 {
     return static_cast<int>(value);
@@ -135,132 +144,141 @@ std::vector<SettingInfo> make_table()
     using medium::Storage;
     return {
         number("steps", "march", "1..4096", "", &S::steps, 1, 4096,
-               "steps along the whole range of view depth"),
+               "number of steps along the whole range of view depth"),
         number("distribution", "march", "0..1", "", &S::distribution, 0.0f, 1.0f,
-               "spacing of steps and slices, 0 linear to 1 exponential (perspective only)"),
+               "spacing of steps and slices, from 0, linear, to 1, exponential; for perspective "
+               "views only"),
         choice("jitter", "march", "none|blue", &S::jitter,
                {{"none", as_int(S::Jitter::none)}, {"blue", as_int(S::Jitter::blue)}},
-               "where a step samples: its middle, or by blue noise; froxels: by Halton's points"),
+               "where a step samples: at its middle, or offset by blue noise; froxels take "
+               "Halton's points"),
         choice("range", "march", "media|camera", &S::range,
                {{"media", as_int(S::Range::media)}, {"camera", as_int(S::Range::camera)}},
-               "steps and slices where media are, cut exactly; or near to far as in 2017"),
+               "where steps and slices are: where media are, cut exactly, or from near to far as "
+               "in 2017"),
         number("g-clamp", "march", "0..0.9999", "", &S::g_clamp, 0.0f, 0.9999f,
                "largest |g| of the phase function"),
         choice("world-light", "march", "on|off", &S::world_light, {{"on", 1}, {"off", 0}},
-               "the world's light scatters in the media"),
-        number("least-extinction", "march", "0..1", "1/m", &S::least_extinction, 0.0f, 1.0f,
-               "a floor under the extinction; 2017 had 1e-4, everywhere"),
-        choice("skip", "march", "on|off", &S::skip, {{"on", 1}, {"off", 0}},
-               "no steps where bricks hold nothing, no pass where no medium is in view"),
-        number("early-end", "march", "0..0.5", "", &S::early_end, 0.0f, 0.5f,
-               "a ray ends once less than this is transmitted"),
+               "whether the world's light scatters in the media"),
+        number("min-extinction", "march", "0..1", "1/m", &S::min_extinction, 0.0f, 1.0f,
+               "lower bound of the extinction; 2017 had 1e-4, everywhere"),
+        choice(
+            "empty-space-skipping", "march", "on|off", &S::empty_space_skipping,
+            {{"on", 1}, {"off", 0}},
+            "whether steps are left out in empty bricks, and the pass where no medium is in view"),
+        number("min-transmittance", "march", "0..0.5", "", &S::min_transmittance, 0.0f, 0.5f,
+               "early termination: a ray ends once less than this is transmitted"),
         choice("step-spacing", "march", "fixed|medium", &S::spacing,
                {{"fixed", as_int(S::Spacing::fixed)}, {"medium", as_int(S::Spacing::medium)}},
-               "steps as they are, or two and four in one where little medium is in the way",
-               "spacing"),
+               "whether two or four steps become one where majorants are low", "spacing"),
         choice("falloff", "march", "exact|sampled", &S::falloff,
                {{"exact", as_int(S::Falloff::exact)}, {"sampled", as_int(S::Falloff::sampled)}},
-               "light along a step: the mean of 1/d^2, and where it counts, or that at the step's "
-               "sample"),
+               "light along a step: the mean of 1/d^2 over it, or its value at the step's sample"),
         choice("temporal", "march", "on|off", &S::temporal, {{"on", 1}, {"off", 0}},
-               "a view's frames are reprojected and averaged, by --history; nothing on a still"),
+               "temporal reprojection: whether a view's frames are averaged, by --history; a still "
+               "gains nothing"),
         choice("passes", "march", "auto|fragment|compute", &S::passes,
                {{"auto", as_int(S::Passes::automatic)},
                 {"fragment", as_int(S::Passes::fragment)},
                 {"compute", as_int(S::Passes::compute)}},
-               "march and resolve as fragments or as compute shaders; auto: compute on a GPU"),
+               "whether march and resolve run as fragments or as compute shaders; auto: compute on "
+               "a GPU"),
         choice("volume-shadows", "light", "on|off", &S::volume_shadows, {{"on", 1}, {"off", 0}},
-               "media dim the light that reaches media and surfaces"),
-        number(
-            "shadow-steps", "light", "1..1024", "", &S::shadow_steps, 1, 1024,
-            "midpoint steps from a sample to a light, through each heterogeneous medium, where no "
-            "--shadow-cache is"),
+               "whether media dim the light that reaches media and surfaces"),
+        number("shadow-steps", "light", "1..1024", "", &S::shadow_steps, 1, 1024,
+               "number of midpoint steps from a sample to a light, through each heterogeneous "
+               "medium, where there is no --shadow-volume-size"),
         choice("shadow-range", "light", "media|light", &S::shadow_range,
                {{"media", as_int(S::ShadowRange::media)}, {"light", as_int(S::ShadowRange::light)}},
-               "where shadow steps are spread: within the medium, or all the way as in 2017"),
+               "where shadow steps are spread: within the medium, or all the way to the light as "
+               "in 2017"),
         automatic("shadow-map", "auto|16..8192", "texels", &S::shadow_map, 16, 8192,
                   "edge of each view of the surfaces' shadow map"),
-        automatic("shadow-cache", "auto|0..512", "nodes", &S::shadow_cache, 0, 512,
-                  "longest edge of a volume of shadows for each light; 0: marched at each sample"),
-        number(
-            "shadow-fill", "light", "1..256", "frames", &S::shadow_fill, 1, 256,
-            "that a moved light's volume of shadows is filled in; the last one serves until then"),
-        automatic("world-cache", "auto|0..128", "nodes", &S::world_cache, 0, 128,
-                  "longest edge of the volume of the world's light; 0: it reaches media undimmed"),
+        automatic("shadow-volume-size", "auto|0..512", "nodes", &S::shadow_volume_size, 0, 512,
+                  "longest edge of the volume of optical depth for each light; 0: shadows are "
+                  "marched at each sample"),
+        number("shadow-fill", "light", "1..256", "frames", &S::shadow_fill, 1, 256,
+               "number of frames over which a moved light's shadow volume is filled; the last one "
+               "serves until then"),
+        automatic("ambient-volume-size", "auto|0..128", "nodes", &S::ambient_volume_size, 0, 128,
+                  "longest edge of the volume of the world's light; 0: that light reaches media "
+                  "undimmed"),
         choice("world-directions", "light", "auto|26|74", &S::world_directions,
                {{"auto", kAutomatic}, {"26", 26}, {"74", 74}},
-               "that the world's light is summed over; auto: 26 where suns outshine a sky of "
-               "one colour, 74 on surfaces that send light on"),
+               "number of directions that the world's light is summed over; auto: 26 where suns "
+               "outshine a sky of one colour, else 74, as on surfaces that send light on"),
         automatic("bounces", "auto|0..64", "", &S::bounces, 0, 64,
-                  "times that light scatters again in the media; auto: as the scene asks for; the "
-                  "reference takes N or all, which is its default"),
+                  "number of times that light scatters again in the media; auto: as often as the "
+                  "scene asks for; the reference takes N or all, which is its default"),
         automatic("surface-bounces", "auto|0..16", "", &S::surface_bounces, 0, 16,
-                  "times that surfaces send light on, onto each other and into the media; auto: "
-                  "where some are glossy or shine or there are probes; the reference takes N or "
-                  "all, 0 by default"),
+                  "number of times that surfaces send light on, onto each other and into the "
+                  "media; auto: where some are glossy or shine or there are probes; the reference "
+                  "takes N or all, 0 by default"),
         choice("probes", "light", "auto|off", &S::probes,
                {{"auto", as_int(S::Probes::automatic)}, {"off", as_int(S::Probes::off)}},
-               "a scene's probes light its surfaces; where it names none, one amid what is glossy "
-               "does, if it pays"),
-        choice(
-            "probe-update", "light", "still|always|never", &S::probe_update,
-            {{"still", as_int(S::ProbeUpdate::still)},
-             {"always", as_int(S::ProbeUpdate::always)},
-             {"never", as_int(S::ProbeUpdate::never)}},
-            "when a probe that is out of date is captured again, one a frame: while nothing moves, "
-            "always, or never"),
+               "whether a scene's probes light its surfaces; where it names none, one is placed "
+               "amid what is glossy, if it pays"),
+        choice("probe-update", "light", "still|always|never", &S::probe_update,
+               {{"still", as_int(S::ProbeUpdate::still)},
+                {"always", as_int(S::ProbeUpdate::always)},
+                {"never", as_int(S::ProbeUpdate::never)}},
+               "when a probe that is out of date is captured again, one a frame: while nothing "
+               "moves, always, or never"),
         choice("resolution", "resolve", "auto|full|half|quarter", &S::resolution,
-               {{"auto", S::kAutomatic}, {"full", 1}, {"half", 2}, {"quarter", 4}}, "of the march"),
+               {{"auto", S::kAutomatic}, {"full", 1}, {"half", 2}, {"quarter", 4}},
+               "size of the march's layer; auto: half, or a quarter where media are smooth"),
         choice("upsample", "resolve", "4x4|2x2|4x4-box", &S::upsample,
                {{"4x4", as_int(S::Upsample::tent4x4)},
                 {"2x2", as_int(S::Upsample::bilinear2x2)},
                 {"4x4-box", as_int(S::Upsample::box4x4)}},
-               "depth-aware filter: a tent, bilinear, or 2017's equal weights"),
-        number(
-            "depth-threshold", "resolve", "1e-6..1e6", "", &S::depth_threshold, 1e-6f, 1e6f,
-            "depth difference that the upsample takes for an edge: relative; metres with 4x4-box"),
+               "depth-aware filter of the layer: a tent, bilinear, or 2017's equal weights"),
+        number("depth-threshold", "resolve", "1e-6..1e6", "", &S::depth_threshold, 1e-6f, 1e6f,
+               "depth difference that the upsample takes for an edge: relative, or in metres with "
+               "4x4-box"),
         choice("layer-depth", "resolve", "checkerboard|corner", &S::layer_depth,
                {{"checkerboard", as_int(S::LayerDepth::checkerboard)},
                 {"corner", as_int(S::LayerDepth::corner)}},
                "which pixel's depth a half-size texel takes: nearest and farthest in turns, or one "
                "corner's"),
         number("resolve-passes", "resolve", "1|2", "", &S::resolve_passes, 1, 2,
-               "blending transmittance and scattering at once, or one after the other as in 2017"),
+               "whether transmittance and scattering are blended at once, or one after the other "
+               "as in 2017"),
         choice("targets", "resolve", "auto|two|mono", &S::targets,
                {{"auto", as_int(S::Targets::automatic)},
                 {"two", as_int(S::Targets::two)},
                 {"mono", as_int(S::Targets::mono)}},
-               "coloured transmittance in a target of its own, or its mean beside the scattering"),
+               "whether coloured transmittance has a target of its own, or its mean stands beside "
+               "the scattering"),
         choice("target-format", "resolve", "r11g11b10f|rgba16f|rgba32f", &S::format,
                {{"r11g11b10f", as_int(S::Format::r11g11b10f)},
                 {"rgba16f", as_int(S::Format::rgba16f)},
                 {"rgba32f", as_int(S::Format::rgba32f)}},
-               "of the layer's targets, and of the froxels' volumes", "format"),
+               "format of the layer's targets and of the froxels' volumes", "format"),
         number("splits", "resolve", "2..64", "", &S::splits, 2, 64,
-               "depths at which the march keeps what it has met, for transparents; none without"),
+               "number of depths at which the march keeps what it has met, for transparents; a "
+               "scene without has none"),
         choice("transparency", "resolve", "split|single|doubled", &S::transparency,
                {{"split", as_int(S::Transparency::split)},
                 {"single", as_int(S::Transparency::single)},
                 {"doubled", as_int(S::Transparency::doubled)}},
-               "how transparents are blended through media; all but split are wrong, kept as "
+               "how transparents are blended through the media; all but split are wrong, kept as "
                "measures"),
         number("tile", "froxel", "1..64", "pixels", &S::tile, 1, 64, "edge of a froxel"),
         number("slices", "froxel", "1..1024", "", &S::slices, 1, 1024,
-               "froxels along the whole range of view depth"),
+               "number of froxels along the whole range of view depth"),
         choice("slice-spacing", "froxel", "exponential|power|linear", &S::slice_spacing,
                {{"exponential", as_int(S::SliceSpacing::exponential)},
                 {"power", as_int(S::SliceSpacing::power)},
                 {"linear", as_int(S::SliceSpacing::linear)}},
-               "of slices, by --distribution; orthographic views have them linear"),
+               "spacing of slices, by --distribution; orthographic views have them linear"),
         number("history", "froxel", "0..0.999", "", &S::history, 0.0f, 0.999f,
-               "weight of last frame's froxels, and of the march's layer with --temporal, while "
-               "the view "
-               "moves; 0: none is kept"),
+               "weight of the last frame's froxels, and of the march's layer with --temporal, "
+               "while the view moves; 0: no history is kept"),
         choice("history-format", "froxel", "r11g11b10f|rgba16f|rgba32f", &S::history_format,
                {{"r11g11b10f", as_int(S::Format::r11g11b10f)},
                 {"rgba16f", as_int(S::Format::rgba16f)},
                 {"rgba32f", as_int(S::Format::rgba32f)}},
-               "of what is kept from frame to frame"),
+               "format of what is kept from frame to frame"),
         choice(
             "froxel-shadows", "froxel", "media|grid", &S::froxel_shadows,
             {{"media", as_int(S::FroxelShadows::media)}, {"grid", as_int(S::FroxelShadows::grid)}},
@@ -268,27 +286,27 @@ std::vector<SettingInfo> make_table()
         choice("lookup", "froxel", "trilinear|tricubic", &S::lookup,
                {{"trilinear", as_int(S::Lookup::trilinear)},
                 {"tricubic", as_int(S::Lookup::tricubic)}},
-               "between froxels: linear, or a cubic B-spline in 8 fetches"),
+               "interpolation between froxels: linear, or a cubic B-spline in 8 fetches"),
         choice("integration", "froxel", "hillaire|wronski", &S::integration,
                {{"hillaire", as_int(S::Integration::hillaire)},
                 {"wronski", as_int(S::Integration::wronski)}},
-               "of a slice: in closed form, or Wronski's, which gains energy"),
+               "how a slice is integrated: in closed form, or as Wronski did, which gains energy"),
         choice("storage", "medium", "auto|r32f|r16f|r8", &S::storage,
                {{"auto", as_int(Storage::automatic)},
                 {"r32f", as_int(Storage::r32f)},
                 {"r16f", as_int(Storage::r16f)},
                 {"r8", as_int(Storage::r8)}},
-               "of a grid's values on the GPU; auto: bytes, in bricks with a scale of each, where "
-               "they "
-               "err little, else halves, or floats for a range that halves can't hold"),
+               "format of a grid's values on the GPU; auto: bytes, in bricks with a scale of each, "
+               "where they err little, else halves, or floats for a range that halves cannot hold"),
         choice("layout", "medium", "auto|dense|bricks", &S::layout,
                {{"auto", as_int(Layout::automatic)},
                 {"dense", as_int(Layout::dense)},
                 {"bricks", as_int(Layout::bricks)}},
-               "of a grid on the GPU: one texture, or an atlas of 8^3 bricks and a page table"),
+               "where a grid's values are on the GPU: in one texture, or in an atlas of 8^3 bricks "
+               "with a page table"),
         choice("noise-grid", "medium", "on|off", &S::noise_grid, {{"on", 1}, {"off", 0}},
-               "noise that does not drift is read from a grid where that takes at most 12 million "
-               "voxels"),
+               "whether noise that does not drift is read from a grid, where that takes at most 12 "
+               "million voxels"),
     };
 }
 
@@ -299,17 +317,17 @@ Settings eevee2017()
     s.distribution = 0.8f;
     s.shadow_steps = 16;
     s.g_clamp = 0.999f;
-    s.least_extinction = 1e-4f;
-    s.skip = false;
-    s.early_end = 0;
+    s.min_extinction = 1e-4f;
+    s.empty_space_skipping = false;
+    s.min_transmittance = 0;
     s.spacing = Settings::Spacing::fixed;
     s.falloff = Settings::Falloff::sampled;
     s.resolve_passes = 2;
     s.range = Settings::Range::camera;
     s.shadow_range = Settings::ShadowRange::light;
     s.shadow_map = 1024;
-    s.shadow_cache = 0;
-    s.world_cache = 0;
+    s.shadow_volume_size = 0;
+    s.ambient_volume_size = 0;
     s.bounces = 0;
     s.resolution = 2;
     s.upsample = Settings::Upsample::box4x4;
@@ -374,8 +392,17 @@ void check(const FrameSettings& settings)
     check(all);
 }
 
-const SettingInfo& find_setting(std::string_view name)
+std::string_view present_name(std::string_view name)
 {
+    for (const auto& [old, present] : kOldNames)
+        if (old == name)
+            return present;
+    return name;
+}
+
+const SettingInfo& find_setting(std::string_view given)
+{
+    const std::string_view name = present_name(given);
     std::vector<std::string_view> names;
     for (const SettingInfo& info : setting_table()) {
         if (info.name == name)

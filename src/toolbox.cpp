@@ -48,7 +48,7 @@ gl::Defines Toolbox::scattering_defines(const FrameSettings& s) const
     add(scene_settings.volume_shadows && lights.count() > 0, "kVolumeShadows");
     add(scene_settings.world_light && lights.world_radiance() != glm::vec3(0.0f), "kWorldLight");
     add(scene_settings.shadow_range == SceneSettings::ShadowRange::light, "kShadowToLight");
-    add(s.least_extinction > 0, "kLeastExtinction");
+    add(s.min_extinction > 0, "kMinExtinction");
     add(defines.value_of("kDepthVolume") != nullptr && media.marched_alone(), "kDepthAtPoint");
     return defines;
 }

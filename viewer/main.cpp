@@ -14,6 +14,7 @@
 #include "command.h"
 #include "kept_programs.h"
 #include "pictures/ahead.h"
+#include "settings_input.h"
 #include "shell_words.h"
 #include "study/flag_names.h"
 #include <fumarole/asset/load_limits.h>
@@ -126,6 +127,7 @@ int main(int argc, char** argv)
     // A file over its limit (ulimit -f) is an error like a full disk, and no end of the process.
     std::signal(SIGXFSZ, SIG_IGN);
     const fumarole::pictures::AtEnd pictures;
+    const std::vector<std::string> words = command::with_present_names({argv + 1, argv + argc});
     CLI::App app{"Fumarole: lit smoke, fire, cloud and fog from OpenVDB files, on OpenGL"};
     app.name("fumarole");
     app.set_version_flag("--version", FUMAROLE_VERSION);
@@ -142,7 +144,7 @@ int main(int argc, char** argv)
                           "compile all shaders anew, and keep none in $XDG_CACHE_HOME/fumarole");
     app.failure_message(usage_message);
     command::add_info(app);
-    command::add_render(app, command::command_text({argv + 1, argv + argc}));
+    command::add_render(app, command::command_text(words));
     command::add_compare(app);
     command::add_chart(app);
     command::add_plan(app);
@@ -152,9 +154,10 @@ int main(int argc, char** argv)
     command::add_thumbnail(app);
     command::add_manual(app);
     try {
-        check_words(app, {argv + 1, argv + argc});
+        check_words(app, words);
         try {
-            app.parse(argc, argv);
+            // CLI11 takes the last word first.
+            app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
         } catch (const CLI::ParseError& error) {  // --help and --version too
             if (app.exit(error) != 0)
                 return 2;

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "command.h"
+#include "library_log.h"
 #include <fumarole/errors.h>
 
 namespace fumarole::command {
@@ -36,6 +37,29 @@ void add_settings(CLI::App& command, SettingsInput& input)
                             info.unit.empty() ? "" : " ", info.unit, info.get(Settings{})))
             ->group("Settings: " + std::string(info.group));
     }
+}
+
+std::vector<std::string> with_present_names(std::vector<std::string> words)
+{
+    for (std::string& word : words) {
+        if (word == "--")
+            break;
+        if (!word.starts_with("--"))
+            continue;
+        const std::string given = word.substr(2, word.find('=') - 2);
+        tell_of_old_name(given);
+        word.replace(2, given.size(), present_name(given));
+    }
+    return words;
+}
+
+void tell_of_old_name(std::string_view name)
+{
+    if (const std::string_view now = present_name(name); now != name)
+        library_log()(LogLevel::warning,
+                      fmt::format("--{} is now called --{}; the old name is accepted by this "
+                                  "release only",
+                                  name, now));
 }
 
 Settings parse_settings(const SettingsInput& input)

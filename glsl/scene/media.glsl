@@ -13,13 +13,13 @@
 
 // Variant. extinction_t: a vec3 where the scene has coloured extinction, else one number.
 const int kGridCount = 0;
-const bool kMixedG = false;           // media differ in g
-const bool kIsotropic = false;        // no medium has g
-const bool kEmission = false;         // some medium glows
-const bool kShadowToLight = false;    // as in 2017 over the whole way to a light, whatever the medium fills of it
-const bool kLeastExtinction = false;  // 2017 kept clear of 0 / 0 so
-const bool kIslands = false;          // some media have parts that lie far apart
-const bool kCountSamples = false;     // for the table that `render` prints
+const bool kMixedG = false;         // media differ in g
+const bool kIsotropic = false;      // no medium has g
+const bool kEmission = false;       // some medium glows
+const bool kShadowToLight = false;  // as in 2017 over the whole way to a light, whatever the medium fills of it
+const bool kMinExtinction = false;  // 2017 kept clear of 0 / 0 so
+const bool kIslands = false;        // some media have parts that lie far apart
+const bool kCountSamples = false;   // for the table that `render` prints
 
 layout(std140, binding = MEDIA_BLOCK) uniform Media { MediaParams u_media; };
 
@@ -87,7 +87,7 @@ float profile_noise(int m, vec3 p)
     float amplitude = 1.0;
     int octaves = medium.noise_octaves;
     int i = 0;
-    do {  // a loop that asks first runs once more where the lanes of a processor are one
+    do {  // llvmpipe runs a while loop's body once more with all lanes masked; do-while avoids it
         NoiseOctave octave = u_media.octaves[m * MAX_OCTAVES + i];
         vec3 q = p * octave.frequency + octave.fraction;
         vec3 whole = floor(q);
@@ -184,7 +184,7 @@ MediumSample sample_media(MediaPoint at)
     add_media(s, phase, at);
     if (kMixedG)
         s.g = phase.y > 0.0 ? phase.x / phase.y : 0.0;
-    if (kLeastExtinction)
+    if (kMinExtinction)
         s.sigma_t = max(s.sigma_t, u_frame.min_extinction);
     return s;
 }

@@ -90,7 +90,7 @@ Texture Texture::make(const Device& gl, std::string_view label, GLenum target, g
         throw Error(
             fmt::format("OpenGL: no memory for '{}', {} x {} x {} texels of {} bytes; try a "
                         "coarser grid, a smaller picture, a smaller SceneSettings::shadow_map or "
-                        "SceneSettings::shadow_cache, or fewer froxels (FrameSettings::tile, "
+                        "SceneSettings::shadow_volume_size, or fewer froxels (FrameSettings::tile, "
                         "FrameSettings::slices)",
                         label, size.x, size.y, size.z, texel_bytes(format)));
     }

@@ -314,7 +314,7 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
     rgb_ = traits.marched > 0 && !color;
     params_.extinction_color = glm::vec4(color.value_or(glm::vec3(1)), 1.0f);
 
-    const bool depth = settings.volume_shadows && settings.shadow_cache != 0 &&
+    const bool depth = settings.volume_shadows && settings.shadow_volume_size != 0 &&
                        settings.shadow_range == SceneSettings::ShadowRange::media &&
                        traits.marched > 0 && traits.islands == 0 && lights.count() > 0;
     if (depth) {
@@ -332,7 +332,7 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
         field.surfaces = scene.surfaces;
     field.casters = casters_of(scene.transparents);
     orders_why_.clear();
-    if (settings.world_cache != 0 && (traits.scatters || traits.emission)) {
+    if (settings.ambient_volume_size != 0 && (traits.scatters || traits.emission)) {
         if (traits.scatters)
             field.orders = orders_for(settings, media, orders_why_);
         field.glows = traits.emission;
@@ -346,7 +346,7 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
     }
     const bool has_field = field.filled;
     const bool scatters = traits.scatters && (settings.world_light || has_field);
-    if (settings.world_cache != 0 && traits.media > 0 &&
+    if (settings.ambient_volume_size != 0 && traits.media > 0 &&
         ((world && (scatters || !surfaces.empty())) || has_field || field.on_surfaces ||
          field.turns > 0)) {
         WorldKey key;
@@ -356,7 +356,7 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
         for (const Surface& surface : scene.surfaces)
             key.surfaces.push_back(obstacle_of(surface));
         key.world = scene.world;
-        key.nodes = settings.world_cache;
+        key.nodes = settings.ambient_volume_size;
         const bool detailed = scene.world.environment || !suns_outshine_the_sky(scene);
         key.ways = ways_for(settings, detailed);
         key.ways_on_surfaces = ways_for(settings, detailed || field.turns > 0);
@@ -418,7 +418,7 @@ int LightVolumes::turns_for(const Scene& scene, const SceneSettings& settings)
 {
     // Media that move or change leave it as it is: frames of a sequence have one.
     TurnsKey key{scene.surfaces, scene.media.size(), scene.probes.empty(),
-                 settings.world_cache == 0, settings.surface_bounces};
+                 settings.ambient_volume_size == 0, settings.surface_bounces};
     if (turns_key_ != key) {
         turns_ = surface_turns(scene, settings);
         turns_key_ = std::move(key);
@@ -450,7 +450,7 @@ void LightVolumes::set_depth(const SceneSettings& settings, medium::MediaSet& me
     refill_frames_ = settings.shadow_fill;
     const int count = lights.count();
     const medium::VoxelFrame frame = media.voxel_frame();
-    const int nodes = settings.shadow_cache;
+    const int nodes = settings.shadow_volume_size;
     const bool automatic = nodes == kAutomatic;
     const int most =
         std::min(automatic ? kAutoDepthNodes : nodes,

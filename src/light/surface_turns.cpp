@@ -110,7 +110,7 @@ double seen_of_a_turn(const Scene& scene)
 
 SurfaceTurns surface_turns(const Scene& scene, const SceneSettings& settings)
 {
-    if (scene.surfaces.empty() || settings.world_cache == 0)
+    if (scene.surfaces.empty() || settings.ambient_volume_size == 0)
         return {};
     if (settings.surface_bounces != kAutomatic)
         return {settings.surface_bounces, "as asked"};

@@ -134,7 +134,7 @@ void StepTiles::set(const PreparedFrame& frame)
     march_.count = depth_.count = tiles_of(frame.layer_size, kLayerTile);
     picture_.count = tiles_of(frame.picture_size, kPictureTile);
     const bool media = frame.settings.range == Settings::Range::media;
-    const bool skip = frame.settings.skip && media;
+    const bool skip = frame.settings.empty_space_skipping && media;
     for (Tiles* tiles : {&march_, &depth_, &picture_})
         tiles->texels.assign(static_cast<std::size_t>(tiles->count.x) *
                                  static_cast<std::size_t>(tiles->count.y),

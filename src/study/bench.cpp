@@ -118,7 +118,7 @@ void plan_steps(const BenchScene& scene, bool quick, std::vector<BenchCase>& cas
         add("steps", "steps", steps, "default", usual);
     for (const int steps : quick ? std::vector<int>{} : std::vector{4, 16, 64})
         add("shadow steps", "shadow-steps", steps, "default, shadows marched",
-            with(usual, "shadow-cache", "0"));
+            with(usual, "shadow-volume-size", "0"));
 }
 
 void plan_lights(const BenchScene& scene, bool quick, std::vector<BenchCase>& cases)
@@ -256,10 +256,10 @@ private:
 std::span<const AblatedStep> ablated_steps()
 {
     static constexpr std::array kSteps{
-        AblatedStep{"shadow-cache", "0"},     AblatedStep{"skip", "off"},
-        AblatedStep{"step-spacing", "fixed"}, AblatedStep{"falloff", "sampled"},
-        AblatedStep{"resolve-passes", "2"},   AblatedStep{"targets", "two"},
-        AblatedStep{"upsample", "4x4"},       AblatedStep{"resolution", "half"},
+        AblatedStep{"shadow-volume-size", "0"}, AblatedStep{"empty-space-skipping", "off"},
+        AblatedStep{"step-spacing", "fixed"},   AblatedStep{"falloff", "sampled"},
+        AblatedStep{"resolve-passes", "2"},     AblatedStep{"targets", "two"},
+        AblatedStep{"upsample", "4x4"},         AblatedStep{"resolution", "half"},
     };
     return kSteps;
 }

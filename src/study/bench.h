@@ -26,7 +26,7 @@ Spread spread_of(const std::vector<double>& values);
 struct BenchFigure {
     std::string group;  ///< `presets`, `sizes`, `load`, ...
     std::string scene;  ///< or a file's name; "" of the machine itself
-    std::string name;   ///< of the case: `default`, `all but shadow-cache`
+    std::string name;   ///< of the case: `default`, `all but shadow-volume-size`
     std::string axis;   ///< what grows from case to case: `pixels`; "" if nothing does
     double at = 0;      ///< where on that axis
     std::string quantity, unit;

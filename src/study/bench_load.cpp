@@ -60,7 +60,7 @@ Stages load_once(const std::filesystem::path& vdb, gl::GetProc get_proc)
 
     SceneRenderer renderer(get_proc);
     Settings no_light = settings;
-    no_light.shadow_cache = no_light.world_cache = 0;
+    no_light.shadow_volume_size = no_light.ambient_volume_size = 0;
     StillReport report;
     renderer.render(scene, no_light, {.picture = false, .progress = {}}, &report);
     add("upload", report.setup_ms - lay_out);

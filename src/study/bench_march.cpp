@@ -31,17 +31,17 @@ MarchFetches count_march_fetches(SceneRenderer& renderer, const Scene& scene,
         return fetches;
     const double samples = evaluations(renderer, scene, settings);
     fetches.density = samples * grids;
-    if (settings.shadow_cache == 0)
+    if (settings.shadow_volume_size == 0)
         return fetches;  // what a march to the lights fetches is among the samples
 
     // A shadow of one step, marched, is an evaluation for each marched medium where the cache would
     // be a fetch.
     Settings marched = settings;
-    marched.shadow_cache = 0;
+    marched.shadow_volume_size = 0;
     marched.shadow_steps = 1;
     if (settings.volume_shadows && !scene.lights.empty())
         fetches.light = (evaluations(renderer, scene, marched) - samples) / grids;
-    if (settings.world_cache == 0 || scene.world.radiance == glm::vec3(0))
+    if (settings.ambient_volume_size == 0 || scene.world.radiance == glm::vec3(0))
         return fetches;
     // A light at the eye reaches whatever a ray from the eye reaches: one such step a lit sample.
     Scene from_eye = scene;

@@ -32,7 +32,8 @@ Sweep alone(std::string_view setting, std::vector<std::string_view> values,
 Sweep marched(std::string_view setting, std::vector<std::string_view> values,
               std::vector<std::string_view> quick)
 {
-    return {"default", {{setting, std::move(values), std::move(quick)}}, {{"shadow-cache", "0"}}};
+    return {
+        "default", {{setting, std::move(values), std::move(quick)}}, {{"shadow-volume-size", "0"}}};
 }
 
 /// The same of froxels, in a frame on its own: what a history gathers would hide what one costs.
@@ -51,8 +52,8 @@ std::vector<Sweep> make_sweeps()
         {"eevee2017-froxel"},
         alone("steps", {"8", "16", "32", "64", "128", "256"}, {"16", "256"}),
         alone("step-spacing", {"medium", "fixed"}, {"fixed"}),
-        alone("skip", {"on", "off"}, {"off"}),
-        alone("early-end", {"0", "0.001", "0.01", "0.1"}, {"0"}),
+        alone("empty-space-skipping", {"on", "off"}, {"off"}),
+        alone("min-transmittance", {"0", "0.001", "0.01", "0.1"}, {"0"}),
         alone("falloff", {"exact", "sampled"}, {}),
         alone("temporal", {"off", "on"}, {"on"}),
         {"default", {{"steps", {"8", "16", "32"}, {}}}, {{"temporal", "on"}}},
@@ -60,8 +61,8 @@ std::vector<Sweep> make_sweeps()
         alone("splits", {"2", "4", "8", "16", "32", "64"}, {"4", "64"}),
         alone("transparency", {"split", "single", "doubled"}, {}),
         marched("shadow-steps", {"2", "4", "8", "16", "32", "64"}, {"4", "64"}),
-        alone("shadow-cache", {"0", "32", "64", "auto", "192"}, {"0", "32"}),
-        alone("world-cache", {"0", "16", "auto", "64"}, {"0"}),
+        alone("shadow-volume-size", {"0", "32", "64", "auto", "192"}, {"0", "32"}),
+        alone("ambient-volume-size", {"0", "16", "auto", "64"}, {"0"}),
         alone("world-directions", {"auto", "26", "74"}, {}),
         alone("bounces", {"0", "1", "2", "4", "8", "auto"}, {"0"}),
         alone("surface-bounces", {"0", "1", "2", "4"}, {}),

@@ -272,9 +272,9 @@ private:
             return light::surface_turns(scene_, {}).turns > 0;
         if (row.setting == "probes")
             return !renderer_.renderer().probes().empty();
-        if (row.setting == "world-cache")
+        if (row.setting == "ambient-volume-size")
             return !is_black(scene_.world) || options_.start.bounces != 0;
-        if (row.setting == "shadow-cache")
+        if (row.setting == "shadow-volume-size")
             return media.marched > 0 && !scene_.lights.empty();
         return true;
     }
@@ -480,7 +480,7 @@ private:
             return;
         Settings without = choice;
         find_setting(fact.without->first).set(without, fact.without->second);
-        const double longer = fact.without->first == "shadow-cache" ? choice.shadow_steps : 2;
+        const double longer = fact.without->first == "shadow-volume-size" ? choice.shadow_steps : 2;
         if (guess_seconds(without, longer * plan_.ms) > left(1))
             return;
         tell("what the scene saves");

@@ -115,13 +115,13 @@ std::vector<PlanFact> scene_facts(const Scene& scene, const medium::MediaTraits&
     } else {
         facts.push_back({fmt::format("optical depth up to {:.2g}: media throw shadows", depth)});
     }
-    if (media.marched > 0 && settings.volume_shadows && settings.shadow_cache != 0)
+    if (media.marched > 0 && settings.volume_shadows && settings.shadow_volume_size != 0)
         facts.push_back(
             {fmt::format("{}: shadows out of a volume, one fetch for {} steps",
                          scene.lights.size() == 1 ? "one light"
                                                   : fmt::format("{} lights", scene.lights.size()),
                          settings.shadow_steps),
-             std::pair("shadow-cache", "0")});
+             std::pair("shadow-volume-size", "0")});
     return facts;
 }
 

@@ -105,7 +105,7 @@ StabilityFigure furnace(const StabilityBench& bench)
 {
     StabilityFigure worst;
     Settings settings = bench.settings;
-    settings.world_cache = 0;  // light scattered once in a dimmed world is no furnace
+    settings.ambient_volume_size = 0;  // light scattered once in a dimmed world is no furnace
     for (const bool grid : {false, true}) {
         Scene scene = bare_scene(32);
         scene.world.radiance = glm::vec3(1);

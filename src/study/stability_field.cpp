@@ -136,7 +136,7 @@ constexpr int kFrames = 10;
 Settings followed_in_motion(const StabilityBench& bench)
 {
     Settings settings = followed(bench, Settings::kAutomatic);
-    settings.world_cache = 12;
+    settings.ambient_volume_size = 12;
     return settings;
 }
 

@@ -591,7 +591,7 @@ TEST(Render, WhatTheLibrarySaysIsSaidOnceBesideTheOutput)
         "sigma_s": [1, 1, 1], "sigma_a": [0, 0, 0]})"));
     const Outcome run = run_program(
         folder.path(), {"render", "fine.json", "--json", "--aa=2", "--frames=2", "--bounces=0",
-                        "--shadow-cache=0", "--shadow-steps=1", "--steps=4", "-o", "x.png"});
+                        "--shadow-volume-size=0", "--shadow-steps=1", "--steps=4", "-o", "x.png"});
     ASSERT_EQ(run.code, 0) << run;
     EXPECT_EQ(Json::parse(run.out).at("settings").at("noise-grid"), "on");
     EXPECT_EQ(run.err, "fumarole: --noise-grid: the noise of medium 0 is worked out at each "
@@ -603,7 +603,7 @@ TEST(Render, SamplesGrowWithTheSteps)
     const TempFolder folder;
     const auto samples = [&](const Arguments& more) {
         Arguments command{"render", "--aa=1",      sample("smoke_plume.vdb"), kSmall,
-                          "--json", "--bounces=0", "--world-cache=8",         "-o",
+                          "--json", "--bounces=0", "--ambient-volume-size=8", "-o",
                           "x.png"};
         command.insert(command.end(), more.begin(), more.end());
         return Json::parse(must(folder, command).out).at("samples").get<double>();
@@ -611,7 +611,7 @@ TEST(Render, SamplesGrowWithTheSteps)
     const double base = samples({});
     const double half = samples({"--steps=64", "--step-spacing=fixed"});
     EXPECT_NEAR(samples({"--steps=128", "--step-spacing=fixed"}) / half, 2, 0.2);
-    const double marched = samples({"--shadow-cache=0"});
+    const double marched = samples({"--shadow-volume-size=0"});
     EXPECT_GT(marched, 3 * base) << "a volume of shadows spares their steps";
     EXPECT_LT(samples({"--volume-shadows=off"}), 0.3 * marched);
     EXPECT_GT(samples({"--resolution=full"}), 3 * base);
@@ -654,7 +654,7 @@ TEST(Render, EveryValueOfEverySettingWorks)
     commands.push_back({"--steps=1", "--shadow-steps=1", "--distribution=0", "--g-clamp=0",
                         "--shadow-map=16", "--depth-threshold=1e-6"});
     commands.push_back({"--steps=1000", "--shadow-steps=64", "--distribution=1", "--g-clamp=0.9999",
-                        "--shadow-map=8192", "--depth-threshold=1e6", "--least-extinction=1e-3"});
+                        "--shadow-map=8192", "--depth-threshold=1e6", "--min-extinction=1e-3"});
     commands.push_back({"--preset=eevee2017"});
     commands.push_back({"--preset=default"});
     commands.push_back({"--preset=froxel"});

@@ -149,7 +149,8 @@ inline Outcome run_program(const std::filesystem::path& folder, const Arguments&
 /// is scattered once, which takes half of a small picture's time.
 inline Arguments with_little_light(Arguments command)
 {
-    command.insert(command.end(), {"--bounces=0", "--world-cache=8", "--shadow-cache=16"});
+    command.insert(command.end(),
+                   {"--bounces=0", "--ambient-volume-size=8", "--shadow-volume-size=16"});
     return command;
 }
 

@@ -138,5 +138,26 @@ TEST(Usage, EverySettingNamesItselfAndWhatItTakes)
     }
 }
 
+TEST(Usage, TellsOfASettingsOldName)
+{
+    const TempFolder folder;
+    const Outcome old =
+        run_program(folder.path(), {"render", "x.vdb", "--skip=nonsense", "--world-cache", "8"});
+    EXPECT_EQ(old.code, 2) << old;
+    EXPECT_EQ(old.err.find("fumarole: --skip is now called --empty-space-skipping; the old name is "
+                           "accepted by this release only\n"
+                           "fumarole: --world-cache is now called --ambient-volume-size;"),
+              0u)
+        << old;
+    EXPECT_NE(old.err.find("--empty-space-skipping: 'nonsense'"), std::string::npos) << old;
+    EXPECT_EQ(old.error_lines(), 3) << old;
+    // What is no option is left as it is.
+    const Outcome file = run_program(folder.path(), {"info", "--", "--skip"});
+    EXPECT_EQ(file.error_lines(), 1) << file;
+    EXPECT_NE(file.err.find("--skip: "), std::string::npos) << file;
+    const Outcome help = run_program(folder.path(), {"render", "--help"});
+    EXPECT_EQ(help.out.find("--skip"), std::string::npos) << "only the present name is shown";
+}
+
 }  // namespace
 }  // namespace fumarole::test

@@ -46,7 +46,7 @@ TEST(Chart, EverySettingThatTradesSpeedIsSwept)
     // Two guard against extremes, on which a scene may need them, and buy no time; one is of lights
     // that move, and one of probes while they do, and a chart's stand still; and what passes run as
     // makes no other picture, and is the device's choice.
-    std::set<std::string_view> missing{"g-clamp", "least-extinction", "shadow-fill", "probe-update",
+    std::set<std::string_view> missing{"g-clamp", "min-extinction", "shadow-fill", "probe-update",
                                        "passes"};
     for (const SettingInfo& info : setting_table()) {
         bool swept = false;

@@ -83,7 +83,7 @@ PlanTry on_paper(const Settings& s)
     const double texels = 1.0 / (s.resolution * s.resolution);
     const bool wide = s.upsample == Settings::Upsample::tent4x4;
     const double march = 2.5 / s.steps, edges = (s.resolution - 1) * (wide ? 0.006 : 0.012),
-                 light = s.shadow_cache == Settings::kAutomatic ? 0.002 : 0.001;
+                 light = s.shadow_volume_size == Settings::kAutomatic ? 0.002 : 0.001;
     PlanTry tried;
     tried.settings = s;
     tried.ms = 3 + (wide ? 6 : 0) + texels * s.steps;
@@ -98,7 +98,7 @@ std::vector<PlanRow> march_rows()
     for (const PlanRow& row : plan_rows())
         if (row.mode == Settings::Mode::raymarch &&
             (row.setting == "steps" || row.setting == "resolution" || row.setting == "upsample" ||
-             row.setting == "shadow-cache"))
+             row.setting == "shadow-volume-size"))
             rows.push_back(row);
     return rows;
 }

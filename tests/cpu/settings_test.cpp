@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 #include <set>
 #include <type_traits>
 
@@ -58,9 +59,9 @@ TEST(Settings, AreCheckedByTheNamesOfTheirMembers)
     EXPECT_EQ(message_of(frame),
               "FrameSettings::steps: '0' is not one of its values; it takes 1..4096");
     frame = {};
-    frame.early_end = std::numeric_limits<float>::quiet_NaN();
+    frame.min_transmittance = std::numeric_limits<float>::quiet_NaN();
     EXPECT_EQ(message_of(frame),
-              "FrameSettings::early_end: 'nan' is not one of its values; it takes 0..0.5");
+              "FrameSettings::min_transmittance: 'nan' is not one of its values; it takes 0..0.5");
     frame = {};
     frame.resolution = 3;
     EXPECT_NE(message_of(frame).find("FrameSettings::resolution: '3'"), std::string::npos);
@@ -71,6 +72,24 @@ TEST(Settings, AreCheckedByTheNamesOfTheirMembers)
     scene.shadow_map = 15;
     EXPECT_EQ(message_of(scene),
               "SceneSettings::shadow_map: '15' is not one of its values; it takes auto|16..8192");
+}
+
+TEST(SettingTable, TakesTheNamesOfTheReleaseBefore)
+{
+    const std::map<std::string_view, std::string_view> renamed{
+        {"skip", "empty-space-skipping"},
+        {"early-end", "min-transmittance"},
+        {"least-extinction", "min-extinction"},
+        {"shadow-cache", "shadow-volume-size"},
+        {"world-cache", "ambient-volume-size"}};
+    for (const auto& [old, present] : renamed) {
+        EXPECT_EQ(present_name(old), present);
+        EXPECT_EQ(find_setting(old).name, present);
+        EXPECT_EQ(find_setting(present).name, present);
+    }
+    for (const SettingInfo& info : setting_table())
+        EXPECT_EQ(present_name(info.name), info.name) << "an old name hides it";
+    EXPECT_EQ(present_name("no-such"), "no-such");
 }
 
 TEST(FlagNames, StandInTheCommandLinesMessages)

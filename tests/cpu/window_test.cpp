@@ -804,18 +804,21 @@ TEST(ViewState, ItsCommandLineGivesItsSettingsBack)
     change_setting(state, "steps", "37");
     change_setting(state, "mode", "froxel");
     change_setting(state, "distribution", "0.3");
+    change_setting(state, "skip", "on");  // as a file of the release before has it
     const std::string line = command_line(state, "x.vdb", {320, 200}, "x y.png");
     EXPECT_THAT(line, HasSubstr("--size 320x200"));
     EXPECT_THAT(line, HasSubstr("-o 'x y.png'"));
     EXPECT_THAT(line, HasSubstr("--preset eevee2017 --mode froxel"));
+    EXPECT_THAT(line, HasSubstr("--empty-space-skipping on"));
     Settings back = find_preset("eevee2017");
     back.mode = Settings::Mode::froxel;
     command::SettingsInput input;
     input.preset = "eevee2017";
     input.mode = "froxel";
-    input.changed = {{"steps", "37"}, {"distribution", "0.3"}};
+    input.changed = {{"steps", "37"}, {"distribution", "0.3"}, {"empty-space-skipping", "on"}};
     EXPECT_EQ(command::parse_settings(input), state.settings);
-    EXPECT_EQ(command::settings_words(state.settings, back), "--steps 37 --distribution 0.3");
+    EXPECT_EQ(command::settings_words(state.settings, back),
+              "--steps 37 --distribution 0.3 --empty-space-skipping on");
 }
 
 TEST(ViewState, TheOtherSideIsAModeAPresetOrTheReference)

@@ -153,8 +153,8 @@ protected:
         settings.slices = 16;
         settings.shadow_steps = 4;
         settings.shadow_map = 128;
-        settings.shadow_cache = settings.shadow_cache == 0 ? 0 : 12;
-        settings.world_cache = settings.world_cache == 0 ? 0 : 8;
+        settings.shadow_volume_size = settings.shadow_volume_size == 0 ? 0 : 12;
+        settings.ambient_volume_size = settings.ambient_volume_size == 0 ? 0 : 8;
         settings.world_directions = 26;
         return settings;
     }

@@ -74,8 +74,8 @@ Settings small(Settings settings = {})
     settings.steps = 24;
     settings.shadow_steps = 4;
     settings.bounces = 0;
-    settings.shadow_cache = settings.shadow_cache == 0 ? 0 : 12;
-    settings.world_cache = settings.world_cache == 0 ? 0 : 6;
+    settings.shadow_volume_size = settings.shadow_volume_size == 0 ? 0 : 12;
+    settings.ambient_volume_size = settings.ambient_volume_size == 0 ? 0 : 6;
     return settings;
 }
 

@@ -248,7 +248,7 @@ TEST_F(RendererErrors, LoopsThatTheGlCutsOff)
     Settings many = settings();
     many.steps = 1000;
     many.shadow_steps = 100;
-    many.shadow_cache = 0;
+    many.shadow_volume_size = 0;
     Renderer renderer(get_proc());
     View view = renderer.make_view();
     renderer.set_scene(scene, many);

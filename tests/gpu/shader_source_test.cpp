@@ -466,10 +466,9 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
 
     // The froxels that sample: as the march below, with what is theirs alone.
     const auto froxels = [&](const Defines& media, const Defines& lights, unsigned set) {
-        const Defines sampling =
-            flags(set, {"kVolumeShadows", "kWorldLight", "EXTINCTION_IN_ALPHA", "kCameraRange",
-                        "kShadowToLight", "kLeastExtinction"}) +
-            flags(set >> 3, {"kWorldVolume", "kDepthVolume", "kWorldWalls"});
+        const Defines sampling = flags(set, {"kVolumeShadows", "kWorldLight", "EXTINCTION_IN_ALPHA",
+                                             "kCameraRange", "kShadowToLight", "kMinExtinction"}) +
+                                 flags(set >> 3, {"kWorldVolume", "kDepthVolume", "kWorldWalls"});
         variants.add("pass/v_buffer.comp", media + lights + sampling);
         variants.add("pass/scatter.comp", media + lights + sampling +
                                               flags(set >> 6, {"kGridShadows", "kHistory",
@@ -489,7 +488,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         const Defines marched =
             media + lights +
             flags(set, {"kBlueNoise", "kVolumeShadows", "kWorldLight", "kCameraRange",
-                        "kShadowToLight", "kLeastExtinction", "kMonochrome", "kCountSamples",
+                        "kShadowToLight", "kMinExtinction", "kMonochrome", "kCountSamples",
                         "kDepthVolume", "kWorldVolume"}) +
             flags(set ^ set >> 3, {"kExactFalloff", "kMediaDepth", "kDepthAtPoint"}) +
             flags(set >> 2, {"kSplits", "kWorldWalls"}) +

@@ -115,8 +115,8 @@ protected:
         settings.distribution = 0;
         settings.shadow_steps = 48;
         settings.shadow_map = 4096;
-        settings.shadow_cache = 0;  // the march itself is meant
-        settings.world_cache = 0;   // and no field, by which what glows would light
+        settings.shadow_volume_size = 0;   // the march itself is meant
+        settings.ambient_volume_size = 0;  // and no field, by which what glows would light
         const Still still = render(scene, settings);
         study::ReferenceOptions options;
         options.tolerance = 2e-3;
@@ -176,8 +176,8 @@ TEST_F(Agreement, NoiseOutOfAGridIsTheNoise)
     scene.media.emplace_back(haze());
     Settings settings = plain_settings();
     settings.steps = 128;
-    for (const int shadow_cache : {0, Settings::kAutomatic}) {
-        settings.shadow_cache = shadow_cache;
+    for (const int shadow_volume_size : {0, Settings::kAutomatic}) {
+        settings.shadow_volume_size = shadow_volume_size;
         settings.noise_grid = true;
         const Still read = render(scene, settings);
         settings.noise_grid = false;

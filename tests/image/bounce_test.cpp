@@ -43,7 +43,7 @@ protected:
     Still with_bounces(const Scene& scene, Settings settings, int bounces)
     {
         settings.bounces = bounces;
-        settings.world_cache = 12;
+        settings.ambient_volume_size = 12;
         return render(scene, settings);
     }
 };

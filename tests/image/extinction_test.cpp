@@ -377,7 +377,7 @@ TEST_F(March, GridsOfColours)
         Settings settings = plain_settings();
         settings.layout = layout;
         settings.steps = 256;
-        settings.world_cache = 0;  // the world is what tells the scattering
+        settings.ambient_volume_size = 0;  // the world is what tells the scattering
         const auto expect = [&](const std::vector<float>& layer, glm::dvec3 expected,
                                 const char* what) {
             for (int c = 0; c < 3; ++c)

@@ -65,11 +65,11 @@ TEST_F(FarMedia, EachPuffOfTwoLooksAsItDoesAlone)
     const std::shared_ptr<VoxelGrid> one = lump(ahead()), both = twice(*one);
     const glm::dvec3 far = kVoxel * 8 * glm::dvec3(kFarBricks);
     Settings settings = plain_settings();
-    settings.shadow_cache = 0;
+    settings.shadow_volume_size = 0;
     const Still alone = render(scene_of(one, glm::dvec3(0)), settings);
     const Image expected = picture_of(alone, alone.transmittance);
     ASSERT_LT(*std::min_element(alone.transmittance.begin(), alone.transmittance.end()), 0.3f);
-    settings.shadow_cache = Settings::kAutomatic;
+    settings.shadow_volume_size = Settings::kAutomatic;
     for (const glm::dvec3 moved : {glm::dvec3(0), far}) {
         Settings default_steps = settings;
         default_steps.spacing = Settings().spacing;

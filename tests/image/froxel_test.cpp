@@ -97,7 +97,7 @@ TEST_F(Froxel, ABoxAskewEndsAtItsFaces)
     scene.media = {box};
     scene.world.radiance = glm::vec3(1);
     Settings settings = plain_froxels();
-    settings.world_cache = 0;  // a furnace: its world is not dimmed
+    settings.ambient_volume_size = 0;  // a furnace: its world is not dimmed
     const Still still = render(scene, settings);
     EXPECT_TRUE(images_near(
         picture_of(still, still.transmittance),

@@ -145,7 +145,7 @@ TEST_F(Indoors, LightThroughGapsHasLittleGrain)
     settings.steps = 24;
     settings.jitter = Settings::Jitter::blue;
     settings.shadow_map = 1024;
-    settings.shadow_cache = 0;
+    settings.shadow_volume_size = 0;
     const study::Metrics m = study::compare(render(scene, settings).scattering, truth.pixels);
     figure("light through gaps: relMSE", m.relmse);
     figure("light through gaps: bias", m.bias);

@@ -207,7 +207,7 @@ TEST_F(Inspect, SamplesAddUpToTheirCount)
     scene.media.emplace_back(smoke);
     // Columns beyond the picture see no media, as the box lies within it: nothing is left out.
     for (Settings settings : {plain_settings(), plain_froxels(4)}) {
-        settings.shadow_cache = 0;  // so that shadows are marched, and counted
+        settings.shadow_volume_size = 0;  // so that shadows are marched, and counted
         StillReport report;
         render(scene, settings, 1, &report);
         const InspectionStill still = inspect(scene, settings, {.kind = Kind::samples});

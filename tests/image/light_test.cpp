@@ -232,7 +232,7 @@ TEST_F(Lighting, SelfShadowOfAGridConvergesWithShadowSteps)
     for (Settings settings : plain_siblings()) {
         SCOPED_TRACE(mode_name(settings.mode));
         set_steps(settings, 256);
-        settings.shadow_cache = 0;
+        settings.shadow_volume_size = 0;
         double before = 0;
         for (const int shadow_steps : {1, 2, 4, 8, 16}) {
             settings.shadow_steps = shadow_steps;
@@ -270,7 +270,7 @@ TEST_F(Lighting, WhiteFurnace)
         scene.media = {medium};
         for (Settings settings :
              {plain_settings(), plain_froxels(4), Settings{}, find_preset("froxel")}) {
-            settings.world_cache = 0;
+            settings.ambient_volume_size = 0;
             const bool plain = settings.format == Settings::Format::rgba32f;
             const Still still = render(scene, settings);
             const Image one = ideal(scene, [](glm::dvec2) { return glm::dvec3(1); });
@@ -327,7 +327,7 @@ TEST_F(Lighting, SunThroughASlabOntoTheGround)
     above.sigma_a = 0.5 * sigma_t;
     scene.media = {above};
     Settings settings = plain_settings();
-    settings.world_cache = 0;  // the sun is what the slab dims
+    settings.ambient_volume_size = 0;  // the sun is what the slab dims
     const Still still = render(scene, settings);
     const auto lit = [&](double dimmed) {
         return ideal(scene, [&, dimmed](glm::dvec2) {
@@ -463,7 +463,7 @@ TEST_F(Lighting, SpotConeInFog)
 TEST_F(Lighting, CoefficientsOfOverlappingMediaAdd)
 {
     Settings settings = plain_settings();
-    settings.world_cache = 0;  // 16 bits
+    settings.ambient_volume_size = 0;  // 16 bits
     Scene scene = wide_scene();
     scene.lights = {SunLight{{0.3, 0.8, 0.5}, glm::vec3(3)}};
     scene.world.radiance = glm::vec3(0.2f);

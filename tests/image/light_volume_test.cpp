@@ -139,7 +139,7 @@ TEST_P(ShadowVolume, AgreesWithTheIntegral)
         const study::Metrics kept = study::compare(still.scattering, truth.pixels);
         figure(fmt::format("{}, {}: relMSE", shadow.name, mode_name(settings.mode)), kept.relmse);
         EXPECT_LT(kept.relmse, 1e-4) << mode_name(settings.mode);
-        settings.shadow_cache = 4;  // far too coarse: the volume is what is looked at
+        settings.shadow_volume_size = 4;  // far too coarse: the volume is what is looked at
         const study::Metrics coarse =
             study::compare(render(scene, settings).scattering, truth.pixels);
         EXPECT_GT(coarse.relmse, 3 * kept.relmse) << mode_name(settings.mode);
@@ -166,7 +166,7 @@ TEST_F(LightVolume, SurfacesBesideTheSmokeAreShadedByIt)
         scene.lights = {light};
         Settings settings = plain_settings();
         const Still kept = render(scene, settings);
-        settings.shadow_cache = 0;
+        settings.shadow_volume_size = 0;
         settings.shadow_steps = 128;  // times 4 on surfaces
         const Still marched = render(scene, settings);
         const Image lit = picture_of(kept, kept.surface_lit);
@@ -199,7 +199,7 @@ TEST_F(LightVolume, SeveralMediaOfSeveralColoursShareOne)
     scene.media = {one, haze, two, noise};
     for (Settings settings : plain_siblings()) {
         const Still kept = render(scene, settings);
-        settings.shadow_cache = 0;
+        settings.shadow_volume_size = 0;
         settings.shadow_steps = 64;
         const Still marched = render(scene, settings);
         EXPECT_LT(study::compare(kept.scattering, marched.scattering).relmse, 2e-4)
@@ -798,7 +798,7 @@ TEST_P(WorldVolume, AgreesWithTheReference)
         EXPECT_LT(kept.relmse, world.relmse) << mode_name(settings.mode);
         EXPECT_LT(std::abs(kept.bias), world.bias) << mode_name(settings.mode);
         Settings flat = settings;
-        flat.world_cache = 0;
+        flat.ambient_volume_size = 0;
         EXPECT_GT(study::compare(render(scene, flat).scattering, truth.scattering).relmse,
                   10 * world.relmse)
             << "2017's constant is told apart, " << mode_name(settings.mode);

@@ -282,7 +282,7 @@ TEST_F(MarchHistory, IsDroppedForAReasonThatIsTold)
 {
     Settings settings = temporal(12);
     Settings others = settings;
-    others.early_end = 0.01f;
+    others.min_transmittance = 0.01f;
     expect_dropped_for_reasons(lump_scene(kGrey), settings, others,
                                [&](const Scene& scene, const Settings& how, std::uint64_t number) {
                                    Renderer renderer(get_proc());

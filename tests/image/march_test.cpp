@@ -39,7 +39,7 @@ protected:
 
     static Still draw(const Scene& scene, Settings settings, bool skip, double& samples)
     {
-        settings.skip = skip;
+        settings.empty_space_skipping = skip;
         StillReport report;
         Still still = scene_renderer().render(scene, settings, {}, &report);
         samples = report.samples;
@@ -86,7 +86,7 @@ TEST_F(MarchSpeed, LitTilesLeaveThePictureAsItIs)
     for (const int resolution : {1, 2}) {
         Settings settings = plain_settings(resolution);
         const Still with = render(scene, settings);
-        settings.skip = false;
+        settings.empty_space_skipping = false;
         const Still without = render(scene, settings);
         const Image shaded = picture_of(with, with.scattering);
         EXPECT_LT(max_difference(shaded, picture_of(without, without.scattering)), 1e-6)
@@ -94,7 +94,7 @@ TEST_F(MarchSpeed, LitTilesLeaveThePictureAsItIs)
         Scene bare = scene;
         bare.surfaces[0] =
             BoxSurface{.min = {-3, 20, 1.6}, .max = {-0.6, 26, 1.7}, .albedo = glm::vec3(0.5f)};
-        settings.skip = true;
+        settings.empty_space_skipping = true;
         const Still all_lit = render(bare, settings);
         EXPECT_GT(max_difference(shaded, picture_of(all_lit, all_lit.scattering)), 0.1)
             << "the board shades some of it";
@@ -150,7 +150,7 @@ TEST_F(MarchSpeed, SurfacesThatAreNotLookedUpThrowNoShadowOnTheMedia)
             Settings settings = plain_settings();
             settings.spacing = Settings::Spacing::fixed;
             const Still quick = render(scene, settings);
-            settings.skip = false;
+            settings.empty_space_skipping = false;
             const Still slow = render(scene, settings);
             EXPECT_LT(max_difference(picture_of(quick, quick.composite),
                                      picture_of(slow, slow.composite)),
@@ -190,11 +190,12 @@ TEST_F(MarchSpeed, EarlyEndErrsByNoMoreThanWhatItStillLetThrough)
     scene.media = {fog};
     scene.world.radiance = glm::vec3(2);
     Settings settings = plain_settings();
-    settings.world_cache = 0;  // the same from all around: no source is brighter than the world
+    settings.ambient_volume_size =
+        0;  // the same from all around: no source is brighter than the world
     const Still whole = render(scene, settings);
     double before = 0;
     for (const float end : {1e-3f, 1e-2f, 1e-1f}) {
-        settings.early_end = end;
+        settings.min_transmittance = end;
         const Still cut = render(scene, settings);
         const double transmittance = max_difference(picture_of(cut, cut.transmittance),
                                                     picture_of(whole, whole.transmittance));

@@ -121,7 +121,7 @@ TEST_F(Eevee2017, IsWhatItsDocumentSays)
     EXPECT_EQ(s.shadow_steps, 16);
     EXPECT_EQ(s.resolution, 2);
     EXPECT_EQ(s.bounces, 0);
-    EXPECT_EQ(s.least_extinction, 1e-4f);
+    EXPECT_EQ(s.min_extinction, 1e-4f);
     EXPECT_EQ(s.format, Settings::Format::r11g11b10f);
     EXPECT_EQ(s.targets, Settings::Targets::two);
     EXPECT_EQ(find_preset("default"), Settings{});

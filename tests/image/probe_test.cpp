@@ -184,7 +184,7 @@ TEST_F(ProbeSurfaces, RoughnessIsTheBrdfsIntegral)
             ground.gloss = gloss_of(roughness, metallic);
             scene.surfaces = {ground};
             Settings settings = plain_settings();
-            settings.world_cache = 0;  // the ground hides nothing of the sky
+            settings.ambient_volume_size = 0;  // the ground hides nothing of the sky
             const Still still = render(scene, settings);
             const double alpha = ggx_alpha(ground.gloss->roughness);
             const glm::dvec3 albedo(ground.albedo);

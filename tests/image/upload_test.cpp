@@ -24,8 +24,8 @@ protected:
         settings.bounces = 0;
         settings.steps = 8;
         settings.resolution = 1;
-        settings.shadow_cache = 8;
-        settings.world_cache = 0;
+        settings.shadow_volume_size = 8;
+        settings.ambient_volume_size = 0;
         settings.storage = medium::Storage::r32f;
         settings.layout = medium::Layout::dense;
         return settings;

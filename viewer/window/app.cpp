@@ -4,6 +4,7 @@
 #include <imgui.h>
 
 #include "overloaded.h"
+#include "settings_input.h"
 #include "study/flag_names.h"
 #include "window/camera_control.h"
 #include "window/overlay.h"
@@ -175,6 +176,7 @@ void App::perform(const ScriptAction& action, std::vector<Event>& events)
         Overloaded{
             [&](const Event& event) { events.push_back(event); },
             [&](const SetSetting& set) {
+                command::tell_of_old_name(set.name);
                 change_setting(state(), set.name, set.value);
                 viewport_.invalidate(Change::view);
             },

@@ -81,8 +81,8 @@ Settings settings_at(const Settings& asked, const Effort& effort, bool content_c
         const auto cap = [](int nodes, int most) {
             return nodes == Settings::kAutomatic ? most : std::min(nodes, most);
         };
-        s.shadow_cache = cap(asked.shadow_cache, kCoarseShadows);
-        s.world_cache = cap(asked.world_cache, kCoarseWorld);
+        s.shadow_volume_size = cap(asked.shadow_volume_size, kCoarseShadows);
+        s.ambient_volume_size = cap(asked.ambient_volume_size, kCoarseWorld);
         s.world_directions = kFewDirections;
     }
     return s;

@@ -37,12 +37,12 @@ struct SceneSettings {
     int shadow_map = kAutomatic;
     /// Nodes along the longest edge of the volume of optical depth towards each light, 0..512; 0:
     /// none, shadows are marched; kAutomatic: two a voxel, 96 at most.
-    int shadow_cache = kAutomatic;
+    int shadow_volume_size = kAutomatic;
     int shadow_fill = 1;      ///< frames over which a moved light's volume is refilled, 1..256
     bool world_light = true;  ///< true: the world's light scatters in the media too
     /// Nodes along the longest edge of the volume of the world's light, 0..128; 0: none, media
     /// don't dim it nor surfaces hide it; kAutomatic: one for 3 voxels, 32 at most.
-    int world_cache = kAutomatic;
+    int ambient_volume_size = kAutomatic;
     /// Directions that the world's light is summed over, 26 or 74; kAutomatic: 26 where suns
     /// outshine a sky of one colour, and 74 on surfaces that send light on.
     int world_directions = kAutomatic;
@@ -52,7 +52,7 @@ struct SceneSettings {
     int bounces = kAutomatic;
     /// Times that surfaces send light on, onto each other and into the media, 0..16; kAutomatic:
     /// as often as their albedo asks for where some are glossy or shine or there are probes, else
-    /// 0. Needs a world_cache.
+    /// 0. Needs a ambient_volume_size.
     int surface_bounces = kAutomatic;
 
     // light from all around on surfaces
@@ -127,14 +127,14 @@ struct FrameSettings {
     float distribution = 0.8f;  ///< spacing of steps, lambda: 0 linear .. 1 exponential
     Jitter jitter = Jitter::blue;
     Range range = Range::media;
-    float g_clamp = 0.999f;      ///< upper bound of |g|, 0..0.9999
-    float least_extinction = 0;  ///< lower bound of sigma_t [1/m]; 2017 had 1e-4
-    bool skip = true;            ///< empty-space skipping: no steps in empty bricks
-    float early_end = 0;         ///< early termination below this transmittance, 0..0.5
+    float g_clamp = 0.999f;            ///< upper bound of |g|, 0..0.9999
+    float min_extinction = 0;          ///< lower bound of sigma_t [1/m]; 2017 had 1e-4
+    bool empty_space_skipping = true;  ///< true: no steps are taken in empty bricks
+    float min_transmittance = 0;       ///< early termination below this transmittance, 0..0.5
     Spacing spacing = Spacing::medium;
     Falloff falloff = Falloff::exact;
     /// Midpoints on the way to a light, 1..1024, of each heterogeneous medium; where a volume of
-    /// optical depth is (SceneSettings::shadow_cache) none are taken.
+    /// optical depth is (SceneSettings::shadow_volume_size) none are taken.
     int shadow_steps = 16;
     /// Temporal reprojection: a view's last frames are averaged with the next.
     bool temporal = false;
@@ -203,6 +203,11 @@ FUMAROLE_API const std::vector<SettingInfo>& setting_table();
 FUMAROLE_API void check(const SceneSettings& settings);
 FUMAROLE_API void check(const FrameSettings& settings);
 
+/// The name that a setting has now, of one that it had in the release before this (`skip`:
+/// `empty-space-skipping`); any other word is returned as it is.
+FUMAROLE_API std::string_view present_name(std::string_view name);
+
+/// Takes a setting's present name, or the one that it had in the release before this.
 /// @throws Error listing the names if there is no such setting.
 FUMAROLE_API const SettingInfo& find_setting(std::string_view name);
 
