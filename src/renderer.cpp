@@ -545,7 +545,7 @@ void Renderer::Parts::show(const Scene& scene, const SceneSettings& settings)
         if (same_content(drawn->scene, scene))
             return;
     }
-    const gl::StateGuard guard(device, BLOCK_COUNT, IMAGE_COUNT);
+    const gl::StateGuard guard(device, BLOCK_COUNT, IMAGE_COUNT, STORAGE_COUNT);
     scene_settings = settings;
     or_nothing([&] {
         if (anew || drawn->scene.media != scene.media || drawn->scene.time != scene.time)

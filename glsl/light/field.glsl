@@ -3,6 +3,7 @@
 // A way is walked by as many chains as one slice across it has nodes. A chain that leaves the lattice on one side goes
 // on at the other, where light enters anew: each node is met once, and all chains are of the same length, whichever line the nodes that they go to are nearest to.
 #include "shared/bindings.h"
+#include "shared/field_nodes.h"
 #include "shared/field_params.h"
 #include "lib/lattice.glsl"
 #include "lib/walls.glsl"

@@ -2,7 +2,7 @@
 // cell, weighted by what there is to scatter it.
 //   in   the volumes that dim lights
 //   out  coefficients [W/m^2/sr]; alpha of the first: 1 if any light gets there
-#include "light/field.glsl"
+#include "light/field_listed.glsl"
 #include "shared/spherical_harmonics.h"
 #include "light/dimmed_lights.glsl"
 
@@ -48,9 +48,9 @@ void add_light(int i, vec3 p, float weight, LightSample light, float visibility)
 void main()
 {
     const int kSamples = 2;  // along each edge of a cell
-    ivec3 node = ivec3(gl_GlobalInvocationID);
+    ivec3 node = own_node();
     LatticeParams lattice = u_field.nodes;
-    if (any(greaterThan(node, ivec3(lattice.last))))
+    if (any(greaterThanEqual(node, node_count())))
         return;
     for (int i = 0; i < kCount; ++i)
         g_light[i] = vec3(0.0);

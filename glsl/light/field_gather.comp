@@ -1,7 +1,7 @@
 // Sums what a batch of ways brings to each node, as harmonics.
 //   in   radiance of each way
 //   out  coefficients of this light, kDimmed: and of what media let through of it; alpha of the first: the part of the
-//        sphere whose ways do not end inside of a surface
+//        sphere whose ways do not end inside of a surface, or, of listed nodes that are not added to, 1
 #include "light/field_pairs.glsl"
 
 // Variant
@@ -40,7 +40,7 @@ void gather_pair(ivec3 node, int k)
 
 void main()
 {
-    ivec3 node = ivec3(gl_GlobalInvocationID);
+    ivec3 node = own_node();
     if (any(greaterThanEqual(node, node_count())))
         return;
     for (int i = 0; i < kCount; ++i)
@@ -50,7 +50,7 @@ void main()
     for (int i = 0; i < kCount; ++i) {
         ivec3 at = node + layer_of(i);
         vec4 light = kAdds ? imageLoad(u_light_img, at) : vec4(0.0);
-        float outside = i == 0 ? light.a + g_outside : 0.0;
+        float outside = i > 0 ? 0.0 : kListed && !kAdds && !kWorld ? 1.0 : light.a + g_outside;
         imageStore(u_light_img, at, vec4(light.rgb + g_light[i], outside));
         if (!kDimmed)
             continue;

@@ -18,7 +18,9 @@ void main()
     LatticeParams lattice = u_field.nodes;
     if (any(greaterThan(node, ivec3(lattice.last))))
         return;
-    int n = u_volumes.samples;
+    bool is_empty = any(lessThanEqual(vec3(node) + 0.5, u_field.media_low)) ||
+                    any(greaterThanEqual(vec3(node) - 0.5, u_field.media_high));
+    int n = is_empty ? 0 : u_volumes.samples;
     MediumSample sum = MediumSample(vec3(0.0), extinction_t(0.0), vec3(0.0), 0.0);
     vec2 phase = vec2(0.0);
     for (ivec3 place = ivec3(0); place.z < n; place = next_in_cell(place, n)) {
@@ -31,7 +33,7 @@ void main()
         else
             add_medium(sum, phase, sample_media(p));
     }
-    float share = 1.0 / float(n * n * n);
+    float share = 1.0 / float(max(n * n * n, 1));
     vec3 sigma_t = vec3(sum.sigma_t) * share;
     imageStore(u_sigma_t_img, node, vec4(sigma_t, 0.0));
     if (kMarched)

@@ -1,6 +1,6 @@
 // Light of the ways of a batch against harmonics, for two opposite ways at a time: those of even bands are the same for
 // both, those of odd bands differ in sign alone, which is half of the work.
-#include "light/field.glsl"
+#include "light/field_listed.glsl"
 #include "shared/spherical_harmonics.h"
 
 const int kBands = 1;  // variant

@@ -53,7 +53,7 @@ void scatter_pair(ivec3 node, int k, vec3 tail)
 
 void main()
 {
-    ivec3 node = ivec3(gl_GlobalInvocationID);
+    ivec3 node = own_node();
     if (any(greaterThanEqual(node, node_count())))
         return;
     for (int i = 0; i < kCount; ++i)

@@ -113,6 +113,7 @@
 #define FRAGMENTS_BUFFER 1
 #define STORAGE_COUNT 2
 #define TILE_LIST_BUFFER FRAGMENT_COUNT_BUFFER  // no transparents are listed meanwhile
+#define FIELD_NODES_BUFFER FRAGMENT_COUNT_BUFFER
 
 // What a picture is multiplied by when something is laid over it.
 #define FACTOR_ZERO 0

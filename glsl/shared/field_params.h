@@ -32,11 +32,13 @@ struct FUM_STD140 FieldParams {
     LatticeParams nodes;
     LatticeParams other;  // whose light this one takes over
     FieldWay ways[FIELD_BATCH];
-    vec3 albedo;    // of places that have no medium
-    int count;      // of the ways
-    ivec2 columns;  // of the lines that surfaces are drawn along: the first, across
-    int first;      // of the ways among all
-    int order;      // of scattering that is summed up: 0 the lights' and the world's own light
+    vec3 albedo;      // of places that have no medium
+    int count;        // of the ways
+    vec3 media_low;   // nodes: of a box that holds all media
+    int first;        // of the ways among all
+    vec3 media_high;  // likewise
+    int order;        // of scattering that is summed up: 0 the lights' and the world's own light
+    ivec2 columns;    // of the lines that surfaces are drawn along: the first, across
 };
 
 FUM_SHARED_END

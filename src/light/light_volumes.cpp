@@ -988,6 +988,7 @@ void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice, boo
                  .dims = world_key_.dims,
                  .marched = traits.marched > 0,
                  .closed = traits.media > traits.marched,
+                 .bounds = media.bounds(),
                  .world = world ? &world_key_.world : nullptr,
                  .extinction = marches ? &extinction_ : nullptr},
                 surfaces, bounces);

@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <fmt/format.h>
 #include <glm/gtc/epsilon.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "light/lattice_ways.h"
 #include "light/world_light.h"
+#include "shared/bindings.h"
+#include "shared/field_nodes.h"
 #include "shared/spherical_harmonics.h"
 
 namespace fumarole::light {
@@ -155,6 +158,7 @@ struct RadianceField::Filling {
     Ways near, all;  ///< of kNearWays, kAllWays
     int batch = 0;   ///< ways that there is room for
     gl::Texture sigma_t, albedo, emission;
+    gl::Buffer nodes;           ///< a FieldNodesHead and the nodes that light is scattered at
     gl::Texture marched;        ///< sigma_t of the marched media, where there are others too
     gl::Texture crossed;        ///< what surfaces cross, a bit a way; empty: none
     gl::Texture walls;          ///< between nodes, as take_walls()
@@ -197,6 +201,36 @@ void RadianceField::dispatch_nodes(const char* file, const gl::Defines& defines)
     dispatch(file, defines, filling_->lattice.count, kVolumeGroup);
 }
 
+void RadianceField::dispatch_listed(const char* file, gl::Defines defines) const
+{
+    if (!filling_->nodes) {
+        dispatch_nodes(file, defines);
+        return;
+    }
+    defines.emplace_back("kListed", "");
+    device_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, FIELD_NODES_BUFFER, filling_->nodes.id());
+    device_->BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, filling_->nodes.id());
+    device_->UseProgram(programs_.get({file}, defines).id());
+    device_->DispatchComputeIndirect(0);
+    device_->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+}
+
+void RadianceField::list_nodes()
+{
+    const glm::uvec3 count(filling_->lattice.count);
+    constexpr shared::FieldNodesHead kNone{0, 1, 1, 0};
+    // All at once: a buffer that is written to later on may have to be waited for.
+    std::vector<std::uint32_t> words(sizeof(kNone) / sizeof(std::uint32_t) +
+                                     std::size_t{count.x} * count.y * count.z);
+    std::memcpy(words.data(), &kNone, sizeof(kNone));
+    filling_->nodes = {device_, "field: nodes near media", words.size() * sizeof(words[0]),
+                       words.data()};
+    device_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, FIELD_NODES_BUFFER, filling_->nodes.id());
+    filling_->sigma_t.bind(FIELD_SIGMA_T_UNIT);
+    dispatch_nodes("light/field_list.comp", {});
+    device_->MemoryBarrier(GL_COMMAND_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT);
+}
+
 void RadianceField::write_block()
 {
     block_.write(params_);
@@ -223,6 +257,20 @@ gl::Texture RadianceField::make_ways(const char* label, int ways, GLenum format)
                                 gl::Filter::nearest);
 }
 
+void RadianceField::clear_unlisted(const gl::Texture& light) const
+{
+    const std::array<GLfloat, 4> none_outside{0, 0, 0, 1};
+    light.clear(GL_RGBA, GL_FLOAT, none_outside.data());
+}
+
+gl::Texture RadianceField::make_sources(int ways) const
+{
+    gl::Texture sources = make_ways("field: scattered", ways, GL_R32UI);
+    const GLuint none = 0;
+    sources.clear(GL_RED_INTEGER, GL_UNSIGNED_INT, &none);
+    return sources;
+}
+
 void RadianceField::begin(const FieldLattice& lattice, FieldMedium medium,
                           const surface::SurfaceSet& surfaces, bool bounces)
 {
@@ -232,6 +280,10 @@ void RadianceField::begin(const FieldLattice& lattice, FieldMedium medium,
     params_ = {};
     params_.nodes = lattice.params;
     params_.albedo = filling_->medium.albedo;
+    const Bounds media = filling_->medium.bounds.transformed(
+        lattice.node_from_eye * glm::translate(glm::dmat4(1.0), -lattice.eye));
+    params_.media_low = glm::vec3(media.min);
+    params_.media_high = glm::vec3(media.max);
     for (Filling::Ways* set : {&filling_->near, &filling_->all}) {
         set->ways = lattice_ways(set == &filling_->near ? kNearWays : kAllWays);
         set->wi = to_lights(set->ways, lattice);
@@ -265,6 +317,10 @@ void RadianceField::draw(const surface::SurfaceSet& surfaces)
     device_->ClearTexImage(filling_->crossed.id(), 0, GL_RED_INTEGER, GL_UNSIGNED_INT, &none);
     if (!framebuffer_)
         framebuffer_ = {device_, "field: surfaces"};
+    // Of the lines along any way: of one size, since another would have a GPU or a rasteriser end
+    // what it draws.
+    const glm::ivec3 count = filling_->lattice.count;
+    framebuffer_.set_empty(glm::ivec2(2 * std::max({count.x, count.y, count.z}) + 4));
     device_->BindBufferBase(GL_UNIFORM_BUFFER, DRAW_BLOCK, draw_block_.id());
     bind_image(0, filling_->crossed, GL_READ_WRITE, GL_R32UI);
     // What lies beyond the lattice is seen along two lines that part from the way: of ways along a
@@ -329,8 +385,6 @@ void RadianceField::draw_along(const surface::SurfaceSet& surfaces,
     params_.columns = lines.first;
     params_.first = first;
     write_block();
-    if (&target == &framebuffer_)
-        target.set_empty(lines.count);
     target.bind(lines.count);
     const glm::dmat4 clip = clip_from_node(way, lines, last.x, tilt) * lattice.node_from_eye;
     for (const auto& instance : drawn) {
@@ -547,6 +601,7 @@ void RadianceField::sample_medium()
         bind_image(0, filling.sigma_t, GL_WRITE_ONLY);
         bind_image(1, filling.albedo, GL_WRITE_ONLY);
         dispatch_nodes("light/field_medium.comp", defines);
+        list_nodes();
     }
     if (!medium.dims || !medium.marched || (medium.scatters && !medium.closed))
         return;
@@ -587,7 +642,7 @@ void RadianceField::set_batch(const Batch& batch)
 }
 
 void RadianceField::gather(int bands, bool adds, Of of, const gl::Texture& ways,
-                           const gl::Texture& to, const gl::Texture* dimmed)
+                           const gl::Texture& to, const gl::Texture* dimmed, Nodes nodes)
 {
     gl::Defines defines{{"kBands", fmt::format("{}", bands)}};
     if (adds)
@@ -603,7 +658,10 @@ void RadianceField::gather(int bands, bool adds, Of of, const gl::Texture& ways,
         defines.emplace_back("kDimmed", "");
         bind_image(1, *dimmed, GL_READ_WRITE);
     }
-    dispatch_nodes("light/field_gather.comp", defines);
+    if (nodes == Nodes::listed)
+        dispatch_listed("light/field_gather.comp", defines);
+    else
+        dispatch_nodes("light/field_gather.comp", defines);
 }
 
 void RadianceField::walk(const char* file, const gl::Defines& defines, int ways)
@@ -651,12 +709,12 @@ gl::Texture RadianceField::spread(const OtherLight& scattered, int ways)
 {
     params_.other = scattered.at;
     write_block();
-    gl::Texture source = make_ways("field: scattered", ways, GL_R32UI);
+    gl::Texture source = make_sources(ways);
     scattered.light->bind(FIELD_LIGHT_UNIT);
     bind_image(0, source, GL_WRITE_ONLY, GL_R32UI);
     gl::Defines defines{{"kBands", fmt::format("{}", scattered.bands)}};
     add_ways(defines);
-    dispatch_nodes("light/field_spread.comp", defines);
+    dispatch_listed("light/field_spread.comp", defines);
     return source;
 }
 
@@ -674,13 +732,16 @@ void RadianceField::fill_world(int ways, int bands, const gl::Texture* clear,
     };
     gl::Texture &of_clear = filling_->clear = made(clear, "field: clear"),
                 &of_dimmed = filling_->dimmed = made(dimmed, "field: dimmed");
+    if (of_dimmed && !of_clear)
+        clear_unlisted(of_dimmed);
     for (const Batch& batch : batches(ways)) {
         carry_world(batch, false);
         if (of_clear)
             gather(bands, batch.first > 0, Of::clear, filling_->ways, of_clear,
                    of_dimmed ? &of_dimmed : nullptr);
         else if (of_dimmed)
-            gather(bands, batch.first > 0, Of::dimmed, filling_->ways, of_dimmed);
+            gather(bands, batch.first > 0, Of::dimmed, filling_->ways, of_dimmed, nullptr,
+                   Nodes::listed);
     }
     if (of_dimmed && light != nullptr)
         add(*light, bands, of_dimmed);
@@ -743,6 +804,7 @@ gl::Texture RadianceField::fill(int bands, FieldOrders orders, const gl::Texture
     orders_ = 0;
     const FieldMedium& medium = filling_->medium;
     const gl::Texture first = make("field: what comes first", bands * bands);
+    clear_unlisted(first);
     write_block();
     gl::Defines direct = medium.defines;
     direct.emplace_back("kBands", fmt::format("{}", bands));
@@ -753,16 +815,16 @@ gl::Texture RadianceField::fill(int bands, FieldOrders orders, const gl::Texture
         medium.extinction->bind(EXTINCTION_VOLUME_UNIT);
     }
     bind_image(0, first, GL_WRITE_ONLY);
-    dispatch_nodes("light/field_direct.comp", direct);
+    dispatch_listed("light/field_direct.comp", direct);
     const Batch near{kNearWays, 0, kNearWays};
     if (medium.world != nullptr) {
         carry_world(near, true);
-        gather(bands, true, Of::field, filling_->light_ways, first);
+        gather(bands, true, Of::field, filling_->light_ways, first, nullptr, Nodes::listed);
     }
     set_batch(near);
     if (medium.glows) {
         sweep(true, nullptr, true);
-        gather(bands, true, Of::field, filling_->light_ways, first);
+        gather(bands, true, Of::field, filling_->light_ways, first, nullptr, Nodes::listed);
     }
     if (bounced != nullptr)
         take_over(*bounced, bands, first);
@@ -778,7 +840,9 @@ gl::Texture RadianceField::fill(int bands, FieldOrders orders, const gl::Texture
     if (!source || !gives_scattered)
         return {};
     gl::Texture scattered = make("field: what is scattered", bands * bands);
-    gather(bands, false, Of::field, source, scattered);
+    const std::array<GLfloat, 4> none{};
+    scattered.clear(GL_RGBA, GL_FLOAT, none.data());
+    gather(bands, false, Of::field, source, scattered, nullptr, Nodes::listed);
     return scattered;
 }
 
@@ -787,9 +851,11 @@ gl::Texture RadianceField::scatter(int bands, FieldOrders orders, const gl::Text
 {
     const Filling& filling = *filling_;
     const int slices_z = filling.lattice.count.z;
-    gl::Texture source = make_ways("field: scattered", kNearWays, GL_R32UI);
+    gl::Texture source = make_sources(kNearWays);
     const gl::Texture mean = gl::Texture::make_3d(
         device_, "field: mean radiance", filling.lattice.count, GL_R32UI, gl::Filter::nearest);
+    const GLuint dark = 0;
+    mean.clear(GL_RED_INTEGER, GL_UNSIGNED_INT, &dark);
     const gl::Texture slices =
         gl::Texture::make_3d(device_, "field: slices' sums", {2 * slices_z, orders.count + 1, 1},
                              GL_RGBA32F, gl::Filter::nearest);
@@ -807,7 +873,7 @@ gl::Texture RadianceField::scatter(int bands, FieldOrders orders, const gl::Text
         sums_.bind(FIELD_SUMS_UNIT);
         bind_image(0, source, GL_WRITE_ONLY, GL_R32UI);
         bind_image(1, mean, GL_WRITE_ONLY, GL_R32UI);
-        dispatch_nodes("light/field_scatter.comp", defines);
+        dispatch_listed("light/field_scatter.comp", defines);
     };
     const auto sum = [&](int order) {
         params_.order = order;

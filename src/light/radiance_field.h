@@ -14,6 +14,7 @@
 #include "shared/draw_params.h"
 #include "shared/field_params.h"
 #include "surface/surface_set.h"
+#include <fumarole/bounds.h>
 #include <fumarole/scene.h>
 
 // Light that is not direct, at the nodes of a lattice: the world's, what media scatter a second
@@ -32,6 +33,7 @@ struct FieldMedium {
     bool dims = true;      ///< media dim light
     bool marched = true;   ///< some medium's optical depth has no closed form
     bool closed = false;   ///< some medium's has
+    Bounds bounds;         ///< metres, world: of all of them
     const World* world = nullptr;             ///< whose light comes in
     const gl::Texture* extinction = nullptr;  ///< of the marched media, where no volume dims lights
 };
@@ -136,6 +138,11 @@ private:
     struct Batch;
     [[nodiscard]] gl::Texture make(const char* label, int layers) const;
     [[nodiscard]] gl::Texture make_ways(const char* label, int ways, GLenum format) const;
+    /// Coefficients of light at nodes that are not listed: where no medium looks it up it need not
+    /// be known, but must not be taken for the inside of a surface.
+    void clear_unlisted(const gl::Texture& light) const;
+    /// Of what is scattered into ways: none at nodes that are not listed.
+    [[nodiscard]] gl::Texture make_sources(int ways) const;
     void draw(const surface::SurfaceSet& surfaces);
     void draw_walls(const surface::SurfaceSet& surfaces);
     void wait_for_drawing();
@@ -161,8 +168,10 @@ private:
     /// which the media send on.
     enum class Of { clear, dimmed, field };
     /// @param dimmed beside what is clear: takes what media let through too
+    /// @param nodes that it is gathered at
+    enum class Nodes { all, listed };
     void gather(int bands, bool adds, Of of, const gl::Texture& ways, const gl::Texture& to,
-                const gl::Texture* dimmed = nullptr);
+                const gl::Texture* dimmed = nullptr, Nodes nodes = Nodes::all);
     void add(const FieldLight& light, int bands, const gl::Texture& to);
     /// What is scattered there into each way of the batch.
     [[nodiscard]] gl::Texture spread(const OtherLight& scattered, int ways);
@@ -181,6 +190,9 @@ private:
     void dispatch(const char* file, const gl::Defines& defines, glm::ivec3 threads,
                   glm::ivec3 group) const;
     void dispatch_nodes(const char* file, const gl::Defines& defines) const;
+    /// Over those nodes alone that media are near to, if it is known which.
+    void dispatch_listed(const char* file, gl::Defines defines) const;
+    void list_nodes();
 
     const gl::Device& device_;
     gl::ProgramCache& programs_;

@@ -365,9 +365,10 @@ TEST_F(ParamLayout, Field)
         MEMBER(FieldWay, slope),       MEMBER(FieldWay, forward),
         MEMBER(FieldWay, solid_angle), {"harmonics[0]", offsetof(FieldWay, harmonics)},
         MEMBER(FieldWay, first_line)};
-    Offsets expected{MEMBER(FieldParams, albedo), MEMBER(FieldParams, count),
-                     MEMBER(FieldParams, columns), MEMBER(FieldParams, first),
-                     MEMBER(FieldParams, order)};
+    Offsets expected{MEMBER(FieldParams, albedo),     MEMBER(FieldParams, count),
+                     MEMBER(FieldParams, media_low),  MEMBER(FieldParams, first),
+                     MEMBER(FieldParams, media_high), MEMBER(FieldParams, order),
+                     MEMBER(FieldParams, columns)};
     add_struct(expected, "nodes", offsetof(FieldParams, nodes), kLattice);
     add_struct(expected, "other", offsetof(FieldParams, other), kLattice);
     add_array<FieldWay>(expected, "ways", offsetof(FieldParams, ways), FIELD_BATCH, way);

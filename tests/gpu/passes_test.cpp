@@ -6,7 +6,9 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <fmt/format.h>
+#include <memory>
 #include <random>
 #include <set>
 
@@ -14,6 +16,8 @@
 #include "gl/program.h"
 #include "gl/texture.h"
 #include "shared/bindings.h"
+#include "shared/field_nodes.h"
+#include "shared/field_params.h"
 #include "shared/frame_params.h"
 #include "shared/step_tile.h"
 #include "shared/tile_list.h"
@@ -386,6 +390,63 @@ TEST_F(TileLists, HoldEachTileOnceAndWhatTakesLongFirst)
                   glm::uvec3(TILE_ROW, (groups + TILE_ROW - 1) / TILE_ROW, 1));
     }
     gl()->BindTextureUnit(STEP_TILES_UNIT, 0);
+}
+
+/// Nodes of a lattice whose edges are no multiples of a group's: those with a medium and those
+/// around them, each once, and as many groups as they fill.
+TEST_F(GlTest, NodesNearMediaAreListedOnce)
+{
+    constexpr glm::ivec3 kCount(11, 7, 13);
+    for (const int one_in : {2, 40, 1001, 100000}) {
+        SCOPED_TRACE(one_in);
+        std::mt19937 engine(7);
+        std::vector<glm::vec4> sigma_t;
+        for (int i = 0; i < kCount.x * kCount.y * kCount.z; ++i)
+            sigma_t.emplace_back(0, 0, engine() % unsigned(one_in) == 0 ? 1e-20f : 0.0f, 0);
+        if (one_in == 1001)
+            sigma_t.back().r = 1;  // in a corner
+        const auto is_dense = [&](glm::ivec3 node) {
+            const glm::ivec3 at = glm::clamp(node, glm::ivec3(0), kCount - 1);
+            return glm::vec3(sigma_t.at(std::size_t(at.x + kCount.x * (at.y + kCount.y * at.z)))) !=
+                   glm::vec3(0);
+        };
+        std::set<std::uint32_t> wanted;
+        for (int z = 0; z < kCount.z; ++z)
+            for (int y = 0; y < kCount.y; ++y)
+                for (int x = 0; x < kCount.x; ++x)
+                    for (int k = 0; k < 27; ++k)
+                        if (is_dense({x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1}))
+                            wanted.insert(node_word({x, y, z}));
+        gl::Texture texture =
+            gl::Texture::make_3d(gl(), "sigma_t", kCount, GL_RGBA32F, gl::Filter::nearest);
+        texture.upload(GL_RGBA, GL_FLOAT, sigma_t.data());
+        gl::UniformBuffer<FieldParams> block(gl(), "field");
+        const auto params = std::make_unique<FieldParams>();
+        params->nodes.last = glm::vec3(kCount - 1);
+        block.write(*params);
+        std::vector<std::uint32_t> words(4 + sigma_t.size());
+        words[1] = words[2] = 1;
+        const gl::Buffer list(gl(), "list", 4 * words.size(), words.data());
+        const gl::Program program(gl(), {"light/field_list.comp"}, {});
+        gl()->BindBufferBase(GL_UNIFORM_BUFFER, FIELD_BLOCK, block.id());
+        gl()->BindBufferBase(GL_SHADER_STORAGE_BUFFER, FIELD_NODES_BUFFER, list.id());
+        texture.bind(FIELD_SIGMA_T_UNIT);
+        gl()->UseProgram(program.id());
+        gl()->DispatchCompute(3, 2, 4);
+        gl()->MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+        gl()->UseProgram(0);
+        gl()->GetNamedBufferSubData(list.id(), 0, 4 * std::ssize(words), words.data());
+        FieldNodesHead head{};
+        std::memcpy(&head, words.data(), sizeof(head));
+        ASSERT_EQ(head.nodes, wanted.size());
+        EXPECT_EQ(glm::uvec3(head.groups_x, head.groups_y, head.groups_z),
+                  glm::uvec3((wanted.size() + FIELD_NODE_GROUP - 1) / FIELD_NODE_GROUP, 1, 1));
+        EXPECT_EQ(std::set<std::uint32_t>(words.begin() + 4, words.begin() + 4 + head.nodes),
+                  wanted);
+        for (const std::uint32_t word : wanted)
+            EXPECT_EQ(node_word(node_of_word(word)), word);
+    }
+    gl()->BindTextureUnit(FIELD_SIGMA_T_UNIT, 0);
 }
 
 }  // namespace

@@ -348,7 +348,8 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
             variants.add("light/field_direct.comp",
                          media + kLights[set % kLights.size()] + stored +
                              Defines{{"kBands", bands}} +
-                             flags(set >> 1, {"kDims", "kMarched", "kDepthVolume"}));
+                             flags(set >> 1, {"kDims", "kMarched", "kDepthVolume"}) +
+                             flags(set, {"kListed"}));
         }
         variants.add("light/field_medium.comp",
                      media + kLights[0] + stored + flags(set >> 1, {"kGlows", "kMarched"}));
@@ -375,6 +376,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     variants.add("light/crossed.frag", {{"kFaces", ""}});
     for (const char* bands : {"1", "3"})
         variants.add("light/field_other.comp", {{"kBands", bands}});
+    variants.add("light/field_list.comp", {});
     variants.add("light/field_sum.comp", {});
     variants.add("light/field_sum.comp", {{"kFinish", ""}});
     for (const char* bands : {"1", "3", "4"}) {
@@ -383,7 +385,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
             for (const char* ways : {"0", "26", "74"})
                 variants.add("light/field_gather.comp",
                              of_bands + flags(set, {"kAdds", "kWorld", "kClear"}) +
-                                 Defines{{"kWays", ways}});
+                                 flags(set >> 2, {"kListed"}) + Defines{{"kWays", ways}});
         for (unsigned set = 0; set < 2; ++set)
             for (const char* ways : {"0", "26", "74"})
                 variants.add(
@@ -392,14 +394,17 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                         Defines{{"kWorld", ""}, {"kClear", ""}, {"kDimmed", ""}, {"kWays", ways}});
         for (unsigned set = 0; set < 3; ++set) {
             variants.add("light/field_scatter.comp",
-                         of_bands + flags(1u << set, {"kFirst", "kMean", "kTail"}));
+                         of_bands + flags(1u << set, {"kFirst", "kMean", "kTail"}) +
+                             Defines{{"kListed", ""}});
             variants.add("light/field_finish.comp",
                          of_bands + Defines{{"kField", ""}} + flags(set, {"kWorld"}));
         }
         variants.add("light/field_finish.comp", of_bands);
         variants.add("light/field_scatter.comp", of_bands);
+        variants.add("light/field_scatter.comp", of_bands + Defines{{"kListed", ""}});
         for (const char* ways : {"0", "26", "74"})
-            variants.add("light/field_spread.comp", of_bands + Defines{{"kWays", ways}});
+            variants.add("light/field_spread.comp",
+                         of_bands + Defines{{"kWays", ways}, {"kListed", ""}});
     }
     for (unsigned set = 0; set < 16; ++set)
         for (const char* type : {"float", "vec3"})
