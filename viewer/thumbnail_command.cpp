@@ -4,6 +4,7 @@
 
 #include "command.h"
 #include "context/headless_context.h"
+#include "library_log.h"
 #include "scene_input.h"
 #include <fumarole/asset/load_limits.h>
 #include <fumarole/scene_renderer.h>
@@ -32,7 +33,7 @@ void run(const ThumbnailOptions& options)
     input.up = "auto";
     const asset::LoadedScene loaded = load_input(input);
     const auto context = gl::HeadlessContext::make();
-    SceneRenderer renderer(context->get_proc());
+    SceneRenderer renderer(context->get_proc(), library_log());
     Settings settings = find_preset("default");
     settings.bounces = 0;  // once is quick
     StillOptions still_options;

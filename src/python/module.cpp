@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "context/headless_context.h"
@@ -21,6 +22,7 @@
 #include <fumarole/asset/scene_file.h>
 #include <fumarole/asset/vdb_file.h>
 #include <fumarole/errors.h>
+#include <fumarole/log.h>
 #include <fumarole/scene_renderer.h>
 #include <fumarole/settings.h>
 #include <fumarole/write/image_writer.h>
@@ -40,6 +42,20 @@ glm::dvec3 to_dvec3(const Vec3& v)
     return {v[0], v[1], v[2]};
 }
 
+/// What the library has said on this thread, kept while the interpreter's lock is released.
+thread_local std::vector<std::pair<LogLevel, std::string>> said;
+
+/// Tells it: a warning by warnings.warn, a choice that was made to the logger "fumarole".
+/// @throws py::error_already_set where a filter makes errors of warnings
+void tell_what_was_said()
+{
+    for (const auto& [level, line] : std::exchange(said, {}))
+        if (level == LogLevel::info)
+            py::module_::import("logging").attr("getLogger")("fumarole").attr("info")("%s", line);
+        else if (PyErr_WarnEx(PyExc_UserWarning, line.c_str(), 1) != 0)
+            throw py::error_already_set();
+}
+
 /// A context is current on one thread alone, so that each has its own.
 SceneRenderer& renderer()
 {
@@ -47,7 +63,9 @@ SceneRenderer& renderer()
     thread_local std::unique_ptr<SceneRenderer> renderer;
     if (!renderer) {
         context = gl::HeadlessContext::make();
-        renderer = std::make_unique<SceneRenderer>(context->get_proc());
+        renderer = std::make_unique<SceneRenderer>(
+            context->get_proc(),
+            [](LogLevel level, std::string_view line) { said.emplace_back(level, line); });
     }
     return *renderer;
 }
@@ -101,8 +119,19 @@ Settings settings_of(const std::string& preset, const py::kwargs& changed)
 {
     Settings settings = find_preset(preset);
     for (const auto& [key, value] : changed) {
-        std::string name = py::str(key), text = py::str(value);
+        const std::string given = py::str(key);
+        std::string name = given, text = py::str(value);
         std::replace(name.begin(), name.end(), '_', '-');
+        if (const std::string_view now = present_name(name); now != name) {
+            name = now;
+            std::string keyword = name;
+            std::replace(keyword.begin(), keyword.end(), '-', '_');
+            const std::string line =
+                fmt::format("{} is now called {}; the old name is accepted by this release only",
+                            given, keyword);
+            if (PyErr_WarnEx(PyExc_FutureWarning, line.c_str(), 1) != 0)
+                throw py::error_already_set();
+        }
         if (py::isinstance<py::bool_>(value))
             text = value.cast<bool>() ? "on" : "off";
         if (name == "mode")
@@ -183,8 +212,10 @@ py::dict render(const PyScene& scene, const std::string& preset, int aa, std::ui
     Still still;
     {
         const py::gil_scoped_release released;
+        said.clear();
         still = renderer().render(scene.scene, settings, options);
     }
+    tell_what_was_said();
     return arrays_of(still);
 }
 

@@ -1,6 +1,8 @@
 """What docs/python.md says of each call."""
+import logging
 import pathlib
 import threading
+import warnings
 
 import numpy as np
 import pytest
@@ -74,3 +76,26 @@ def test_a_thread_has_a_context_of_its_own():
         thread.join()
     draw("here")
     assert np.array_equal(pictures[0], pictures["here"])
+
+
+def test_what_the_library_says_is_heard(tmp_path, caplog):
+    scene = tmp_path / "fine.json"
+    scene.write_text('''{"resolution": [8, 6], "world_radiance": [0, 0, 0], "lights": [], "surfaces": [],
+        "camera": {"position": [0, -8, 1], "look_at": [0, 0, 1], "up": [0, 0, 1], "vfov_deg": 30, "near": 0.1,
+                   "far": 100, "projection": "perspective"},
+        "media": [{"type": "box", "min": [-1, -1, 0], "max": [1, 1, 2], "profile": "noise",
+                   "noise": {"feature_size": 0.002, "octaves": 1}, "sigma_s": [1, 1, 1], "sigma_a": [0, 0, 0]}]}''')
+    with caplog.at_level(logging.INFO, logger="fumarole"):
+        fumarole.render(fumarole.load(str(scene)), bounces=0, steps=4)
+    assert any("a grid of it would be too large" in record.getMessage() for record in caplog.records)
+
+
+def test_a_settings_old_name_is_taken_with_a_warning():
+    with pytest.warns(FutureWarning, match="skip is now called empty_space_skipping"):
+        old = fumarole.render(cube(), bounces=0, skip=False)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        new = fumarole.render(cube(), bounces=0, empty_space_skipping=False)
+        with pytest.raises(FutureWarning):
+            fumarole.render(cube(), shadow_cache=0)
+    assert np.array_equal(old["composite"], new["composite"])
