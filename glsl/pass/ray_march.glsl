@@ -141,7 +141,7 @@ void march_tile(inout Layer layer, uvec4 tile, MediaLine line, LightLine light, 
     int entry = step_at(inside.x, steps, range, octaves, lambda);
     entry &= -tile_stride(tile.y, tile.z, tile.w, entry);
     // Row by row of slots that hold something. Steps stay where they are whether some are left out or not.
-    // Loops that ask first run their body once more with all lanes off where they are lanes of a processor.
+    // llvmpipe runs a while loop's body once more with all lanes masked; do-while avoids it.
     if (slots != 0u)
         do {
             int slot = findLSB(slots);
@@ -151,8 +151,8 @@ void march_tile(inout Layer layer, uvec4 tile, MediaLine line, LightLine light, 
             int last = min(tile_first_split(tile.w) + (beyond << tile_log2_width(tile.w)), steps);
             float z = max(step_split(float(first) / float(steps), range, octaves, lambda), inside.x);
             int i = first;
-            // Steps before whose end a depth is kept end the inner loop: what a body does on a condition takes its time with
-            // or without it where rays are lanes.
+            // Steps before whose end a depth is kept end the inner loop: on llvmpipe, whose lanes are rays, a branch in the
+            // body takes its time whether it is taken or not.
             if (i < last && z < inside.y && most(layer.transmittance) > enough)
                 do {
                     do {

@@ -11,6 +11,7 @@
 #include <fumarole/settings.h>
 
 #include "support/temp_folder.h"
+#include "window/keys.h"
 
 namespace fumarole {
 namespace {
@@ -106,6 +107,90 @@ TEST(Docs, EverySettingStandsWithItsValuesAndDefault)
         row += info.get(Settings{}) + " | ";
         EXPECT_NE(methods.find(row), std::string::npos) << "docs/methods.md has no row " << row;
     }
+}
+
+TEST(Docs, EveryKeyOfTheWindowStandsInItsTable)
+{
+    const std::string viewer = test::read_bytes(kRoot / "docs" / "viewer.md");
+    std::string rows;
+    std::istringstream text(viewer);
+    for (std::string line; std::getline(text, line);)
+        if (line.starts_with("| `"))
+            rows += line.substr(0, line.find(" | ")) + " |\n";
+    for (const window::KeyBinding& binding : window::key_table())
+        EXPECT_NE(rows.find("`" + std::string(binding.name) + "`"), std::string::npos)
+            << "docs/viewer.md has no row for " << binding.name;
+}
+
+/// Letters as the code spells them.
+std::string in_ascii(std::string text)
+{
+    const std::vector<std::pair<std::string, std::string>> letters{
+        {"é", "e"}, {"á", "a"},  {"ñ", "n"},  {"ř", "r"},
+        {"ü", "u"}, {"ä", "ae"}, {"ö", "oe"}, {"Å", "A"}};
+    for (const auto& [letter, plain] : letters)
+        for (std::size_t at = 0; (at = text.find(letter, at)) != std::string::npos;)
+            text.replace(at, letter.size(), plain);
+    return text;
+}
+
+/// A source file on one line, without what begins the lines of a comment.
+std::string joined_lines(const fs::path& file)
+{
+    return std::regex_replace(in_ascii(test::read_bytes(file)), std::regex("\n *(///?)? *"), " ");
+}
+
+TEST(Docs, TheReferencesAreWhatTheCodeCites)
+{
+    std::vector<std::string> rows;
+    std::istringstream page(in_ascii(test::read_bytes(kRoot / "docs" / "references.md")));
+    for (std::string line; std::getline(page, line);)
+        if (line.starts_with("| ") && !line.starts_with("| source"))
+            rows.push_back(line);
+    EXPECT_GE(rows.size(), 50u);
+
+    // Each file that a row names cites it: one of its names, its year near by.
+    for (const std::string& row : rows) {
+        const std::string source = row.substr(0, row.find('*'));
+        const std::vector<std::string> years = all_of(source, "((19|20)[0-9]{2})");
+        const std::vector<std::string> files = all_of(row, "`((?:src|glsl|viewer)/[^`]*)`");
+        EXPECT_FALSE(files.empty()) << row;
+        for (const std::string& file : files) {
+            ASSERT_TRUE(fs::exists(kRoot / file)) << file;
+            const std::string text = joined_lines(kRoot / file);
+            bool cited = false;
+            for (const std::string& name : all_of(source, "([A-Z][A-Za-z-]+|pbrt)"))
+                cited = cited || text.find(name) != std::string::npos;
+            EXPECT_TRUE(cited || source.find("Pharr") != std::string::npos) << file << ": " << row;
+        }
+    }
+
+    // And what the code cites, "Name 2001" or "Name and others 2001", has a row.
+    const std::regex citation("([A-Z][a-z]+(?:-[A-Z][a-z]+)?)(?: et al\\.| and others)?,? "
+                              "((?:19|20)[0-9]{2})\\b");
+    const std::set<std::string> no_names{"July", "October", "Mesa", "Eevee", "Box"};
+    std::size_t citations = 0;
+    for (const char* folder : {"src", "glsl", "viewer"})
+        for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder)) {
+            if (!entry.is_regular_file() || entry.path().extension() == ".py")
+                continue;
+            const std::string text = joined_lines(entry.path());
+            for (std::sregex_iterator it(text.begin(), text.end(), citation), end; it != end;
+                 ++it) {
+                const std::string name = (*it)[1], year = (*it)[2];
+                if (no_names.contains(name))
+                    continue;
+                ++citations;
+                EXPECT_TRUE(std::any_of(rows.begin(), rows.end(),
+                                        [&](const std::string& row) {
+                                            return row.find(name) != std::string::npos &&
+                                                   row.find(year) != std::string::npos;
+                                        }))
+                    << entry.path() << " cites " << name << ' ' << year
+                    << ", which docs/references.md has not";
+            }
+        }
+    EXPECT_GE(citations, 60u);
 }
 
 /// scripts/test compiles and runs that host.
