@@ -20,6 +20,7 @@
 #define PROBE_FILTER_BLOCK FROXEL_BLOCK  // no froxels are filled meanwhile
 #define TRANSPARENT_BLOCK DRAW_BLOCK     // no surface is drawn meanwhile
 #define INSPECT_BLOCK DRAW_BLOCK         // no surface is drawn while a frame is inspected
+#define STEP_VIEW_BLOCK PANES_BLOCK      // a frame with panes projects no boxes on the GPU
 
 // Texture units: each has one name, and each texture a unit of its own. GL promises 96 of them;
 // what it promises 16 of are those that one shader samples. Of a frame, and of its march.
@@ -106,6 +107,7 @@
 #define LAYER_IMAGE 2  // of the march's steps, whose split layers are 0 and 1
 #define LAYER_MORE_IMAGE 3
 #define PICTURE_IMAGE 2
+#define STEP_TILES_IMAGE LAYER_IMAGE
 #define IMAGE_COUNT 4
 
 // Storage buffers.
@@ -114,6 +116,8 @@
 #define STORAGE_COUNT 2
 #define TILE_LIST_BUFFER FRAGMENT_COUNT_BUFFER  // no transparents are listed meanwhile
 #define FIELD_NODES_BUFFER FRAGMENT_COUNT_BUFFER
+#define STEP_BOXES_BUFFER FRAGMENT_COUNT_BUFFER
+#define STEP_SEEN_BUFFER FRAGMENTS_BUFFER
 
 // What a picture is multiplied by when something is laid over it.
 #define FACTOR_ZERO 0

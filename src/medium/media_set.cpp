@@ -401,6 +401,7 @@ void MediaSet::clear()
     placed_.clear();
     media_.clear();
     occupied_.clear();
+    ++occupied_id_;
     noise_grids_.clear();
     traits_ = {};
 }

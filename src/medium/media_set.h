@@ -115,6 +115,8 @@ public:
     /// The media's boxes, or, of grids, those of their bricks that are not empty; few enough to be
     /// projected each frame; most: of the channel that is dimmed most, infinite of what glows.
     [[nodiscard]] const std::vector<Occupied>& occupied() const { return occupied_; }
+    /// Another whenever they have changed.
+    [[nodiscard]] std::uint64_t occupied_id() const { return occupied_id_; }
     /// The least of their details.
     [[nodiscard]] double detail() const;
 
@@ -243,6 +245,7 @@ private:
     std::vector<PlacedGrid> placed_;
     std::vector<Entry> media_;
     std::vector<Occupied> occupied_;
+    std::uint64_t occupied_id_ = 0;
     std::vector<NoiseGrid> noise_grids_;
     std::vector<NoiseGrid> old_noise_grids_;  ///< of the scene before, while set() runs
     MediaTraits traits_;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "prepared_frame.h"
+#include "shared/step_boxes.h"
 #include "shared/step_tile.h"
 
 namespace fumarole::pass {
@@ -35,15 +36,20 @@ public:
     [[nodiscard]] int count() const { return static_cast<int>(ends_.size()) - 1; }
     /// Slots of the longest step.
     [[nodiscard]] int unit() const { return std::max(1, kMostJoined / width_); }
+    /// Splits of a slot.
+    [[nodiscard]] int width() const { return width_; }
     /// view_z [m] where a slot begins; the last ends at begin(count()).
     [[nodiscard]] double begin(int slot) const { return ends_[static_cast<std::size_t>(slot)]; }
+    /// Of a slot's splits [m].
+    [[nodiscard]] double length(int slot) const { return lengths_[static_cast<std::size_t>(slot)]; }
 
     /// The texel of a tile, in slots of its own: shared/step_tile.h.
     [[nodiscard]] glm::uvec4 tile(const Held& held) const;
     [[nodiscard]] static bool is_lit(const glm::uvec4& tile) { return shared::tile_is_lit(tile.w); }
 
 private:
-    static constexpr int kMost = 64;
+    static constexpr int kMost = STEP_SLOTS;
+    static_assert(kMost == 64);
     static constexpr int kMostJoined = 4;
 
     /// Those whose splits, so many in one, are no longer than `longest`: splits grow with depth.

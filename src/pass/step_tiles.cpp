@@ -15,24 +15,6 @@ namespace fumarole::pass {
 
 namespace {
 
-/// How long a step may be [m] in a medium that changes within `detail` metres and extinguishes
-/// `most` per metre: as long as its detail asks, or longer where there is next to nothing of it.
-double longest_step(double detail, double most)
-{
-    constexpr double kDetail = 2;    // of what it changes within
-    constexpr double kFaint = 0.02;  // optical depth of a step that changes are lost in
-    constexpr double kThick = 0.3;   // that a step is to have at most
-    return std::min(std::max(kDetail * detail, kFaint / most), kThick / most);
-}
-
-/// Likewise where a surface's shadow ends: it may do so anywhere in a step.
-/// What it misses is grain, which shows the more the more pixels a texel's edge has, `scale`.
-double longest_in_shaft(double most, int scale)
-{
-    constexpr double kShaft = 0.16;  // optical depth times pixels
-    return kShaft / (std::max(scale, 2) * most);
-}
-
 /// Where a convex body is in the picture and in depth.
 struct Projected {
     glm::dvec2 low{std::numeric_limits<double>::infinity()};  ///< pixels, from the lower left
@@ -64,8 +46,8 @@ Projected project_box(const Bounds& box, const glm::dmat4& view_from_box, const 
         out.low = glm::dvec2(0);
         out.high = size;
     }
-    // Rays and bricks are worked out by other sums on the GPU.
-    const double margin = 1e-5 * (std::abs(out.view_z.x) + std::abs(out.view_z.y));
+    const double margin =
+        StepView::kDepthRounding * (std::abs(out.view_z.x) + std::abs(out.view_z.y));
     out.view_z += glm::dvec2(-margin, margin);
     return out;
 }
@@ -86,34 +68,6 @@ void for_tiles(glm::dvec2 low, glm::dvec2 high, int pixels, glm::ivec2 count, F 
               static_cast<std::size_t>(x));
 }
 
-/// A light that has a place, beside the rays of a picture.
-class NearLight {
-public:
-    NearLight(glm::dvec3 position, const Frame& frame, double near)
-    {
-        const glm::dvec4 view = frame.view_from_world * glm::dvec4(position, 1.0);
-        const glm::dvec4 clip = frame.clip_from_view * view;
-        least_ = glm::length(glm::dvec3(view));
-        if (!(-view.z > near) || !(clip.w > 0))
-            return;
-        const glm::dvec2 size(frame.color.size);
-        pixel_ = (glm::dvec2(clip) / clip.w * 0.5 + 0.5) * size;
-        metres_ = 2 * clip.w / (frame.clip_from_view[1][1] * size.y);
-        least_ = 0;
-    }
-
-    /// Metres, about, between it and the ray of a pixel.
-    [[nodiscard]] double from_ray(glm::dvec2 pixel) const
-    {
-        return std::max(least_, metres_ * glm::length(pixel - pixel_));
-    }
-
-private:
-    glm::dvec2 pixel_{0};
-    double metres_ = 0;  ///< of a pixel, where the light is
-    double least_ = 0;   ///< of a light behind the eye
-};
-
 constexpr std::size_t kGrain = 128;  // tiles or boxes for a thread at once
 
 constexpr glm::uvec4 kEmptyTile(0), kDrawnTile(1, 0, 0, 0);
@@ -121,11 +75,20 @@ constexpr std::uint32_t kLitTile = 0x80000000u;  // shared::tile_is_lit()
 
 }  // namespace
 
-StepTiles::View::View(const PreparedFrame& of)
-    : frame{of}, slots{of}, scale{static_cast<double>(of.settings.resolution)},
-      offset{of.host.layer_offset - glm::dvec2(of.layer_guard)},
-      reach{of.settings.upsample == Settings::Upsample::bilinear2x2 ? 1.0 : 2.0}
+StepView StepTiles::view_of(const PreparedFrame& frame)
 {
+    StepView view(frame);
+    const light::LightSet& lights = tools_.lights;
+    for (const LightPosition& place : lights.points())
+        if (!place.far)
+            view.lights.emplace_back(place.at, frame.host, frame.eye.near);
+    view.spaced = frame.settings.spacing == Settings::Spacing::medium && !lights.has_edges();
+    view.lit = lights.shadow_views() > 0 && !lights.shaded_media();
+    // Where other lights are shaded is not looked up. Grain as large as this would show.
+    const bool shades = lights.shaded_media() || lights.filters().any();
+    view.shafts_anywhere =
+        lights.count() != lights.suns() && shades && frame.settings.resolution > 2;
+    return view;
 }
 
 void StepTiles::set(const PreparedFrame& frame)
@@ -133,22 +96,57 @@ void StepTiles::set(const PreparedFrame& frame)
     const auto tiles_of = [](glm::ivec2 pixels, int edge) { return (pixels + edge - 1) / edge; };
     march_.count = depth_.count = tiles_of(frame.layer_size, kLayerTile);
     picture_.count = tiles_of(frame.picture_size, kPictureTile);
-    const bool media = frame.settings.range == Settings::Range::media;
-    const bool skip = frame.settings.empty_space_skipping && media;
+    computes_ = tools_.computes(frame.settings);
+    on_gpu_ = false;
+    if (frame.settings.range == Settings::Range::media) {
+        const StepView view = view_of(frame);
+        const bool suns_alone = tools_.lights.count() == tools_.lights.suns();
+        // Or nothing comes of it.
+        const bool asks_suns = frame.settings.empty_space_skipping && (view.spaced || suns_alone);
+        if (asks_suns)
+            tools_.sun_shades.set(tools_.lights, frame);
+        asks_suns_ = asks_suns && tools_.sun_shades.any();
+        if (computes_ && frame.prepares)
+            boxes_.prepare();
+        // Where a sun's shadows end, and which tiles keep what they meet, the CPU knows alone.
+        const DepthsAsked& asked = frame.depths_asked;
+        on_gpu_ = computes_ && frame.settings.empty_space_skipping && !asks_suns_ &&
+                  asked.areas.empty() && asked.view_z.empty() && frame.panes == 0;
+        if (on_gpu_)
+            set_on_gpu(frame, view);
+        else
+            set_on_cpu(frame, &view);
+    } else {
+        set_on_cpu(frame, nullptr);
+    }
+    if (computes_)
+        list();
+}
+
+void StepTiles::set_on_gpu(const PreparedFrame& frame, const StepView& view)
+{
+    make_texture("tiles that march", march_);
+    make_texture("tiles with depth", depth_);
+    make_texture("tiles of the picture", picture_);
+    boxes_.fill(view, march_.texture, depth_.texture, picture_.texture);
+    lit_ = frame.prepares || view.lit;
+    shaded_ = frame.prepares || !view.lit;
+}
+
+void StepTiles::set_on_cpu(const PreparedFrame& frame, const StepView* view)
+{
+    const bool skip = view != nullptr && frame.settings.empty_space_skipping;
     for (Tiles* tiles : {&march_, &depth_, &picture_})
         tiles->texels.assign(static_cast<std::size_t>(tiles->count.x) *
                                  static_cast<std::size_t>(tiles->count.y),
                              skip ? kEmptyTile : kDrawnTile);
-    if (media) {
-        const View view(frame);
-        if (skip) {
-            see_media(view);
-            choose_steps(view);
-            want_depths(view);
-        } else {
-            std::fill(march_.texels.begin(), march_.texels.end(),
-                      view.slots.tile({.slots = view.slots.all()}));
-        }
+    if (skip) {
+        see_media(*view);
+        choose_steps(*view);
+        want_depths(*view);
+    } else if (view != nullptr) {
+        std::fill(march_.texels.begin(), march_.texels.end(),
+                  view->slots.tile({.slots = view->slots.all()}));
     }
     mark_depths_asked(frame);
     const auto marching = [](const glm::uvec4& tile) { return tile.x != 0; };
@@ -160,9 +158,6 @@ void StepTiles::set(const PreparedFrame& frame)
     upload("tiles that march", march_);
     upload("tiles with depth", depth_);
     upload("tiles of the picture", picture_);
-    computes_ = tools_.computes(frame.settings);
-    if (computes_)
-        list();
 }
 
 void StepTiles::list()
@@ -198,7 +193,7 @@ void StepTiles::mark_depths_asked(const PreparedFrame& frame)
                   });
 }
 
-void StepTiles::see_media(const View& view)
+void StepTiles::see_media(const StepView& view)
 {
     const PreparedFrame& frame = view.frame;
     seen_.assign(march_.texels.size(), {});
@@ -216,9 +211,10 @@ void StepTiles::see_media(const View& view)
             const Projected& box = projected[k];
             if (box.view_z.y <= frame.eye.near)
                 continue;
-            const double most = part.boxes[k].most, longest = longest_step(part.detail, most);
+            const float most = part.boxes[k].most;
+            const float longest = longest_step(part.detail, static_cast<double>(most));
             const std::uint64_t held = view.slots.between(box.view_z.x, box.view_z.y);
-            constexpr double kSlack = 0.01;  // texels, and pixels
+            constexpr double kSlack = StepView::kSlack;
             for_tiles(box.low / view.scale - view.offset - kSlack,
                       box.high / view.scale - view.offset + kSlack, kLayerTile, march_.count,
                       [&](std::size_t i) {
@@ -234,44 +230,31 @@ void StepTiles::see_media(const View& view)
     }
 }
 
-void StepTiles::choose_steps(const View& view)
+void StepTiles::choose_steps(const StepView& view)
 {
-    const FrameSettings& s = view.frame.settings;
-    std::vector<NearLight> lights;
-    for (const LightPosition& place : tools_.lights.points())
-        if (!place.far)
-            lights.emplace_back(place.at, view.frame.host, view.frame.eye.near);
-    const bool spaced = s.spacing == Settings::Spacing::medium && !tools_.lights.has_edges();
-    const bool suns_alone = tools_.lights.count() == tools_.lights.suns();
-    const bool asked = spaced || suns_alone;  // or nothing comes of it
-    if (asked)
-        tools_.sun_shades.set(tools_.lights, view.frame);
-    const bool all_lit = tools_.lights.shadow_views() > 0 && !tools_.lights.shaded_media();
-    // Where other lights are shaded is not looked up. Grain as large as this would show.
-    const bool shades = tools_.lights.shaded_media() || tools_.lights.filters().any();
-    const bool shafts_anywhere = !suns_alone && shades && s.resolution > 2;
     const glm::dvec2 ndc_per_pixel = 2.0 / glm::dvec2(view.frame.picture_size);
     const double pixels = view.scale * double{kLayerTile};
+    const bool suns_alone = tools_.lights.count() == tools_.lights.suns();
     const auto choose = [&](std::size_t i) {
         const Seen& seen = seen_[i];
         const glm::dvec2 tile(i % static_cast<std::size_t>(march_.count.x),
                               i / static_cast<std::size_t>(march_.count.x));
         const glm::dvec2 pixel = ((tile + 0.5) * double{kLayerTile} + view.offset) * view.scale;
         StepSlots::Held held{.slots = seen.slots};
-        if (asked && tools_.sun_shades.any())
+        if (asks_suns_)
             tools_.sun_shades.find(held, view.slots, pixel * ndc_per_pixel - 1.0,
                                    0.5 * pixels * ndc_per_pixel);
-        if (shafts_anywhere)
+        if (view.shafts_anywhere)
             held.shafts = view.slots.all();
-        if (spaced) {
-            held.longest = seen.longest;
+        if (view.spaced) {
+            held.longest = static_cast<double>(seen.longest);
             // Light has detail of its own beside where it comes from.
-            for (const NearLight& light : lights)
+            for (const NearLight& light : view.lights)
                 held.longest = std::min(held.longest, light.from_ray(pixel));
             held.longest_in_shaft =
-                std::min(held.longest, longest_in_shaft(seen.most, s.resolution));
+                std::min(held.longest, view.shaft() / static_cast<double>(seen.most));
         }
-        held.lit = all_lit || (held.lit && suns_alone);
+        held.lit = view.lit || (held.lit && suns_alone);
         march_.texels[i] = view.slots.tile(held);
     };
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, seen_.size(), kGrain),
@@ -282,7 +265,7 @@ void StepTiles::choose_steps(const View& view)
                       });
 }
 
-void StepTiles::want_depths(const View& view)
+void StepTiles::want_depths(const StepView& view)
 {
     auto tile = picture_.texels.begin();
     for (int y = 0; y < picture_.count.y; ++y)
@@ -297,11 +280,16 @@ void StepTiles::want_depths(const View& view)
         }
 }
 
-void StepTiles::upload(const char* label, Tiles& tiles) const
+void StepTiles::make_texture(const char* label, Tiles& tiles) const
 {
     if (glm::ivec2(tiles.texture.size()) != tiles.count)
         tiles.texture = gl::Texture::make_2d(tools_.device, label, tiles.count, GL_RGBA32UI,
                                              gl::Filter::nearest);
+}
+
+void StepTiles::upload(const char* label, Tiles& tiles) const
+{
+    make_texture(label, tiles);
     tiles.texture.upload(GL_RGBA_INTEGER, GL_UNSIGNED_INT, tiles.texels.data());
 }
 

@@ -1,12 +1,15 @@
 #pragma once
 
+#include <array>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "gl/program.h"
 #include "gl/texture.h"
+#include "pass/step_boxes.h"
 #include "pass/step_slots.h"
+#include "pass/step_view.h"
 #include "pass/sun_shades.h"
 #include "pass/tile_list.h"
 #include "pass/volume_pass.h"
@@ -15,14 +18,15 @@ namespace fumarole::pass {
 
 /// What of the picture and of the view's depth can hold a medium, tile by tile: the bricks that are
 /// not empty, projected; and how long its steps may be, by the medium and by where shadows end.
-/// Worked out on the CPU for each frame, so that no ray looks for them; a tile that no brick
-/// reaches costs no fragment.
+/// Worked out for each frame, so that no ray looks for them; a tile that no brick reaches costs no
+/// fragment. On the CPU, or, where the frame's passes are compute shaders and nothing that the CPU
+/// alone has is asked for, by those of StepBoxes.
 class StepTiles {
 public:
     /// Texels of the layer, and pixels of the picture, along a tile's edge.
     static constexpr int kLayerTile = 4, kPictureTile = 16;
 
-    explicit StepTiles(const Toolbox& tools) : tools_{tools} {}
+    explicit StepTiles(const Toolbox& tools) : tools_{tools}, boxes_{tools} {}
 
     /// For the frame's camera; all tiles and all depths where bricks are not to be skipped. Where
     /// the frame's passes are compute shaders, what earlier ones have read and stored is done with.
@@ -52,6 +56,13 @@ public:
 
     /// What the passes of the frame are.
     [[nodiscard]] bool computes() const { return computes_; }
+    /// Whether the GPU has worked out the frame's tiles.
+    [[nodiscard]] bool on_gpu() const { return on_gpu_; }
+    /// The frame's tiles of the march, of its layer's depth and of the picture, a texel each.
+    [[nodiscard]] std::array<const gl::Texture*, 3> textures() const
+    {
+        return {&march_.texture, &depth_.texture, &picture_.texture};
+    }
 
 private:
     /// A texel a tile, as StepSlots::tile() makes it. Where its first number is 0 it is not drawn.
@@ -64,26 +75,21 @@ private:
     };
     /// Which of the march's tiles a pass runs over.
     enum class Which { all, lit, shaded };
-    /// A frame, and what of it all steps ask for.
-    struct View {
-        explicit View(const PreparedFrame& of);
-        const PreparedFrame& frame;
-        StepSlots slots;
-        double scale;       ///< pixels of a texel
-        glm::dvec2 offset;  ///< of the layer's first texel from the picture's, in texels
-        double reach;       ///< of the layer's texels that a pixel is made of, those on either side
-    };
     /// What a tile of the march sees of the media.
     struct Seen {
         std::uint64_t slots = 0;
-        double longest = std::numeric_limits<double>::infinity();  ///< step [m]
-        double most = 0;                                           ///< extinction [1/m]
+        float longest = std::numeric_limits<float>::infinity();  ///< step [m]
+        float most = 0;                                          ///< extinction [1/m]
     };
     /// Those whose rays keep what they have met at the frame's depths.
     void mark_depths_asked(const PreparedFrame& frame);
-    void see_media(const View& view);
-    void choose_steps(const View& view);
-    void want_depths(const View& view);
+    [[nodiscard]] StepView view_of(const PreparedFrame& frame);
+    void set_on_cpu(const PreparedFrame& frame, const StepView* view);
+    void set_on_gpu(const PreparedFrame& frame, const StepView& view);
+    void see_media(const StepView& view);
+    void choose_steps(const StepView& view);
+    void want_depths(const StepView& view);
+    void make_texture(const char* label, Tiles& tiles) const;
     void upload(const char* label, Tiles& tiles) const;
     void list();
     /// Over tiles of the march.
@@ -97,7 +103,9 @@ private:
     Tiles march_{kLayerTile}, depth_{kLayerTile}, picture_{kPictureTile};
     std::vector<Seen> seen_;
     bool lit_ = false, shaded_ = false;  ///< whether there are tiles that no surface shades; others
-    bool computes_ = false;
+    bool asks_suns_ = false;             ///< whether a sun's shadow may end in some tile
+    bool computes_ = false, on_gpu_ = false;
+    StepBoxes boxes_;
     TileList lit_list_, shaded_list_, depth_list_, picture_list_;
 };
 

@@ -24,7 +24,9 @@
 #include "shared/pane_params.h"
 #include "shared/probe_params.h"
 #include "shared/split_params.h"
+#include "shared/step_boxes.h"
 #include "shared/step_tile.h"
+#include "shared/tile_list.h"
 #include "shared/transparent_params.h"
 #include "shared/volume_at_params.h"
 #include "support/gl_test.h"
@@ -175,7 +177,7 @@ Offsets froxel_members()
 
 class ParamLayout : public GlTest {
 protected:
-    /// Every uniform of the one block of a shader that declares it, without the block's own name.
+    /// Every member of the one block of a shader that declares it, without the block's own name.
     struct Block {
         Offsets members;
         std::size_t bytes = 0;
@@ -183,15 +185,27 @@ protected:
     };
     Block layout(const char* file, const char* type)
     {
+        return layout(file, type, "layout(std140, binding = 0) uniform", GL_UNIFORM_BLOCK,
+                      GL_UNIFORM);
+    }
+    /// Of a storage buffer.
+    Block storage_layout(const char* file, const char* type)
+    {
+        return layout(file, type, "layout(std430, binding = 2) readonly buffer",
+                      GL_SHADER_STORAGE_BLOCK, GL_BUFFER_VARIABLE);
+    }
+    Block layout(const char* file, const char* type, const char* declared, GLenum blocks,
+                 GLenum variables)
+    {
         // One member is used, as a compiler may drop a block that is not.
         const Kernel kernel(gl(), fmt::format(R"(
 #include "shared/{}"
-layout(std140, binding = 0) uniform Params {{ {} u_params; }};
+{} Params {{ {} u_params; }};
 void kernel(int i) {{ out_data[i] = vec4({}); }}
 )",
-                                              file, type, kUse.at(type)));
+                                              file, declared, type, kUse.at(type)));
         const GLuint program = kernel.program();
-        const GLuint block = gl()->GetProgramResourceIndex(program, GL_UNIFORM_BLOCK, "Params");
+        const GLuint block = gl()->GetProgramResourceIndex(program, blocks, "Params");
         EXPECT_NE(block, GL_INVALID_INDEX);
         Block found;
         const auto get = [&](GLenum interface, GLuint index, GLenum what) {
@@ -199,18 +213,18 @@ void kernel(int i) {{ out_data[i] = vec4({}); }}
             gl()->GetProgramResourceiv(program, interface, index, 1, &what, 1, nullptr, &value);
             return value;
         };
-        found.bytes = static_cast<std::size_t>(get(GL_UNIFORM_BLOCK, block, GL_BUFFER_DATA_SIZE));
-        GLint uniforms = 0;
-        gl()->GetProgramInterfaceiv(program, GL_UNIFORM, GL_ACTIVE_RESOURCES, &uniforms);
-        for (GLuint i = 0; i < static_cast<GLuint>(uniforms); ++i) {
-            if (get(GL_UNIFORM, i, GL_BLOCK_INDEX) != static_cast<GLint>(block))
+        found.bytes = static_cast<std::size_t>(get(blocks, block, GL_BUFFER_DATA_SIZE));
+        GLint count = 0;
+        gl()->GetProgramInterfaceiv(program, variables, GL_ACTIVE_RESOURCES, &count);
+        for (GLuint i = 0; i < static_cast<GLuint>(count); ++i) {
+            if (get(variables, i, GL_BLOCK_INDEX) != static_cast<GLint>(block))
                 continue;
             std::array<char, 128> name{};
-            gl()->GetProgramResourceName(program, GL_UNIFORM, i, name.size(), nullptr, name.data());
+            gl()->GetProgramResourceName(program, variables, i, name.size(), nullptr, name.data());
             std::string path(name.data());
             EXPECT_EQ(path.rfind("u_params.", 0), 0u) << path;
-            found.members[path.substr(9)] = static_cast<std::size_t>(get(GL_UNIFORM, i, GL_OFFSET));
-            found.row_major |= get(GL_UNIFORM, i, GL_IS_ROW_MAJOR) != 0;
+            found.members[path.substr(9)] = static_cast<std::size_t>(get(variables, i, GL_OFFSET));
+            found.row_major |= get(variables, i, GL_IS_ROW_MAJOR) != 0;
         }
         return found;
     }
@@ -248,6 +262,10 @@ private:
         {"LightFilterDrawParams", "u_params.unused"},
         {"PaneParams", "u_params.view_z.x"},
         {"SplitParams", "float(u_params.count)"},
+        {"StepViewParams", "float(u_params.slot_count)"},
+        {"StepBox", "vec4(u_params.low)"},
+        {"SeenTile", "float(u_params.most)"},
+        {"TileListHead", "float(u_params.groups)"},
         {"ProbesParams", "u_params.world.last"},
         {"ProbeFilterParams", "u_params.alpha"},
         {"VolumeAtParams", "float(u_params.kind)"},
@@ -278,6 +296,60 @@ TEST_F(ParamLayout, MarchHistory)
 {
     expect_same(layout("march_history_params.h", "MarchHistoryParams"), kMarchHistory,
                 sizeof(MarchHistoryParams));
+}
+
+TEST_F(ParamLayout, StepTiles)
+{
+    Offsets expected{{"view_from_boxes[0]", offsetof(StepViewParams, view_from_boxes)},
+                     {"ends[0]", offsetof(StepViewParams, ends)},
+                     {"lengths[0]", offsetof(StepViewParams, lengths)},
+                     {"parts[0]", offsetof(StepViewParams, parts)},
+                     MEMBER(StepViewParams, clip_from_view),
+                     MEMBER(StepViewParams, picture),
+                     MEMBER(StepViewParams, offset),
+                     MEMBER(StepViewParams, near),
+                     MEMBER(StepViewParams, scale),
+                     MEMBER(StepViewParams, reach),
+                     MEMBER(StepViewParams, slack),
+                     MEMBER(StepViewParams, depth_rounding),
+                     MEMBER(StepViewParams, shaft),
+                     MEMBER(StepViewParams, march_tiles),
+                     MEMBER(StepViewParams, picture_tiles),
+                     MEMBER(StepViewParams, slot_count),
+                     MEMBER(StepViewParams, slot_width),
+                     MEMBER(StepViewParams, light_count),
+                     MEMBER(StepViewParams, spaced),
+                     MEMBER(StepViewParams, lit),
+                     MEMBER(StepViewParams, shafts_anywhere),
+                     MEMBER(StepViewParams, unused_a),
+                     MEMBER(StepViewParams, unused_b)};
+    add_array<StepLight>(
+        expected, "lights", offsetof(StepViewParams, lights), MAX_STEP_LIGHTS,
+        {MEMBER(StepLight, pixel), MEMBER(StepLight, metres), MEMBER(StepLight, least)});
+    expect_same(layout("step_boxes.h", "StepViewParams"), expected, sizeof(StepViewParams));
+    expect_same(storage_layout("step_boxes.h", "StepBox"),
+                {MEMBER(StepBox, low), MEMBER(StepBox, high)}, sizeof(StepBox));
+    expect_same(storage_layout("step_boxes.h", "SeenTile"),
+                {MEMBER(SeenTile, slots_low), MEMBER(SeenTile, slots_high),
+                 MEMBER(SeenTile, not_longest), MEMBER(SeenTile, most)},
+                sizeof(SeenTile));
+    EXPECT_EQ(MAX_STEP_LIGHTS, MAX_LIGHT_POINTS);
+    EXPECT_GE(MAX_STEP_PARTS, 3 * MAX_MEDIA) << "density, emission and temperature";
+}
+
+TEST_F(ParamLayout, TileList)
+{
+    expect_same(storage_layout("tile_list.h", "TileListHead"),
+                {MEMBER(TileListHead, groups_x),
+                 MEMBER(TileListHead, groups_y),
+                 MEMBER(TileListHead, groups_z),
+                 MEMBER(TileListHead, groups),
+                 {"tiles[0]", offsetof(TileListHead, tiles)}},
+                sizeof(TileListHead));
+    // As glDispatchComputeIndirect reads it.
+    EXPECT_EQ(offsetof(TileListHead, groups_x), 0u);
+    EXPECT_EQ(offsetof(TileListHead, groups_y), sizeof(GLuint));
+    EXPECT_EQ(offsetof(TileListHead, groups_z), 2 * sizeof(GLuint));
 }
 
 TEST_F(ParamLayout, Display)

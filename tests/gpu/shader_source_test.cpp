@@ -289,6 +289,9 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         for (const char* file : {"pass/tiles.vert", "pass/list_tiles.comp"})
             variants.add(file, {{"kAllTiles", "false"}, {"kLitTiles", lit}});
     variants.add("pass/list_tiles.comp", {{"kTilePixels", "16"}});
+    for (const char* file :
+         {"pass/see_boxes.comp", "pass/choose_steps.comp", "pass/want_depths.comp"})
+        variants.add(file, {});
     variants.add("pass/surface.vert", {});
     for (const char* file : {"study/texel_rate.frag", "study/texel_rate.comp"})
         variants.add(file, {{"kFetches", "64"}, {"kTexelPixels", "512"}});
