@@ -788,23 +788,54 @@ TransparentImages Renderer::read_transparents(View& view, const Frame& frame,
     return images;
 }
 
-double Renderer::count_samples(View& view, const Frame& frame, const FrameSettings& settings)
+namespace {
+
+/// SampleCounts::even_4 of squares of that edge.
+double evenness(const std::vector<float>& counts, glm::ivec2 size, int edge)
+{
+    double all = 0, longest = 0;
+    for (int y = 0; y < size.y; y += edge)
+        for (int x = 0; x < size.x; x += edge) {
+            const glm::ivec2 end = glm::min(glm::ivec2(x, y) + edge, size);
+            float most = 0;
+            for (int row = y; row < end.y; ++row)
+                for (int column = x; column < end.x; ++column) {
+                    const float count =
+                        counts[static_cast<std::size_t>(row) * static_cast<std::size_t>(size.x) +
+                               static_cast<std::size_t>(column)];
+                    all += static_cast<double>(count);
+                    most = std::max(most, count);
+                }
+            longest += static_cast<double>(most) * (end.x - x) * (end.y - y);
+        }
+    return longest > 0 ? all / longest : 0;
+}
+
+}  // namespace
+
+SampleCounts Renderer::sample_counts(View& view, const Frame& frame, const FrameSettings& settings)
 {
     check(frame, settings);
     Parts& parts = *parts_;
     View::State& state = parts.state_of(view);
     if (parts.media.empty())
-        return 0;
+        return {};
     const gl::StateGuard guard(parts.device, BLOCK_COUNT, IMAGE_COUNT,
                                parts.storages(state, settings));
     const PreparedFrame prepared = parts.begin(state, frame, settings);
     if (!prepared.sees_media)
-        return 0;
+        return {};
     if (!state.holds(prepared))
         state.drawn.reset();
     pass::VolumePass& pass = state.layers_for(prepared.settings.mode, parts.tools).pass();
-    const std::vector<float> counts = pass.sample_counts(prepared).read(1);
-    return std::accumulate(counts.begin(), counts.end(), 0.0);
+    const gl::Texture counted = pass.sample_counts(prepared);
+    const std::vector<float> counts = counted.read(1);
+    SampleCounts found{.all = std::accumulate(counts.begin(), counts.end(), 0.0)};
+    if (prepared.settings.mode == Settings::Mode::raymarch) {
+        found.even_4 = evenness(counts, counted.size(), 4);
+        found.even_8 = evenness(counts, counted.size(), 8);
+    }
+    return found;
 }
 
 void Renderer::draw_surfaces(const Frame& frame, const FrameSettings& settings, bool through_media)

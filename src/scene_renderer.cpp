@@ -270,6 +270,15 @@ void add_cost(StillReport& sum, const StillReport& part)
     sum.volume.name = part.volume.name;
     add(sum.volume, part.volume);
     sum.timing_method = part.timing_method;
+    const auto evenness = [&](double StillReport::*even) {
+        const auto taken = [&](const StillReport& of) {
+            return of.*even > 0 ? of.samples / (of.*even) : 0;
+        };
+        const double all = taken(sum) + taken(part);
+        return all > 0 ? (sum.samples + part.samples) / all : 0;
+    };
+    sum.even_4 = evenness(&StillReport::even_4);
+    sum.even_8 = evenness(&StillReport::even_8);
     sum.samples += part.samples;
     sum.gpu_bytes = std::max(sum.gpu_bytes, part.gpu_bytes);
 }
@@ -568,7 +577,10 @@ Still SceneRenderer::draw_part(const Drawing& drawing, const StillOptions& optio
         FrameReport last = renderer_.take_report();
         report->history = std::move(last.history);
         report->passes_as = std::move(last.passes);
-        report->samples = renderer_.count_samples(*view, frame, settings);
+        const SampleCounts counts = renderer_.sample_counts(*view, frame, settings);
+        report->samples = counts.all;
+        report->even_4 = counts.even_4;
+        report->even_8 = counts.even_8;
     }
 
     Still still;

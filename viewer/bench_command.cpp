@@ -292,16 +292,22 @@ private:
             if ((c.group != "presets" && c.group != "passes") || one.volume.empty() ||
                 interrupted())
                 continue;
-            progress_.show("counting fetches");
-            const double fetches = study::count_march_fetches(renderer_, c.scene, c.settings).all();
-            const auto [rate, share] = study::fetch_rates(one, "ray march", fetches);
-            if (fetches == 0 || share.count == 0)
-                continue;
             const auto row = [&](std::string_view quantity, const char* unit,
                                  const study::Spread& value) {
                 report_.figures.push_back({c.group, c.scene_name, c.name, "", 0,
                                            std::string(quantity), unit, value, c.scene.resolution});
             };
+            if (one.even_4 > 0) {
+                row(study::kMarchLanes, "1", study::spread_of({one.even_4}));
+                row("march, lanes at work of 8 x 8 rays", "1", study::spread_of({one.even_8}));
+            }
+            progress_.show("counting fetches");
+            const double fetches = study::count_march_fetches(renderer_, c.scene, c.settings).all();
+            const auto [rate, share] = study::fetch_rates(one, "ray march", fetches);
+            if (fetches > 0 && one.samples > 0)
+                row("march, texels an evaluation", "1", study::spread_of({fetches / one.samples}));
+            if (fetches == 0 || share.count == 0)
+                continue;
             row("march, texels of a frame", "1", study::spread_of({fetches}));
             row(study::kMarchRate, "1/s", rate);
             row(study::kMarchShare, "1", share);

@@ -52,8 +52,8 @@ void print_cases(const BenchReport& report, const std::string& group, const std:
     const std::vector<std::string> scenes = scenes_of(report, group);
     if (scenes.empty())
         return;
-    fmt::print("\n{:<24}{:<26}{:<26}{:>9}{:>11}{:>9}\n", group, "ms a frame",
-               fmt::format("times faster than {}", base), "texels", "relMSE", "MB");
+    fmt::print("\n{:<24}{:<26}{:<26}{:>9}{:>9}{:>11}{:>9}\n", group, "ms a frame",
+               fmt::format("times faster than {}", base), "texels", "lanes", "relMSE", "MB");
     for (const std::string& scene : scenes) {
         fmt::print("{}\n", scene);
         for (const std::string& name : names_of(report, group, scene)) {
@@ -61,11 +61,14 @@ void print_cases(const BenchReport& report, const std::string& group, const std:
                 return study::find_figure(report.figures, group, scene, name, quantity);
             };
             const BenchFigure* share = of(study::kMarchShare);
+            const BenchFigure* lanes = of(study::kMarchLanes);
             const BenchFigure* error = of(study::kCompositeError);
             const BenchFigure* bytes = of("GPU memory");
-            fmt::print("  {:<22}{:<26}{:<26}{:>9}{:>11}{:>9}\n", name, cell(of(study::kVolumeTime)),
+            fmt::print("  {:<22}{:<26}{:<26}{:>9}{:>9}{:>11}{:>9}\n", name,
+                       cell(of(study::kVolumeTime)),
                        cell(of(std::string(study::kTimesFaster) + base)),
                        share == nullptr ? "" : fmt::format("{:.0f} %", 100 * share->value.median),
+                       lanes == nullptr ? "" : fmt::format("{:.0f} %", 100 * lanes->value.median),
                        error == nullptr ? "" : fmt::format("{:.2e}", error->value.median),
                        bytes == nullptr ? "" : fmt::format("{:.1f}", bytes->value.median * 1e-6));
         }

@@ -252,6 +252,10 @@ void print_report(const StillReport& report, const std::string& device, const Sc
     fmt::print("{:<26}{:>20.2f}   ms, once: uploads, shadow map, volumes of light\n", "set-up",
                report.setup_ms);
     fmt::print("{:<26}{:>20.3g}   evaluations of the media a frame\n", "samples", report.samples);
+    if (report.even_4 > 0)
+        fmt::print("{:<26}{:>18.0f} %   of what 4 x 4 rays take as long as their longest, {:.0f} % "
+                   "of 8 x 8\n",
+                   "lanes at work", 100 * report.even_4, 100 * report.even_8);
     fmt::print("{:<26}{:>20.2f}   MB in textures and buffers\n", "on the GPU",
                static_cast<double>(report.gpu_bytes) * 1e-6);
     if (!report.passes_as.empty())
@@ -275,7 +279,8 @@ Json report_json(const StillReport& report)
             {"volume_ms", report.volume.median_ms}, {"volume", row(report.volume)},
             {"setup_ms", report.setup_ms},          {"samples", report.samples},
             {"gpu_bytes", report.gpu_bytes},        {"history", report.history},
-            {"passes_as", report.passes_as}};
+            {"passes_as", report.passes_as},        {"lanes_at_work_4x4", report.even_4},
+            {"lanes_at_work_8x8", report.even_8}};
 }
 
 /// What all modes print of a picture for machines.

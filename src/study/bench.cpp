@@ -221,6 +221,8 @@ private:
             one.passes.push_back(report.passes);
             one.machine.push_back(machine);
             one.samples = report.samples;
+            one.even_4 = report.even_4;
+            one.even_8 = report.even_8;
             one.gpu_bytes = report.gpu_bytes;
             if (round == 0)
                 one.setup_ms = report.setup_ms;

@@ -89,8 +89,9 @@ struct MeasuredCase {
     std::string refusal;                           ///< why this scene or GL can't have it, or ""
     std::vector<std::pair<int, PassTime>> volume;  ///< round, and what the volume adds to a frame
     std::vector<std::vector<PassTime>> passes;     ///< of each round
-    std::vector<double> machine;  ///< BenchOptions::machine_rate just before each round's visit
-    double samples = 0;           ///< media evaluations of a frame
+    std::vector<double> machine;    ///< BenchOptions::machine_rate just before each round's visit
+    double samples = 0;             ///< media evaluations of a frame
+    double even_4 = 0, even_8 = 0;  ///< SampleCounts' of it
     std::uint64_t gpu_bytes = 0;
     double setup_ms = 0;  ///< of the first round: uploads, shadow map, volumes of light
     double seconds = 0;   ///< of the longest visit

@@ -24,6 +24,7 @@ std::vector<BenchGoal> bench_goals(std::span<const BenchFigure> figures,
                                    std::span<const BenchScene> scenes);
 
 inline constexpr std::string_view kMarchShare = "march, of the texel rate";
+inline constexpr std::string_view kMarchLanes = "march, lanes at work of 4 x 4 rays";
 inline constexpr std::string_view kMarchRate = "march, texels a second";
 inline constexpr std::string_view kCompositeError = "composite's relMSE";
 inline constexpr std::string_view kFirstPicture = "fumarole render, to the file written";

@@ -256,6 +256,51 @@ TEST_F(PassForms, DrawTheSameOfParallelRaysAndNothingWhereNoMediumIsSeen)
     EXPECT_EQ(count(settings, Passes::compute), 0);
 }
 
+TEST_F(PassForms, CountHowEvenlyRaysEvaluateTheMedia)
+{
+    constexpr int kSize = 32;
+    Scene scene = study::bare_scene(kSize);
+    BoxMedium slab = study::slab(3, 9);
+    slab.sigma_s = glm::vec3(0.1f);
+    scene.media = {slab};
+    Settings settings = small();
+    settings.resolution = 1;
+    settings.spacing = Settings::Spacing::fixed;
+    set(scene, settings);
+    const auto count = [&](int stripe, Passes passes) {
+        settings.passes = passes;
+        const Host host(scene_, GL_RGBA32F);
+        std::vector<float> depths(kSize * kSize, 0.0f);  // the sky's, as depth is reversed
+        for (int i = 0; i < kSize * kSize && stripe > 0; ++i)
+            if (i % kSize / stripe % 2 == 1)
+                depths[static_cast<std::size_t>(i)] = 1;  // the near plane's
+        gl::Texture depth = gl::Texture::make_2d(gl(), "stripes", glm::ivec2(kSize),
+                                                 GL_DEPTH_COMPONENT32F, gl::Filter::nearest);
+        depth.upload(GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
+        Frame frame = host.frame;
+        frame.depth = depth.view();
+        View view = renderer_.make_view();
+        return renderer_.sample_counts(view, frame, settings);
+    };
+    for (const Passes passes : {Passes::fragment, Passes::compute}) {
+        const SampleCounts open = count(0, passes);
+        EXPECT_GT(open.all, kSize * kSize);
+        EXPECT_DOUBLE_EQ(open.even_4, 1);
+        EXPECT_DOUBLE_EQ(open.even_8, 1);
+        // Rays of every other column end before the slab.
+        const SampleCounts columns = count(1, passes);
+        EXPECT_DOUBLE_EQ(columns.all, open.all / 2);
+        EXPECT_DOUBLE_EQ(columns.even_4, 0.5);
+        EXPECT_DOUBLE_EQ(columns.even_8, 0.5);
+        const SampleCounts squares = count(4, passes);
+        EXPECT_DOUBLE_EQ(squares.all, open.all / 2);
+        EXPECT_DOUBLE_EQ(squares.even_4, 1) << "all of a square's, or none";
+        EXPECT_DOUBLE_EQ(squares.even_8, 0.5);
+    }
+    settings.mode = Settings::Mode::froxel;
+    EXPECT_EQ(count(0, Passes::compute).even_4, 0);
+}
+
 TEST_F(PassForms, BlendWithAPictureOfAnyFormatAsTheBlendingStageDoes)
 {
     set(smoke_over_floor(), small());

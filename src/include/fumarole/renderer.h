@@ -66,6 +66,16 @@ struct FragmentCount {
     bool operator==(const FragmentCount&) const = default;
 };
 
+/// How often a frame evaluates the media, and how evenly its rays do.
+struct SampleCounts {
+    double all = 0;  ///< evaluations, shadows included
+    /// Of a march: the mean of a ray over that of the longest in its square of 4 x 4 rays, and of
+    /// 8 x 8, the squares that march counted by their longest. Rays that are worked out side by
+    /// side take as long as the longest of them: the share of lanes that work. 0 in froxels, and
+    /// where no ray marches.
+    double even_4 = 0, even_8 = 0;
+};
+
 /// What a frame cost and did.
 struct FrameReport {
     /// Milliseconds of each pass of one frame: the last whose times are known. Empty where no
@@ -176,7 +186,12 @@ public:
                                         const FrameSettings& settings) const;
 
     /// Evaluations of the media that the march of `frame` takes, shadows included.
-    double count_samples(View& view, const Frame& frame, const FrameSettings& settings);
+    double count_samples(View& view, const Frame& frame, const FrameSettings& settings)
+    {
+        return sample_counts(view, frame, settings).all;
+    }
+    /// Likewise, and how evenly its rays do.
+    SampleCounts sample_counts(View& view, const Frame& frame, const FrameSettings& settings);
 
     /// Which variant the scene and the settings need, and why: a line each. What a frame decides is
     /// named as such unless the settings are settled().

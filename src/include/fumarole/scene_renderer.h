@@ -46,9 +46,10 @@ struct StillReport {
     std::vector<PassTime> passes;  ///< each pass over the timed frames
     PassTime volume;               ///< all that the volume adds to a frame
     const char* timing_method = "";
-    double samples = 0;     ///< media evaluations of the march in one frame, shadows included
-    std::string history;    ///< FrameReport::history of the last timed frame
-    std::string passes_as;  ///< FrameReport::passes of it
+    double samples = 0;  ///< media evaluations of the march in one frame, shadows included
+    double even_4 = 0, even_8 = 0;  ///< SampleCounts' of that frame
+    std::string history;            ///< FrameReport::history of the last timed frame
+    std::string passes_as;          ///< FrameReport::passes of it
     std::uint64_t gpu_bytes = 0;
     double setup_ms = 0;  ///< uploads, shadow map and volumes of light, once
 };
