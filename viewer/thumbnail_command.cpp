@@ -6,6 +6,8 @@
 #include "context/headless_context.h"
 #include "library_log.h"
 #include "scene_input.h"
+#include "window/thumbnail_files.h"
+#include "write/png_text.h"
 #include <fumarole/asset/load_limits.h>
 #include <fumarole/scene_renderer.h>
 #include <fumarole/settings.h>
@@ -27,6 +29,7 @@ void run(const ThumbnailOptions& options)
     constexpr std::uint64_t kMostMemory = std::uint64_t(2) << 30;
     asset::set_memory_limit(kMostMemory);
     const unsigned height = static_cast<unsigned>(std::max(1, options.size * 3 / 4));
+    const std::vector<write::PngText> texts = window::thumbnail_texts(options.input);
     SceneInput input;
     input.file = options.input;
     input.size = fmt::format("{}x{}", options.size, height);
@@ -45,7 +48,8 @@ void run(const ThumbnailOptions& options)
     image.height = still.height;
     image.channels = {"R", "G", "B"};
     image.pixels = std::move(still.composite);
-    write::write_png(image, {.exposure_ev = write::auto_exposure(image)}, options.output);
+    // By these texts others know what it is of, and when it is out of date.
+    write::write_png(image, {.exposure_ev = write::auto_exposure(image)}, options.output, texts);
 }
 
 }  // namespace
@@ -54,7 +58,7 @@ void add_thumbnail(CLI::App& app)
 {
     CLI::App* command = app.add_subcommand("thumbnail", "A small picture, for a file manager");
     auto options = std::make_shared<ThumbnailOptions>();
-    command->add_option("INPUT", options->input, "a .vdb or .nvdb file")->required();
+    command->add_option("INPUT", options->input, "a .vdb or .nvdb file, or a scene")->required();
     command->add_option("OUTPUT", options->output, "a .png, whatever its name")->required();
     command->add_option("-s,--size", options->size, "the larger side in pixels [256]")
         ->check(within(1, 4096));

@@ -90,6 +90,19 @@ void run(const ViewOptions& options, const CLI::App& command)
                           {"bias", side.metrics.bias},
                           {"smape", side.metrics.smape},
                           {"p999", side.metrics.p999}});
+    Json grids = Json::array(), files = Json::array();
+    for (const window::AppReport::Grid& grid : report.grids)
+        grids.push_back({{"medium", grid.medium},
+                         {"name", grid.name},
+                         {"type", grid.type},
+                         {"voxels", grid.voxels},
+                         {"role", grid.role},
+                         {"error", grid.error}});
+    for (const window::AppReport::File& file : report.files)
+        files.push_back({{"name", file.name},
+                         {"frames", file.frames},
+                         {"picture", file.picture},
+                         {"error", file.error}});
     const Json json{{"frames", report.frames},
                     {"first_frame_ms", report.first_frame_ms},
                     {"first_picture_ms", report.first_picture_ms},
@@ -97,6 +110,8 @@ void run(const ViewOptions& options, const CLI::App& command)
                     {"device", report.device},
                     {"message", report.message},
                     {"notes", report.notes},
+                    {"grids", grids},
+                    {"files", files},
                     {"errors", errors}};
     fmt::print("{}\n", json.dump(1, ' ', false, Json::error_handler_t::replace));
 }

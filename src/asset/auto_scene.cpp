@@ -12,6 +12,7 @@
 #include <unordered_map>
 
 #include "asset/grid_names.h"
+#include "asset/medium_fit.h"
 #include "asset/printable.h"
 #include "asset/scene_ranges.h"
 #include "blackbody.h"
@@ -745,6 +746,55 @@ std::vector<WeightedColumn> columns_of(const std::vector<Shown>& shown,
     return all;
 }
 
+/// The coefficient of a density that makes its average line of sight `opacity` opaque.
+/// @throws Error if no scene may have it
+double fitted_extinction(const std::vector<WeightedColumn>& columns, double opacity,
+                         const std::string& file, const std::string& grid)
+{
+    const double sigma_t = sigma_t_for_opacity(columns, opacity);
+    if (sigma_t > kCoefficient.max)
+        throw Error(fmt::format("{}: grid '{}' is next to nothing: it would take {:.3g} /m per "
+                                "density to be seen, and {:.0e} is the most; multiply it, or name "
+                                "another grid",
+                                file, grid, sigma_t, kCoefficient.max));
+    return sigma_t;
+}
+
+/// Gives a medium this extinction on average over the channels. Its colour and the albedo stay.
+void set_extinction(GridMedium& medium, double sigma_t)
+{
+    const glm::dvec3 was(medium.sigma_s_per_density + medium.sigma_a_per_density);
+    const double mean = (was.x + was.y + was.z) / 3;
+    for (int c = 0; c < 3; ++c) {
+        const double albedo =
+            was[c] > 0 ? static_cast<double>(medium.sigma_s_per_density[c]) / was[c] : kAlbedo;
+        const double now = mean > 0 ? sigma_t * was[c] / mean : sigma_t;
+        medium.sigma_s_per_density[c] = static_cast<float>(three_digits(albedo * now));
+        medium.sigma_a_per_density[c] = static_cast<float>(three_digits((1 - albedo) * now));
+    }
+}
+
+/// Luminance of smoke that the sun lights: what is opaque and lit from the side gives about
+/// irradiance / 4 pi.
+double sunlit_smoke()
+{
+    return glm::dot(glm::dvec3(kSunIrradiance), kLuminance) / (4 * glm::pi<double>());
+}
+
+/// Luminance that a metre of a value of 1 is given, for bright lines of sight through what glows to
+/// outshine sunlit smoke.
+double fitted_glow(const std::vector<WeightedColumn>& columns)
+{
+    return kFireOverSmoke * sunlit_smoke() / column_quantile(columns, kBrightShare);
+}
+
+/// emission_per_unit of that luminance. The colour is the grid's own where it has three channels.
+glm::vec3 glow_color(const VoxelGrid& grid, double luminance_per_unit)
+{
+    const glm::dvec3 color = grid.channels == 3 ? glm::dvec3(1) : glm::dvec3(kFireColor);
+    return three_digits(color * (luminance_per_unit / glm::dot(color, kLuminance)));
+}
+
 /// What a scene's medium is called, and the largest value of its colour grid.
 struct Names {
     std::string file;
@@ -768,12 +818,8 @@ LoadedScene compose(const std::vector<Shown>& shown, Unread unread, const Names&
     GridMedium medium;
     medium.grid = names.density;
     medium.g = kG;
-    const double sigma_t = sigma_t_for_opacity(columns_of(shown, &Shown::density), names.opacity());
-    if (sigma_t > kCoefficient.max)
-        throw Error(fmt::format("{}: grid '{}' is next to nothing: it would take {:.3g} /m per "
-                                "density to be seen, and {:.0e} is the most; multiply it, or name "
-                                "another grid",
-                                names.file, names.density, sigma_t, kCoefficient.max));
+    const double sigma_t = fitted_extinction(columns_of(shown, &Shown::density), names.opacity(),
+                                             names.file, names.density);
     // A colour above 1 must not scatter more than is lost.
     const double albedo = kAlbedo / std::max(1.0, names.brightest_color);
     medium.sigma_s_per_density = three_digits(glm::dvec3(albedo * sigma_t));
@@ -788,15 +834,8 @@ LoadedScene compose(const std::vector<Shown>& shown, Unread unread, const Names&
         const auto lit = std::find_if(shown.begin(), shown.end(), [](const Shown& one) {
             return one.emission && !one.emission->empty();
         });
-        // The colour is the grid's own where it has three channels.
-        const glm::dvec3 color =
-            lit->emission->channels == 3 ? glm::dvec3(1) : glm::dvec3(kFireColor);
-        // What is opaque and lit from the side gives about irradiance / 4 pi.
-        const double sunlit_smoke =
-            glm::dot(glm::dvec3(kSunIrradiance), kLuminance) / (4 * glm::pi<double>());
-        const double bright = column_quantile(columns, kBrightShare);
-        const double luminance_per_unit = kFireOverSmoke * sunlit_smoke / bright;
-        per_value.emission = luminance_per_unit / sunlit_smoke;
+        const double luminance_per_unit = fitted_glow(columns);
+        per_value.emission = luminance_per_unit / sunlit_smoke();
         std::string how;
         if (names.kelvin > 0) {
             medium.temperature_grid = names.emission;
@@ -805,8 +844,7 @@ LoadedScene compose(const std::vector<Shown>& shown, Unread unread, const Names&
             how = fmt::format("blackbody_intensity {:.3g}", medium.blackbody_intensity);
         } else {
             medium.emission_grid = names.emission;
-            medium.emission_per_unit =
-                three_digits(color * (luminance_per_unit / glm::dot(color, kLuminance)));
+            medium.emission_per_unit = glow_color(*lit->emission, luminance_per_unit);
             how = fmt::format("{:.3g} W/m^2/sr per metre per unit in red",
                               medium.emission_per_unit.r);
         }
@@ -1146,6 +1184,33 @@ double sigma_t_for_opacity(const VoxelGrid& grid, double opacity)
 {
     assert(!grid.empty() && opacity > 0 && opacity < 1);
     return sigma_t_for_opacity(content_columns(grid), opacity);
+}
+
+void fit_medium(GridMedium& medium, NewGrids which)
+{
+    const auto content = [&](const std::shared_ptr<const VoxelGrid>& grid) {
+        if (grid->empty())
+            throw Error(fmt::format("{}: grid '{}' is 0 everywhere: nothing to show; take another",
+                                    medium.file, grid->name));
+        return content_columns(*grid);
+    };
+    if (which.density) {
+        const double sigma_t =
+            fitted_extinction(content(medium.density), kOpacity, medium.file, medium.density->name);
+        set_extinction(medium, sigma_t);
+    }
+    if (which.emission)
+        medium.emission_per_unit =
+            glow_color(*medium.emission, fitted_glow(content(medium.emission)));
+    if (which.temperature) {
+        static_cast<void>(content(medium.temperature));
+        medium.temperature_scale = kelvin_per_unit(medium);
+        // What is too cold glows by no factor.
+        const auto glow = blackbody_grid(*medium.temperature, medium.temperature_scale);
+        if (!glow->empty())
+            medium.blackbody_intensity =
+                static_cast<float>(three_digits(fitted_glow(content_columns(*glow))));
+    }
 }
 
 std::string guess_emission_grid(const VdbInfo& file, const std::string& density)

@@ -17,6 +17,7 @@
 #include <png.h>
 
 #include "write/picture_checks.h"
+#include "write/png_text.h"
 #include "write/whole_file.h"
 #include <fumarole/errors.h>
 
@@ -98,7 +99,8 @@ private:
 /// 3 channels are RGB, 4 have a straight alpha. By libpng and not by OpenImageIO, which takes a
 /// quarter of a second to be opened.
 std::vector<unsigned char> encoded_png(int width, int height, std::size_t channels,
-                                       std::span<const std::uint8_t> pixels)
+                                       std::span<const std::uint8_t> pixels,
+                                       const std::vector<PngText>& texts)
 {
     PngStream stream;
     png_structp png = stream.png();
@@ -107,12 +109,20 @@ std::vector<unsigned char> encoded_png(int width, int height, std::size_t channe
                  channels == 4 ? PNG_COLOR_TYPE_RGB_ALPHA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
                  PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
     png_set_sRGB(png, stream.info(), PNG_sRGB_INTENT_PERCEPTUAL);
-    std::string key = "Software", program = "Fumarole";
-    png_text text{};
-    text.compression = PNG_TEXT_COMPRESSION_NONE;
-    text.key = key.data();
-    text.text = program.data();
-    png_set_text(png, stream.info(), &text, 1);
+    std::vector<PngText> all{{"Software", "Fumarole"}};
+    all.insert(all.end(), texts.begin(), texts.end());
+    std::string no_language;
+    for (PngText& one : all) {
+        const bool ascii = std::all_of(one.text.begin(), one.text.end(),
+                                       [](char c) { return static_cast<unsigned char>(c) < 128; });
+        png_text text{};
+        // What is not ASCII is UTF-8 in a chunk that says so.
+        text.compression = ascii ? PNG_TEXT_COMPRESSION_NONE : PNG_ITXT_COMPRESSION_NONE;
+        text.key = one.key.data();
+        text.text = one.text.data();
+        text.lang = text.lang_key = no_language.data();
+        png_set_text(png, stream.info(), &text, 1);
+    }
     png_write_info(png, stream.info());
     const std::size_t row_bytes = static_cast<std::size_t>(width) * channels;
     for (std::size_t at = 0; at < pixels.size(); at += row_bytes)
@@ -124,6 +134,12 @@ std::vector<unsigned char> encoded_png(int width, int height, std::size_t channe
 }  // namespace
 
 void write_png(const Image& image, const Display& display, const fs::path& file)
+{
+    write_png(image, display, file, {});
+}
+
+void write_png(const Image& image, const Display& display, const fs::path& file,
+               const std::vector<PngText>& texts)
 {
     check_shape(image, file);
     std::vector<int> used;
@@ -173,7 +189,7 @@ void write_png(const Image& image, const Display& display, const fs::path& file)
 
     std::vector<unsigned char> bytes;
     try {
-        bytes = encoded_png(image.width, image.height, stored, pixels);
+        bytes = encoded_png(image.width, image.height, stored, pixels, texts);
     } catch (const std::runtime_error& error) {
         throw Error(fmt::format("{}: cannot encode {} x {} pixels: {}; try a smaller picture",
                                 file.string(), image.width, image.height, error.what()));

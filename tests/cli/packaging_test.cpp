@@ -92,6 +92,9 @@ TEST(Packaging, AThumbnailIsOfTheSizeThatIsAskedFor)
     EXPECT_EQ(bytes.substr(1, 3), "PNG");
     EXPECT_EQ(int(bytes[19]), 32);
     EXPECT_EQ(int(bytes[23]), 24);
+    // By which a desktop, and our window, know what it is of.
+    EXPECT_THAT(bytes, HasSubstr("file://" + smoke.parent_path().lexically_normal().string()));
+    EXPECT_THAT(bytes, HasSubstr("Thumb::MTime"));
     EXPECT_EQ(run_program(folder.path(), {"thumbnail", "none.vdb", file.string()}).code, 1);
 }
 

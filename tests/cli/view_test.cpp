@@ -328,6 +328,106 @@ TEST_F(View, SettingsAreKeptFromOneTimeToTheNext)
     EXPECT_THAT(read_bytes(folder_.path() / "command.txt"), HasSubstr("--steps 33"));
 }
 
+/// The rows of a report that have a name.
+Json named(const Json& rows, const std::string& name)
+{
+    for (const Json& row : rows)
+        if (row["name"] == name)
+            return row;
+    return Json::object();
+}
+
+TEST_F(View, GridsAreSwitchedAndTheSavedSceneKeepsIt)
+{
+    fs::copy_file(sample("fire_plume.vdb"), folder_.path() / "fire.vdb");
+    const Arguments quick{"fire.vdb",    "--aa=1",     "--exposure=0",
+                          "--bounces=0", "--steps=16", "--resolution=quarter"};
+    const Outcome run = view(R"([{"wait": "grids"}, {"wait": "settled"}, {"screenshot": "fire.png"},
+        {"grid": {"flame": "off"}}, {"wait": "grids"}, {"wait": "settled"},
+        {"screenshot": "smoke.png"},
+        {"grid": {"temperature": "temperature", "density": "off"}}, {"wait": "grids"},
+        {"wait": "settled"}, {"screenshot": "heat.png"}, {"key": "Ctrl+S"}, {"frames": 2},
+        {"grid": {"temperature": "colour"}}, {"frames": 2}])",
+                             quick);
+    ASSERT_EQ(run.code, 0) << run;
+    const Json grids = Json::parse(run.out)["grids"];
+    ASSERT_EQ(grids.size(), 3u) << run;
+    EXPECT_EQ(named(grids, "density")["role"], "off");
+    EXPECT_EQ(named(grids, "flame")["role"], "off");
+    EXPECT_EQ(named(grids, "temperature")["role"], "temperature") << "as it was";
+    EXPECT_EQ(named(grids, "temperature")["voxels"], 85556);
+    EXPECT_THAT(named(grids, "temperature")["error"].get<std::string>(),
+                HasSubstr("'temperature' can't be the colour"));
+    EXPECT_EQ(Json::parse(run.out)["message"], "") << "it is said where it was asked for";
+    const Pixels fire = shot("fire.png"), smoke = shot("smoke.png"), heat = shot("heat.png");
+    EXPECT_GT(distance(fire, smoke), 0.2);
+    EXPECT_GT(distance(smoke, heat), 1);
+    const Json medium = Json::parse(read_bytes(folder_.path() / "fire.json"))["media"][0];
+    EXPECT_EQ(medium["temperature_grid"], "temperature");
+    EXPECT_EQ(medium["temperature_scale"], 1000);
+    EXPECT_EQ(medium["sigma_s_per_density"], Json({0, 0, 0}));
+    EXPECT_FALSE(medium.contains("emission_grid"));
+    // The scene that was saved is what was seen.
+    const Outcome again = run_program(
+        folder_.path(), {"render", "fire.json", "--size=320x240", "--aa=1", "--exposure=0",
+                         "--bounces=0", "--steps=16", "--resolution=quarter", "-o", "again.png"});
+    ASSERT_EQ(again.code, 0) << again;
+    EXPECT_LT(distance(shot("again.png").part(0, 40, 320, 200), heat.part(0, 40, 320, 200)), 0.1);
+    const Outcome wrong = view(R"([{"wait": "grids"}, {"grid": {"flame": "glow"}},
+                                   {"wait": "message"}])",
+                               quick);
+    EXPECT_THAT(Json::parse(wrong.out)["message"].get<std::string>(),
+                HasSubstr("'glow' (there are: off, density, temperature, emission, colour)"));
+}
+
+TEST_F(View, AFolderIsLookedThroughByPictures)
+{
+    const fs::path data = folder_.path() / "data";
+    fs::create_directories(data / "more");
+    for (const int frame : {1, 2, 3})
+        fs::copy_file(sample(fmt::format("smoke_seq/smoke_000{}.vdb", frame + 4)),
+                      data / fmt::format("smoke_000{}.vdb", frame));
+    fs::copy_file(sample("fire_plume.vdb"), data / "fire_plume.vdb");
+    fs::copy_file(sample("fire_plume.json"), data / "fire.json");
+    folder_.write("data/torn.vdb", read_bytes(sample("cloud.vdb")).substr(0, 5000));
+    folder_.write("data/notes.json", R"({"name": "no scene"})");
+    const Outcome run = view(R"([{"browse": "data"}, {"wait": "thumbnails", "seconds": 300},
+                                 {"frames": 4}, {"screenshot": "files.png"}])",
+                             {}, "900x600");
+    ASSERT_EQ(run.code, 0) << run;
+    const Json files = Json::parse(run.out)["files"];
+    ASSERT_EQ(files.size(), 5u) << run;
+    EXPECT_EQ(files[0]["name"], "more");
+    EXPECT_EQ(named(files, "smoke_####.vdb")["frames"], 3);
+    for (const char* name : {"smoke_####.vdb", "fire_plume.vdb", "fire.json"})
+        EXPECT_EQ(named(files, name)["picture"], true) << name << run;
+    EXPECT_THAT(named(files, "torn.vdb")["error"].get<std::string>(),
+                HasSubstr("damaged or cut short"));
+    EXPECT_EQ(list(folder_.path() / "cache/thumbnails/large").size(), 3u);
+    EXPECT_EQ(list(folder_.path() / "cache/thumbnails/fail/fumarole").size(), 1u);
+    const Pixels window = shot("files.png");
+    ASSERT_EQ(window.width, 900);
+
+    // By keys: into the folder and back, then the last file by its first letter.
+    const std::string keys = R"([{"browse": "data"}, {"wait": "thumbnails", "seconds": 300},
+        {"key": "Enter"}, {"wait": "thumbnails"}, {"key": "Backspace"}, {"wait": "thumbnails"},
+        {"key": "S"}, {"key": "Enter"}, {"wait": "loaded"}, {"frames": 2}])";
+    const Outcome opened = view(keys, {"--aa=1"}, "900x600");
+    ASSERT_EQ(opened.code, 0) << opened;
+    EXPECT_EQ(Json::parse(opened.out)["files"].size(), 0u) << "it closes";
+    const Json kept = Json::parse(read_bytes(folder_.path() / "config/fumarole/view.json"));
+    EXPECT_EQ(kept["folder"], data.string());
+    EXPECT_EQ(kept["recent"][0], (data / "smoke_####.vdb").string());
+
+    // By a double click on the second one, and what is wrong with it is said as of any file.
+    const Outcome clicked = view(R"([{"key": "Ctrl+O"}, {"wait": "thumbnails", "seconds": 300},
+        {"frames": 2}, {"click": [300, 170], "double": true}, {"wait": "loaded"}])",
+                                 {"--aa=1"}, "900x600");
+    ASSERT_EQ(clicked.code, 0) << clicked;
+    const Json recent = Json::parse(read_bytes(folder_.path() / "config/fumarole/view.json"));
+    EXPECT_EQ(recent["recent"][0], (data / "fire.json").string());
+}
+
 TEST_F(View, WithoutADisplayOrWithAnOldOpenGLItSaysWhatToDo)
 {
     setenv("MESA_GL_VERSION_OVERRIDE", "3.3", 1);

@@ -1,7 +1,10 @@
 #include "window/app.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <imgui.h>
+
+#include <GLFW/glfw3.h>
 
 #include "overloaded.h"
 #include "settings_input.h"
@@ -21,7 +24,9 @@ App::App(AppOptions options)
                                                                                options.memory)},
       document_{options.input}, viewport_{screen_.device(), GlfwWindow::get_proc(),
                                           [this](LogLevel, std::string_view line) { hear(line); }},
-      automation_{std::move(options.script), options.frames, options.screenshot},
+      browser_{"/proc/self/exe", ThumbnailCache(thumbnail_folder())},
+      browser_panel_{screen_.device()}, automation_{std::move(options.script), options.frames,
+                                                    options.screenshot},
       log_{screen_.device().capabilities().renderer}
 {
     notices_.show_message(options.complaint);
@@ -45,11 +50,35 @@ AppReport App::run()
     automation_.check_screenshots();
     if (!window.minimised())
         memory_.size = window.unscaled_size();
+    if (!browser_.folder().empty())
+        memory_.folder = browser_.folder();
     remember(memory_);
     AppReport report = log_.report();
     report.message = notices_.message();
     report.errors = viewport_.reference().errors();
+    report_content(report);
     return report;
+}
+
+void App::report_content(AppReport& report) const
+{
+    const std::vector<GridList>& lists = document_.grids().lists();
+    const std::vector<Medium>& media = document_.scene().media;
+    for (std::size_t i = 0; i < std::min(lists.size(), media.size()); ++i)
+        if (const auto* medium = std::get_if<GridMedium>(&media[i]))
+            for (std::size_t row = 0; row < lists[i].rows.size(); ++row) {
+                const GridRow& grid = lists[i].rows[row];
+                report.grids.push_back({i, grid.name, grid.type,
+                                        roles_text(roles_of(*medium, lists[i].rows, row)),
+                                        lists[i].error, grid.voxels});
+            }
+    if (!browser_.is_open())
+        return;
+    for (const FileEntry& entry : browser_.entries()) {
+        const Thumbnail& thumbnail = browser_.thumbnail(entry);
+        report.files.push_back(
+            {entry.name, thumbnail.error, entry.frames, thumbnail.picture.width > 0});
+    }
 }
 
 double App::poll_timeout() const
@@ -62,7 +91,9 @@ double App::poll_timeout() const
     if (viewport_.moving() || document_.sequence().playback().playing() ||
         (document_.whole() && !settled()))
         return viewport_.failed() ? kWorking : 0;
-    const bool works = document_.loading() || viewport_.reference().busy() || planner_.busy();
+    const bool works = document_.loading() || document_.grids().busy() ||
+                       (browser_.is_open() && !browser_.settled()) ||
+                       viewport_.reference().busy() || planner_.busy();
     return works ? kWorking : kIdle;
 }
 
@@ -85,6 +116,7 @@ void App::frame()
     gui_.begin(events, seconds);
     divide_window();
     take_loaded();
+    browser_.take_read();
     for (const Event& event : events)
         handle(event);
     viewport_.invalidate(pointer_.fly(seconds, document_.scene().camera));
@@ -156,6 +188,8 @@ std::vector<Event> App::follow_script(double seconds)
                               .settled = settled(),
                               .reference = viewport_.reference().picture().whole && settled(),
                               .plan = planner_.done(),
+                              .grids = document_.whole() && !document_.grids().busy(),
+                              .thumbnails = browser_.settled(),
                               .message = message,
                               .frame = document_.sequence().shown()};
     std::vector<Event> events;
@@ -184,6 +218,10 @@ void App::perform(const ScriptAction& action, std::vector<Event>& events)
             [&](const Screenshot& shot) { automation_.request_screenshot(shot.file); },
             [&](const ResizeWindow& resize) { window.resize(resize.size); },
             [&](const Minimise& minimise) { window.minimise(minimise.on); },
+            [&](const GiveRole& give) {
+                document_.give_role(give.medium, give.grid, find_role(give.role));
+            },
+            [&](const Browse& where) { browse(where.folder); },
             [&](const WriteClipboard& to) { write::write_whole(to.file, window.clipboard()); }},
         action);
 }
@@ -208,6 +246,10 @@ void App::handle_key(const KeyEvent& key)
 {
     if (pointer_.take_key(key) || !key.down || gui_.has_keys())
         return;
+    // A message lies over the files, and is closed before them.
+    const bool message = key.key == GLFW_KEY_ESCAPE && !notices_.message().empty();
+    if (!message && browser_.take_key(key))
+        return;
     for (const KeyBinding& binding : key_table())
         if (binding.key == key.key && binding.control == key.modifiers.control)
             act(binding.action);
@@ -222,6 +264,12 @@ void App::act(Action action)
     case Action::save_exr:
     case Action::save_scene:
         save(action);
+        return;
+    case Action::browse:
+        if (browser_.is_open())
+            browser_.close();
+        else
+            browse("");
         return;
     case Action::fit:
         scene.camera = fitted(scene.camera, subject_of(scene), layout_.picture.aspect());
@@ -238,6 +286,16 @@ void App::act(Action action)
             document_.sequence().playback().act(action);
     }
     viewport_.invalidate(Change::view);
+}
+
+void App::browse(const std::string& folder)
+{
+    std::string where = folder;
+    if (where.empty() && browser_.folder().empty()) {
+        const std::string& file = document_.input().file;
+        where = file.empty() ? memory_.folder : std::filesystem::path(file).parent_path().string();
+    }
+    browser_.open(where);
 }
 
 void App::save(Action action)
@@ -292,6 +350,10 @@ void App::draw_panels()
     if (layout_.timeline_height > 0 && document_.sequence().moves())
         Panels::draw_timeline(document_.sequence(), layout_);
     const glm::vec2 size(layout_.window);
+    if (browser_.is_open())
+        browser_panel_.draw(browser_, size);
+    if (const std::string file = browser_.taken(); !file.empty())
+        open(file);
     if (state().help)
         state().help = Panels::draw_help(size);
     if (!notices_.message().empty() && !Panels::draw_message(notices_.message(), size))

@@ -7,7 +7,9 @@
 #include "scene_input.h"
 #include "study/plan_search.h"
 #include "window/automation.h"
+#include "window/browser_panel.h"
 #include "window/document.h"
+#include "window/file_browser.h"
 #include "window/gui.h"
 #include "window/keys.h"
 #include "window/layout.h"
@@ -62,12 +64,15 @@ private:
     void handle_key(const KeyEvent& key);
     void act(Action action);
     void save(Action action);
+    /// Shows the files of a folder; of the open file's, or of that of last time, if it is "".
+    void browse(const std::string& folder);
 
     // What is shown of it besides the picture.
     void divide_window();
     void draw_panels();
     void grant(const PanelWishes& wishes);
     void update_plan();
+    void report_content(AppReport& report) const;
 
     [[nodiscard]] ViewState& state() { return memory_.state; }
     [[nodiscard]] const ViewState& state() const { return memory_.state; }
@@ -82,6 +87,8 @@ private:
     PointerInput pointer_;
     Viewport viewport_;
     Planner planner_;
+    FileBrowser browser_;
+    BrowserPanel browser_panel_;
     Automation automation_;
     RunLog log_;
 };

@@ -1,7 +1,10 @@
 #include "window/document.h"
 
 #include <algorithm>
+#include <memory>
+#include <utility>
 
+#include <fumarole/asset/animation.h>
 #include <fumarole/errors.h>
 
 namespace fumarole::window {
@@ -24,6 +27,16 @@ void take_grids(Scene& scene, const Scene& frame)
     }
 }
 
+/// What each medium of a scene takes its grids for; nothing of a box.
+std::vector<std::map<GridRole, std::string>> parts_of_all(const Scene& scene)
+{
+    std::vector<std::map<GridRole, std::string>> parts(scene.media.size());
+    for (std::size_t i = 0; i < parts.size(); ++i)
+        if (const auto* grid = std::get_if<GridMedium>(&scene.media[i]))
+            parts[i] = parts_of(*grid);
+    return parts;
+}
+
 }  // namespace
 
 Document::Document(const command::SceneInput& input) : input_{input}
@@ -40,6 +53,16 @@ void Document::open(const std::string& file)
 
 Change Document::take_loaded()
 {
+    grids_.take_listed();
+    if (whole_ && !loader_.loading())
+        grids_.follow(moving_, scene_, sequence_.moves() ? sequence_.shown() : 0);
+    Change change = take_scene();
+    include(change, take_routed());
+    return change;
+}
+
+Change Document::take_scene()
+{
     std::optional<SceneLoader::Loaded> loaded = loader_.take();
     if (!loaded)
         return Change::none;
@@ -51,10 +74,53 @@ Change Document::take_loaded()
     scene_ = std::move(loaded->part.scene);
     as_read_ = scene_;
     off_.clear();
-    sequence_ =
-        whole_ ? Sequence(std::move(loaded->moving), scene_, loaded->frame, input_.hold_missing)
-               : Sequence();
+    moving_ = std::move(loaded->moving);
+    sequence_ = whole_ ? Sequence(moving_, scene_, loaded->frame, input_.hold_missing) : Sequence();
+    grids_.open(whole_ ? moving_ : Scene());
+    read_memory_.assign(scene_.media.size(), {});
+    parts_read_ = parts_of_all(scene_);
     return Change::scene;
+}
+
+Change Document::take_routed()
+{
+    std::optional<GridRouter::Routed> routed = grids_.take_routed();
+    if (!routed)
+        return Change::none;
+    const auto medium = [&](Scene& scene) -> GridMedium& {
+        return std::get<GridMedium>(scene.media[routed->medium]);
+    };
+    RoleMemory& memory = read_memory_[routed->medium];
+    remember_parts(memory, medium(as_read_));
+    for (Scene* scene : {&scene_, &as_read_}) {
+        take_parts(medium(*scene), routed->as, scene == &scene_ ? RoleMemory() : memory);
+        medium(*scene).file = routed->as.file;
+    }
+    const std::string file = medium(moving_).file;
+    GridMedium& moving = medium(moving_);
+    moving = medium(as_read_);
+    moving.file = file;
+    if (is_sequence(file))
+        moving.density = moving.emission = moving.color = moving.temperature = nullptr;
+    for (std::string& note : routed->notes)
+        if (std::find(notes_.begin(), notes_.end(), note) == notes_.end())
+            notes_.push_back(std::move(note));
+    if (sequence_.moves()) {
+        const Playback playback = sequence_.playback();
+        // Its thread ends once it has read what it is reading, which nobody waits for.
+        retired_.run([old = std::make_shared<Sequence>(std::move(sequence_))](
+                         const Background::Stop&) mutable { old.reset(); });
+        sequence_ = Sequence(moving_, scene_, routed->frame, input_.hold_missing);
+        sequence_.playback() = playback;
+    }
+    return Change::content;
+}
+
+void Document::give_role(std::size_t medium, const std::string& grid, GridRole role)
+{
+    if (!whole_)
+        throw Error("the scene is still being read");
+    grids_.ask(medium, grid, role);
 }
 
 Change Document::play(double seconds)
@@ -117,7 +183,8 @@ void Document::take_images(const Scene& frame)
 
 bool Document::untouched() const
 {
-    return !sequence_.moves() && scene_.camera == as_read_.camera && same_content(scene_, as_read_);
+    return !sequence_.moves() && scene_.camera == as_read_.camera &&
+           same_content(scene_, as_read_) && parts_of_all(scene_) == parts_read_;
 }
 
 bool Document::at_rest() const

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "window/change.h"
+#include "window/grid_router.h"
 #include "window/scene_loader.h"
 #include "window/sequence.h"
 #include <fumarole/scene.h>
@@ -59,12 +60,22 @@ public:
     void switch_transparent(std::size_t i, bool on);
     void remove_transparent(std::size_t i);
 
+    /// What the files of its media hold, and what each grid is taken for.
+    [[nodiscard]] const GridRouter& grids() const { return grids_; }
+    /// Takes a grid for one thing alone, once it is read. Why that can't be is said in its list.
+    /// @throws Error if the scene has no such medium
+    void give_role(std::size_t medium, const std::string& grid, GridRole role);
+
     /// The words that the scene was opened by.
     [[nodiscard]] const command::SceneInput& input() const { return input_; }
     [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
-    [[nodiscard]] bool loading() const { return loader_.loading(); }
-    /// The file that is being read, or "".
-    [[nodiscard]] std::string progress() const { return loading() ? loader_.progress() : ""; }
+    /// Whether a scene is being read, or a grid of the one that is there.
+    [[nodiscard]] bool loading() const { return loader_.loading() || grids_.routing(); }
+    /// What is being read, or "".
+    [[nodiscard]] std::string progress() const
+    {
+        return loader_.loading() ? loader_.progress() : grids_.progress();
+    }
 
     [[nodiscard]] Sequence& sequence() { return sequence_; }
     [[nodiscard]] const Sequence& sequence() const { return sequence_; }
@@ -73,6 +84,8 @@ private:
     /// Of one that is on, in the scene.
     [[nodiscard]] std::size_t place_of(std::size_t i) const;
     void take_images(const Scene& frame);
+    Change take_scene();
+    Change take_routed();
 
     SceneLoader loader_;
     command::SceneInput input_;
@@ -81,6 +94,11 @@ private:
     std::vector<std::string> notes_;
     bool whole_ = false;
     Sequence sequence_;
+    Scene moving_;  ///< with the #s of its sequences
+    GridRouter grids_;
+    std::vector<std::map<GridRole, std::string>> parts_read_;  ///< of the media, by the file
+    std::vector<RoleMemory> read_memory_;                      ///< of the media of as_read_
+    Background retired_;                                       ///< ends what may still be reading
 };
 
 }  // namespace fumarole::window

@@ -34,6 +34,7 @@ struct PointerButton {
     int button = 0;  ///< 0 left, 1 right, 2 middle
     bool down = true;
     Modifiers modifiers = {};
+    bool twice = false;  ///< a script's second press of a double click, however late it comes
 };
 
 struct Wheel {

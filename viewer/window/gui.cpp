@@ -91,6 +91,8 @@ void Gui::feed(const Event& event)
     } else if (const auto* button = std::get_if<PointerButton>(&event)) {
         down_[button->button] = button->down;
         pressed_[button->button] |= button->down;
+        if (button->twice)
+            io.MouseClickedTime[button->button] = ImGui::GetTime();
     } else if (const auto* wheel = std::get_if<Wheel>(&event)) {
         io.MouseWheel += static_cast<float>(wheel->notches);
     }

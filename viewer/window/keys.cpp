@@ -32,8 +32,9 @@ const std::vector<KeyBinding>& key_table()
         {Action::save_png, GLFW_KEY_P, true, "Ctrl+P", "save the picture as PNG"},
         {Action::save_exr, GLFW_KEY_E, true, "Ctrl+E", "save it as EXR, all targets"},
         {Action::save_scene, GLFW_KEY_S, true, "Ctrl+S", "save the scene"},
+        {Action::browse, GLFW_KEY_O, true, "Ctrl+O", "look for a file to open, by pictures"},
         {Action::help, GLFW_KEY_SLASH, false, "?", "these keys, on or off"},
-        {Action::close, GLFW_KEY_ESCAPE, false, "Esc", "close a message or these keys"},
+        {Action::close, GLFW_KEY_ESCAPE, false, "Esc", "close a message, these keys or the files"},
     };
     return table;
 }
@@ -78,6 +79,14 @@ int key_called(std::string_view name)
         return upper[0];  // GLFW's codes of letters and digits are their characters
     if (upper == "ENTER")
         return GLFW_KEY_ENTER;
+    if (upper == "UP")
+        return GLFW_KEY_UP;
+    if (upper == "DOWN")
+        return GLFW_KEY_DOWN;
+    if (upper == "END")
+        return GLFW_KEY_END;
+    if (upper == "BACKSPACE")
+        return GLFW_KEY_BACKSPACE;
     return -1;
 }
 

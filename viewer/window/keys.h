@@ -27,6 +27,7 @@ enum class Action {
     save_png,
     save_exr,
     save_scene,
+    browse,
     help,
     close,
 };

@@ -137,7 +137,7 @@ void draw_overlay(const OverlayContext& context)
     const float left = static_cast<float>(picture.at.x) + em,
                 bottom = static_cast<float>(picture.at.y + picture.size.y) - 2 * em;
     if (context.document.empty())
-        draw_greeting("drop a .vdb or a scene here, or type its name at the left", picture);
+        draw_greeting("drop a .vdb or a scene here, or look for one (Ctrl+O)", picture);
     if (context.document.loading())
         draw_label(context.document.progress() + " ...", left, bottom);
     if (const std::string note = context.notices.note(); !note.empty())

@@ -397,16 +397,120 @@ void draw_file(const PanelContext& context, std::string& path, PanelWishes& wish
     ImGui::SameLine();
     if (ImGui::Button("open") && !path.empty())
         wishes.open = path;
-    if (!context.recent.empty() && ImGui::BeginCombo("##recent", "recent")) {
-        for (const std::string& file : context.recent)
-            if (ImGui::Selectable(file.c_str()))
-                wishes.open = file;
-        ImGui::EndCombo();
+    if (ImGui::Button("files ..."))
+        wishes.actions.push_back(Action::browse);
+    if (ImGui::IsItemHovered())
+        ImGui::SetTooltip("look for a file by its picture (Ctrl+O)");
+    if (!context.recent.empty()) {
+        ImGui::SameLine();
+        ImGui::SetNextItemWidth(-1);
+        if (ImGui::BeginCombo("##recent", "recent")) {
+            for (const std::string& file : context.recent)
+                if (ImGui::Selectable(file.c_str()))
+                    wishes.open = file;
+            ImGui::EndCombo();
+        }
     }
     if (document.loading())
         say("{} ...", document.progress());
     if (document.whole())
         draw_actions(context, wishes);
+}
+
+/// What is known of a grid. @param all of its type too, and all digits
+std::string about(const GridRow& row, bool all)
+{
+    std::string voxels = fmt::format("{}", row.voxels);
+    for (std::size_t at = voxels.size(); at > 3; at -= 3)
+        voxels.insert(at - 3, ",");
+    std::string text = fmt::format("{}; {} voxels",
+                                   all ? row.type : row.type.substr(0, row.type.find(',')), voxels);
+    if (row.range)
+        text += all ? fmt::format("; {:.9g} .. {:.9g}", row.range->first, row.range->second)
+                    : fmt::format("; {:.3g} .. {:.3g}", row.range->first, row.range->second);
+    return text;
+}
+
+/// What one grid is taken for. @returns what it is to be taken for from now on, if that is another
+std::optional<GridRole> role_control(const GridRow& row, const std::vector<GridRole>& roles)
+{
+    std::optional<GridRole> chosen;
+    if (!ImGui::BeginCombo("##role", roles_text(roles).c_str()))
+        return chosen;
+    for (const GridRole role : grid_roles()) {
+        const std::string refusal = role_refusal(row, role);
+        const bool now =
+            roles.empty() ? role == GridRole::off : roles == std::vector<GridRole>{role};
+        const bool picked = ImGui::Selectable(std::string(role_name(role)).c_str(), now,
+                                              refusal.empty() ? 0 : ImGuiSelectableFlags_Disabled);
+        if (picked && !now)
+            chosen = role;
+        if (!refusal.empty() && ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled))
+            ImGui::SetTooltip("%s", refusal.c_str());
+    }
+    ImGui::EndCombo();
+    return chosen;
+}
+
+/// What went wrong, beside what was asked for.
+void draw_wrong(const std::string& error)
+{
+    if (error.empty())
+        return;
+    ImGui::PushStyleColor(ImGuiCol_Text, ImVec4(0.92f, 0.51f, 0.43f, 1));
+    text(error);
+    ImGui::PopStyleColor();
+}
+
+/// The grids of each medium's file, and what each is taken for.
+void draw_grids(Document& document)
+{
+    const std::vector<GridList>& lists = document.grids().lists();
+    const std::vector<Medium>& media = document.scene().media;
+    for (std::size_t i = 0; i < std::min(lists.size(), media.size()); ++i) {
+        const auto* medium = std::get_if<GridMedium>(&media[i]);
+        if (medium == nullptr || medium->file.empty())
+            continue;
+        const GridList& list = lists[i];
+        ImGui::PushID(static_cast<int>(i));
+        if (media.size() > 1)
+            text(std::filesystem::path(medium->file).filename().string());
+        if (!list.listed)
+            ImGui::TextDisabled("reading its grids ...");
+        if (!find_row(list.rows, list.wrong))
+            draw_wrong(list.error);
+        std::optional<std::pair<std::size_t, GridRole>> chosen;
+        for (std::size_t row = 0; row < list.rows.size(); ++row) {
+            const GridRow& grid = list.rows[row];
+            ImGui::PushID(static_cast<int>(row));
+            const float width = ImGui::GetContentRegionAvail().x;
+            ImGui::AlignTextToFramePadding();
+            ImGui::TextUnformatted(grid.name.empty() ? "(no name)" : grid.name.c_str());
+            ImGui::SameLine(width * 0.54f);
+            ImGui::SetNextItemWidth(-1);
+            if (const auto role = role_control(grid, roles_of(*medium, list.rows, row)))
+                chosen = {row, *role};
+            ImGui::TextDisabled("%s", about(grid, false).c_str());
+            if (ImGui::IsItemHovered())
+                ImGui::SetTooltip("%s\n%s", grid.name.c_str(), about(grid, true).c_str());
+            if (find_row(list.rows, list.wrong) == row)
+                draw_wrong(list.error);
+            ImGui::PopID();
+        }
+        if (chosen)
+            document.give_role(i, list.rows[chosen->first].name, chosen->second);
+        ImGui::PopID();
+    }
+    if (const std::string progress = document.grids().progress(); !progress.empty())
+        ImGui::TextDisabled("%s ...", progress.c_str());
+}
+
+bool has_grids(const Scene& scene)
+{
+    return std::any_of(scene.media.begin(), scene.media.end(), [](const Medium& medium) {
+        const auto* grid = std::get_if<GridMedium>(&medium);
+        return grid != nullptr && !grid->file.empty();
+    });
 }
 
 bool draw_mode(ViewState& state)
@@ -697,6 +801,8 @@ bool draw_mode_settings(ViewState& state)
 
 constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
                                     ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings;
+/// A click on them leaves what lies over them where it is.
+constexpr ImGuiWindowFlags kBehind = kFixed | ImGuiWindowFlags_NoBringToFrontOnFocus;
 
 }  // namespace
 
@@ -705,7 +811,7 @@ PanelWishes Panels::draw_panel(const PanelContext& context, const Layout& layout
     PanelWishes wishes;
     ImGui::SetNextWindowPos({0, 0});
     ImGui::SetNextWindowSize({layout.panel_width, static_cast<float>(layout.window.y)});
-    ImGui::Begin("panel", nullptr, kFixed | ImGuiWindowFlags_NoTitleBar);
+    ImGui::Begin("panel", nullptr, kBehind | ImGuiWindowFlags_NoTitleBar);
     if (section("file"))
         draw_file(context, path_, wishes);
     if (context.document.whole())
@@ -724,6 +830,8 @@ void Panels::draw_sections(const PanelContext& context, PanelWishes& wishes)
         draw_exposure(state);
         draw_quality(context, quality_, wishes);
     }
+    if (has_grids(context.document.scene()) && section("grids"))
+        draw_grids(context.document);
     if (section("compare"))
         changed |= draw_compare(context);
     if (section("see inside", false))
@@ -757,7 +865,7 @@ void Panels::draw_timeline(Sequence& sequence, const Layout& layout)
     ImGui::SetNextWindowPos({layout.panel_width, corner.y - layout.timeline_height});
     ImGui::SetNextWindowSize({width, layout.timeline_height});
     ImGui::Begin("timeline", nullptr,
-                 kFixed | ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoScrollbar);
+                 kBehind | ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoScrollbar);
     if (ImGui::Button(playback.playing() ? "pause" : "play"))
         playback.play(!playback.playing());
     ImGui::SameLine();

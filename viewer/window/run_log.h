@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -15,8 +16,21 @@ struct AppReport {
     double first_picture_ms = 0;  ///< until it first showed a whole scene, 0 if never
     double settled_ms = 0;        ///< until that was as sharp as it gets, 0 if never
     std::string device;
-    std::string message;               ///< that stood in the window at the end
-    std::vector<std::string> notes;    ///< of what the library said, each once
+    std::string message;             ///< that stood in the window at the end
+    std::vector<std::string> notes;  ///< of what the library said, each once
+    /// What the media's grids are taken for at the end, and what the browser shows if it is open.
+    struct Grid {
+        std::size_t medium = 0;
+        std::string name, type, role, error;
+        std::uint64_t voxels = 0;
+    };
+    struct File {
+        std::string name, error;
+        int frames = 0;
+        bool picture = false;
+    };
+    std::vector<Grid> grids;
+    std::vector<File> files;
     std::vector<ErrorFigures> errors;  ///< against the reference, at the end
 };
 

@@ -16,7 +16,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::array kWaits{"loaded", "settled", "reference", "plan", "message"};
+constexpr std::array kWaits{"loaded", "settled",    "reference", "plan",
+                            "grids",  "thumbnails", "message"};
 
 glm::dvec2 point(const Json& json)
 {
@@ -100,6 +101,10 @@ Script Script::read(const std::filesystem::path& file)
             events({PointerMoved{point(object)}});
             events({PointerButton{button(action), true, held}});
             events({PointerButton{button(action), false, held}});
+            if (action.value("double", false)) {
+                events({PointerButton{button(action), true, held, true}});
+                events({PointerButton{button(action), false, held}});
+            }
         } else if (verb == "drag") {
             if (!object.is_array() || object.size() != 2)
                 throw Error("a drag is [[x, y], [x, y]]");
@@ -122,6 +127,14 @@ Script Script::read(const std::filesystem::path& file)
             frame(std::move(actions));
         } else if (verb == "open") {
             frame({OpenFile{object.get<std::string>()}});
+        } else if (verb == "browse") {
+            frame({Browse{object.get<std::string>()}});
+        } else if (verb == "grid") {
+            std::vector<ScriptAction> actions;
+            for (const auto& [name, role] : object.items())
+                actions.emplace_back(GiveRole{name, role.get<std::string>(),
+                                              action.value("medium", std::size_t{0})});
+            frame(std::move(actions));
         } else if (verb == "drop") {
             events({FilesDropped{object.get<std::vector<std::string>>()}});
         } else if (verb == "screenshot") {
@@ -168,6 +181,8 @@ bool Script::over(Wait& wait, const ScriptStatus& status)
         return wait.number-- <= 0;
     return (wait.what == "loaded" && status.loaded) || (wait.what == "settled" && status.settled) ||
            (wait.what == "reference" && status.reference) || (wait.what == "plan" && status.plan) ||
+           (wait.what == "grids" && status.grids) ||
+           (wait.what == "thumbnails" && status.thumbnails) ||
            (wait.what == "message" && status.message) ||
            (wait.what == "frame" && status.frame == wait.number);
 }

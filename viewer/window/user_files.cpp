@@ -66,6 +66,7 @@ Remembered recall(const fs::path& file, std::string& complaint)
     try {
         const Json json = Json::parse(write::read_whole(file));
         what.recent = json.value("recent", what.recent);
+        what.folder = json.value("folder", what.folder);
         const auto size = json.value("window", std::vector<int>{what.size.x, what.size.y});
         if (size.size() == 2)
             what.size =
@@ -94,6 +95,7 @@ void remember(const Remembered& what)
     if (state.settings.mode != preset.mode)
         settings["mode"] = mode_name(state.settings.mode);
     const Json json{{"recent", what.recent},
+                    {"folder", what.folder},
                     {"window", {what.size.x, what.size.y}},
                     {"preset", state.preset},
                     {"settings", settings},

@@ -12,6 +12,7 @@ namespace fumarole::window {
 
 struct Remembered {
     std::vector<std::string> recent;  ///< files, the last one first, absolute
+    std::string folder;               ///< that was looked through last, absolute
     glm::ivec2 size{1280, 720};       ///< of the window
     ViewState state;                  ///< but for what belongs to one scene alone
     std::filesystem::path file;       ///< where it is kept; "" keeps nothing
