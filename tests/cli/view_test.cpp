@@ -373,6 +373,12 @@ TEST_F(View, GridsAreSwitchedAndTheSavedSceneKeepsIt)
                          "--bounces=0", "--steps=16", "--resolution=quarter", "-o", "again.png"});
     ASSERT_EQ(again.code, 0) << again;
     EXPECT_LT(distance(shot("again.png").part(0, 40, 320, 200), heat.part(0, 40, 320, 200)), 0.1);
+    // By hand: the box of the first grid, and the first line of what it offers.
+    const Outcome chosen = view(R"([{"wait": "grids"}, {"frames": 3}, {"click": [260, 601]},
+        {"frames": 3}, {"click": [210, 499]}, {"frames": 2}, {"wait": "grids"}])",
+                                quick, "640x720");
+    EXPECT_EQ(named(Json::parse(chosen.out)["grids"], "density")["role"], "off") << chosen;
+    EXPECT_EQ(named(Json::parse(chosen.out)["grids"], "flame")["role"], "emission") << chosen;
     const Outcome wrong = view(R"([{"wait": "grids"}, {"grid": {"flame": "glow"}},
                                    {"wait": "message"}])",
                                quick);
@@ -412,7 +418,8 @@ TEST_F(View, AFolderIsLookedThroughByPictures)
     const std::string keys = R"([{"browse": "data"}, {"wait": "thumbnails", "seconds": 300},
         {"key": "Enter"}, {"wait": "thumbnails"}, {"key": "Backspace"}, {"wait": "thumbnails"},
         {"key": "S"}, {"key": "Enter"}, {"wait": "loaded"}, {"frames": 2}])";
-    const Outcome opened = view(keys, {"--aa=1"}, "900x600");
+    const Arguments quick{"--aa=1", "--bounces=0", "--steps=8", "--resolution=quarter"};
+    const Outcome opened = view(keys, quick, "900x600");
     ASSERT_EQ(opened.code, 0) << opened;
     EXPECT_EQ(Json::parse(opened.out)["files"].size(), 0u) << "it closes";
     const Json kept = Json::parse(read_bytes(folder_.path() / "config/fumarole/view.json"));
@@ -422,7 +429,7 @@ TEST_F(View, AFolderIsLookedThroughByPictures)
     // By a double click on the second one, and what is wrong with it is said as of any file.
     const Outcome clicked = view(R"([{"key": "Ctrl+O"}, {"wait": "thumbnails", "seconds": 300},
         {"frames": 2}, {"click": [300, 170], "double": true}, {"wait": "loaded"}])",
-                                 {"--aa=1"}, "900x600");
+                                 quick, "900x600");
     ASSERT_EQ(clicked.code, 0) << clicked;
     const Json recent = Json::parse(read_bytes(folder_.path() / "config/fumarole/view.json"));
     EXPECT_EQ(recent["recent"][0], (data / "fire.json").string());

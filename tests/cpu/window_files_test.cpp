@@ -207,6 +207,7 @@ class FileBrowserTest : public testing::Test {
 protected:
     FileBrowserTest()
     {
+        fs::create_directories(folder_.path() / "shots/a");
         fs::create_directories(folder_.path() / "shots/b");
         for (const char* name : {"shots/c.vdb", "shots/d.vdb", "shots/bad.vdb"})
             folder_.write(name, "x");
@@ -238,10 +239,10 @@ TEST_F(FileBrowserTest, IsLookedThroughByKeys)
     browser_.open((folder_.path() / "shots").string() + "/");
     EXPECT_EQ(browser_.folder(), (folder_.path() / "shots").string());
     settle();
-    EXPECT_THAT(lines_of(browser_.entries()), ElementsAre("b", "bad.vdb", "c.vdb", "d.vdb"));
+    EXPECT_THAT(lines_of(browser_.entries()), ElementsAre("a", "b", "bad.vdb", "c.vdb", "d.vdb"));
     browser_.set_layout(2, 1);
     press(GLFW_KEY_DOWN);
-    EXPECT_EQ(chosen(), "c.vdb");
+    EXPECT_EQ(chosen(), "bad.vdb");
     press(GLFW_KEY_RIGHT);
     press(GLFW_KEY_RIGHT);
     EXPECT_EQ(chosen(), "d.vdb");
@@ -252,6 +253,7 @@ TEST_F(FileBrowserTest, IsLookedThroughByKeys)
     press(GLFW_KEY_C);
     EXPECT_EQ(chosen(), "c.vdb");
     press(GLFW_KEY_HOME);
+    press(GLFW_KEY_RIGHT);
     press(GLFW_KEY_ENTER);
     settle();
     EXPECT_EQ(browser_.folder(), (folder_.path() / "shots/b").string());
@@ -276,15 +278,15 @@ TEST_F(FileBrowserTest, HasPicturesOfWhatIsSeenAlone)
     browser_.open((folder_.path() / "shots").string());
     settle();
     EXPECT_FALSE(browser_.settled()) << "nothing was seen yet";
-    browser_.show(0, 2);
+    browser_.show(0, 3);
     for (int i = 0; i < 6000 && !browser_.settled(); ++i) {
         browser_.take_read();
-        browser_.show(0, 2);
+        browser_.show(0, 3);
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
     EXPECT_TRUE(browser_.settled());
-    EXPECT_EQ(browser_.thumbnail(browser_.entries()[1]).error, "no tree at byte 12");
-    EXPECT_FALSE(browser_.thumbnail(browser_.entries()[2]).known());
+    EXPECT_EQ(browser_.thumbnail(browser_.entries()[2]).error, "no tree at byte 12");
+    EXPECT_FALSE(browser_.thumbnail(browser_.entries()[3]).known());
     EXPECT_EQ(test::read_bytes(folder_.path() / "runs"), "run\n");
 }
 

@@ -184,6 +184,7 @@ TEST(GridRoles, ADocumentTakesItsGridsForWhatItIsToldAndSavesIt)
     EXPECT_NEAR(ratio, 50, 0.5);
     EXPECT_GT(now.blackbody_intensity, 0);
     EXPECT_NE(now.blackbody_intensity, 1) << "1 is MW/m^2/sr";
+    medium_of(document).g = first.g;
     EXPECT_FALSE(document.untouched()) << "a command line of the file alone would not draw this";
     // A reset goes back to what the parts began with.
     EXPECT_EQ(std::get<GridMedium>(document.as_read().media[0]).sigma_s_per_density,
@@ -270,6 +271,7 @@ TEST(GridRoles, ASequenceIsSwitchedInAllOfItsFrames)
     document.give_role(0, "density", GridRole::off);
     EXPECT_EQ(settle(document), Change::content);
     EXPECT_EQ(document.grids().lists()[0].error, "");
+    ASSERT_NE(medium_of(document).emission, nullptr);
     EXPECT_TRUE(medium_of(document).emission->empty()) << "of frame 1";
     EXPECT_GT(medium_of(document).emission_per_unit.x, 0) << "by the fullest frame";
     EXPECT_FALSE(document.sequence().playback().loop) << "the playhead is as it was";
@@ -280,6 +282,7 @@ TEST(GridRoles, ASequenceIsSwitchedInAllOfItsFrames)
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
     EXPECT_EQ(change, Change::frame);
+    ASSERT_NE(medium_of(document).emission, nullptr);
     EXPECT_FLOAT_EQ(medium_of(document).emission->max_value, 1.5f);
     EXPECT_EQ(medium_of(document).sigma_s_per_density, glm::vec3(0));
     EXPECT_EQ(std::get<GridMedium>(document.as_read().media[0]).emission_grid, "heat");
