@@ -19,11 +19,11 @@ namespace fumarole {
 
 /// What is said of a field, to a scene file's author and to a window's user.
 struct LightField {
-    const char* key;         ///< in a scene file
-    const char* label = "";  ///< in a window
+    const char* key;         ///< key in a scene file
+    const char* label = "";  ///< label in a window
     const char* help = "";
-    const char* unit = "";  ///< in messages: "degrees"
-    const char* sign = "";  ///< in a window: "deg"
+    const char* unit = "";  ///< unit in messages: "degrees"
+    const char* sign = "";  ///< sign of the unit in a window: "deg"
     double min = -std::numeric_limits<double>::infinity();
     double max = std::numeric_limits<double>::infinity();
     bool open = false;      ///< both ends are not allowed themselves

@@ -10,7 +10,7 @@ namespace {
 
 /// One axis of a part.
 struct Span {
-    int begin = 0, end = 0;            ///< of what is drawn
+    int begin = 0, end = 0;            ///< where the part that is drawn begins and ends
     int keep_begin = 0, keep_end = 0;  ///< both in the whole picture
 };
 

@@ -14,8 +14,8 @@ namespace fumarole {
 
 /// What is drawn at once, and what is kept of it. Pixels, counted from the bottom left.
 struct PicturePart {
-    glm::ivec2 origin{0}, size{0};            ///< in the whole picture
-    glm::ivec2 keep_origin{0}, keep_size{0};  ///< in what is drawn
+    glm::ivec2 origin{0}, size{0};            ///< origin and size of the part in the whole picture
+    glm::ivec2 keep_origin{0}, keep_size{0};  ///< origin and size of what is kept in what is drawn
 
     bool operator==(const PicturePart&) const = default;
 };

@@ -53,7 +53,7 @@ private:
     /// What a probe's faces are drawn to.
     struct Canvas {
         gl::Texture color, depth;
-        std::optional<View> view;  ///< of the media in them
+        std::optional<View> view;  ///< the view that shows the media in them
     };
     Canvas& canvas_of(int size);
     void capture(int i);
@@ -72,8 +72,8 @@ private:
     light::Probes& probes_;
     MakeView make_view_;
     DrawFace draw_face_;
-    std::map<int, Canvas> canvases_;                   ///< by the pixels along an edge
-    std::optional<std::pair<int, double>> next_turn_;  ///< of so many captures
+    std::map<int, Canvas> canvases_;                   ///< canvases by the pixels along an edge
+    std::optional<std::pair<int, double>> next_turn_;  ///< next turn of so many captures
     /// Of the last frame, by which it is known whether anything moves: a jittered projection is no
     /// movement.
     struct LastFrame {

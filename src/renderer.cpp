@@ -48,7 +48,7 @@ namespace fumarole {
 
 namespace {
 
-constexpr glm::ivec2 kPreparedSize(16);  ///< of the pictures that prepare() draws
+constexpr glm::ivec2 kPreparedSize(16);  ///< prepared size of the pictures that prepare() draws
 
 void check(const Frame& frame, const FrameSettings& settings)
 {
@@ -161,7 +161,8 @@ struct Renderer::Parts {
                 fills.depth_layers, fills.world,        fills.field,          probes.captures()};
     }
 
-    std::shared_ptr<const gl::Device> shared_device;  ///< with the views, which may outlive us
+    std::shared_ptr<const gl::Device>
+        shared_device;  ///< device that is shared with the views, which may outlive us
     const gl::Device& device;
     gl::ProgramCache programs;
     gl::PassTimers timers;
@@ -171,7 +172,8 @@ struct Renderer::Parts {
     light::LightVolumes volumes;
     light::Probes probes;
     gl::VertexArray fullscreen;
-    gl::Framebuffer picture, color;  ///< that a frame is drawn to, and that it is read from
+    gl::Framebuffer picture,
+        color;  ///< framebuffers that a frame is drawn to, and that it is read from
     gl::UniformBuffer<shared::FrameParams> frame_block;
     gl::Sampler depth_sampler;
     gl::Texture blue_noise;
@@ -226,8 +228,9 @@ struct Renderer::Parts {
     bool surfaces_are_drawn = false;  ///< since set_scene(): a host's own need no probes
     transparent::TransparentSet transparents;
     transparent::TransparentPainter transparent_painter;
-    std::weak_ptr<transparent::FragmentLists> last_lists;  ///< of the view that was drawn last
-    std::uint64_t last_volume_at_bytes = 0;                ///< likewise, Layers::volume_at_bytes()
+    std::weak_ptr<transparent::FragmentLists>
+        last_lists;                          ///< lists of the view that was drawn last
+    std::uint64_t last_volume_at_bytes = 0;  ///< likewise, Layers::volume_at_bytes()
     const Toolbox tools{device,        programs,   timers,         media,      lights,
                         volumes,       probes,     scene_settings, fullscreen, frame_block,
                         depth_sampler, blue_noise, sun_shades};

@@ -248,7 +248,7 @@ public:
 private:
     Still& still_;
     const PicturePart& part_;
-    int bottom_, left_;  ///< of the still in the whole picture
+    int bottom_, left_;  ///< lower left corner of the still in the whole picture
 };
 
 /// The cost of one part more.

@@ -33,7 +33,7 @@ struct Toolbox {
     const gl::UniformBuffer<shared::FrameParams>& frame_block;
     const gl::Sampler& depth_sampler;  ///< so that the host's filter and comparison don't matter
     const gl::Texture& blue_noise;     ///< pass::make_blue_noise()
-    pass::SunShades& sun_shades;       ///< of the frame that is drawn
+    pass::SunShades& sun_shades;       ///< shades of the suns in the frame that is drawn
 
     /// Binds the frame's block, and with it the scene's depth.
     void bind_block(const PreparedFrame& frame) const;

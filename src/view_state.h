@@ -47,11 +47,12 @@ struct View::State {
     };
     std::optional<HostFragments> host_fragments;
     bool lists_have_hosts = false;      ///< the last frame's had some
-    transparent::PaneLayer pane_layer;  ///< of panes in order, which have no lists
+    transparent::PaneLayer pane_layer;  ///< layer of panes in order, which have no lists
     gl::Texture media_mask;             ///< where transparents look media up
     gl::UniformBuffer<shared::HostTransparentParams> host_block;
     gl::UniformBuffer<shared::VolumeAtParams> volume_at_block;
-    std::optional<VolumeAtNames> volume_at;  ///< of the last frame, if it asked for it
+    std::optional<VolumeAtNames>
+        volume_at;  ///< names of volume_at() of the last frame, if it asked for it
 
     /// The layers for frames in a mode: new ones if it was drawn in another before.
     resolve::Layers& layers_for(Settings::Mode wanted, const Toolbox& tools);

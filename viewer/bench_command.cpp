@@ -55,8 +55,8 @@ struct BenchOptions {
 /// What a bench may take, and how closely it looks.
 struct BenchEffort {
     int rounds, frames;
-    int runs;       ///< of each program, and of each stage of loading
-    int most_edge;  ///< of the grids; 0: as memory goes
+    int runs;       ///< number of runs of each program, and of each stage of loading
+    int most_edge;  ///< longest edge of the grids; 0: as memory allows
     double seconds;
 };
 constexpr BenchEffort kWholeBench{

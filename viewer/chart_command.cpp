@@ -61,10 +61,10 @@ struct ChartOptions {
 
 /// What a chart may take, and how closely it looks.
 struct ChartEffort {
-    double tolerance;       ///< of the reference where light scatters on
-    double tolerance_once;  ///< and where it scatters once
+    double tolerance;       ///< tolerance of the reference where light scatters on
+    double tolerance_once;  ///< tolerance where light scatters once
     int frames, rounds, seeds;
-    double seconds;  ///< in all
+    double seconds;  ///< limit of the whole run [s]
 };
 constexpr ChartEffort kWholeChart{
     .tolerance = 0.1, .tolerance_once = 1e-3, .frames = 3, .rounds = 3, .seeds = 4, .seconds = 600};

@@ -367,7 +367,7 @@ private:
     const std::optional<float> exposure_;
     const Scene scene_;
     Progress progress_;
-    std::string device_;  ///< and why it is this one
+    std::string device_;  ///< device, and why it is this one
     Json device_json_;
     std::vector<Rendered> rendered_;
     std::optional<Rendered> reference_;

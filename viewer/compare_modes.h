@@ -19,8 +19,9 @@ struct ModesOptions {
     DeviceOptions device;
     int aa = 1;
     int frames = 16;                  ///< timed; froxels gather over them
-    std::optional<double> tolerance;  ///< of the reference; else study::usual_tolerance()
-    std::string bounces = "all";  ///< of the reference, or 0: light scatters once in the modes too
+    std::optional<double> tolerance;  ///< tolerance of the reference; else study::usual_tolerance()
+    std::string bounces =
+        "all";  ///< bounces of the reference, or 0: light scatters once in the modes too
     /// Of the reference.
     std::string surface_bounces = "auto";
     bool no_reference = false, json = false;

@@ -13,7 +13,7 @@ namespace fumarole::command {
 struct PictureDistance {
     study::Metrics metrics;
     double flip = std::numeric_limits<double>::infinity();  ///< 0..1; infinite if not finite
-    Display display;                                        ///< that FLIP sees both through
+    Display display;  ///< display transform that FLIP sees both through
 };
 
 /// How a target is shown: transmittance as it is, radiance through the filmic transform, at the

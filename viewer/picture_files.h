@@ -33,8 +33,8 @@ Picture picture_of(const study::ReferenceStill& still);
 /// Which files are written, and how.
 struct PictureFiles {
     std::vector<std::string> outputs;  ///< x.exr: linear; x.png: for a screen
-    std::string target;                ///< that is written alone as R, G, B; "" for all of them
-    std::optional<float> exposure;     ///< stops of a .png, or those that suit the picture
+    std::string target;             ///< target that is written alone as R, G, B; "" for all of them
+    std::optional<float> exposure;  ///< stops of a .png, or those that suit the picture
     Display::Transform transform = Display::Transform::filmic;
     ExrOptions exr = {};
 };

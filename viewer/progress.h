@@ -41,7 +41,7 @@ private:
     bool on_, shown_ = false;
     Clock::time_point last_{};
     std::string what_;
-    Clock::time_point begin_{};  ///< of this work's first share
+    Clock::time_point begin_{};  ///< time of this work's first share
     double first_share_ = 0;
 };
 

@@ -54,7 +54,7 @@ struct RenderOptions {
     int aa = 1;                ///< frames averaged, or the most of them:
     bool until_clear = false;  ///< no more than the grain of the picture asks for
     std::uint32_t seed = 0;
-    std::optional<double> tolerance;  ///< of the reference
+    std::optional<double> tolerance;  ///< tolerance of the reference
     bool alpha = false, half = false, explain = false, json = false, resume = false;
     std::string line;  ///< the command line itself
     DeviceOptions device;
@@ -62,9 +62,9 @@ struct RenderOptions {
     SettingsInput words;
     PlanWish wish;
 
-    std::optional<study::PlanGoal> goal;  ///< of a plan that is to find the settings
-    int timed_frames = 1;                 ///< of a still
-    std::optional<FrameRange> range;      ///< of a moving picture
+    std::optional<study::PlanGoal> goal;  ///< goal of a plan that is to find the settings
+    int timed_frames = 1;                 ///< number of timed frames of a still
+    std::optional<FrameRange> range;      ///< frames of a moving picture
 
     [[nodiscard]] bool reference() const { return mode == "reference"; }
 };

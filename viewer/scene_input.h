@@ -11,8 +11,8 @@ namespace fumarole::command {
 struct SceneInput {
     std::string file;  ///< a .vdb, or a scene file
     std::string size;  ///< WIDTHxHEIGHT, or "" for the file's own
-    std::string grid;  ///< of a .vdb; "" for the first fog volume
-    std::string up;    ///< of a .vdb: `auto`, `y`, `z`
+    std::string grid;  ///< grid of a .vdb; "" for the first fog volume
+    std::string up;    ///< up axis of a .vdb: `auto`, `y`, `z`
     /// Of a sequence that plays: where a frame is missing or broken what is shown stays.
     bool hold_missing = false;
 };

@@ -17,7 +17,7 @@ namespace fumarole::command {
 struct SettingsInput {
     std::string preset = "default";
     std::string mode;                            ///< "" for the preset's
-    std::map<std::string, std::string> changed;  ///< by name, as given
+    std::map<std::string, std::string> changed;  ///< values of settings by name, as given
 };
 
 /// Adds `--preset` and an option for each row of setting_table(). `input` outlives the command.

@@ -80,7 +80,7 @@ std::vector<StabilityRun> chosen_runs(const StabilityOptions& options)
 
 struct Measured {
     std::vector<StabilityResult> results;
-    std::string device;  ///< and why it is this one
+    std::string device;  ///< device, and why it is this one
     Json device_json;
 };
 

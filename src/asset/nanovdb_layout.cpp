@@ -68,15 +68,15 @@ constexpr std::size_t align(std::size_t bytes)
 
 /// Where things stand in the nodes of one type of values [bytes].
 struct NodeLayout {
-    std::size_t value;            ///< of one value
-    std::size_t root_background;  ///< in the root
+    std::size_t value;            ///< bytes of a value
+    std::size_t root_background;  ///< where the background stands in the root
     std::size_t root_size;        ///< without its tiles
-    std::size_t tile_value;       ///< in a tile of the root
+    std::size_t tile_value;       ///< where the value stands in a tile of the root
     std::size_t tile_size;
-    std::size_t stats;       ///< of a node: minimum, maximum, average, deviation
-    std::size_t entry;       ///< of a node's table
+    std::size_t stats;       ///< bytes of a node's minimum, maximum, average and deviation
+    std::size_t entry;       ///< bytes of an entry of a node's table
     std::size_t leaf_codes;  ///< where a leaf's values begin
-    std::size_t leaf_size;   ///< for FpN what all leaves have
+    std::size_t leaf_size;   ///< bytes of a leaf; of FpN of what all leaves have
 
     [[nodiscard]] std::size_t table(std::size_t mask_bytes) const
     {
@@ -338,7 +338,7 @@ private:
     const NodeLayout nodes_;
     const char* const bytes_;
     std::size_t tiles_end_ = 0;
-    std::array<std::uint64_t, 3> counts_{};            ///< of leaves, lower and upper nodes
+    std::array<std::uint64_t, 3> counts_{};            ///< counts of leaves, lower and upper nodes
     std::array<std::vector<std::size_t>, 3> visited_;  ///< where they begin
     std::vector<double> values_;
 };
@@ -431,7 +431,7 @@ private:
     LazyBytes& bytes_;
     VdbDepth depth_;
     std::size_t at_ = 0;
-    std::uint64_t memory_ = 0;  ///< that expanded buffers take
+    std::uint64_t memory_ = 0;  ///< bytes that expanded buffers take
 };
 
 std::string version_text(std::uint32_t version)

@@ -26,7 +26,7 @@ struct NanoGrid {
     NanoValue value = NanoValue::float32;
     /// What a compressed file holds, maybe with other grids; null: the file has it plain.
     std::shared_ptr<const std::vector<char>> expanded;
-    std::size_t begin = 0;  ///< of the buffer, in `expanded` or else in the file
+    std::size_t begin = 0;  ///< where the buffer begins in `expanded`, or else in the file
     std::size_t size = 0;   ///< bytes
 };
 

@@ -37,7 +37,8 @@ namespace fs = std::filesystem;
 
 // Sine of the angle below which `up` gives a camera no orientation.
 constexpr double kMinSine = 1e-6;
-constexpr double kMaxCosine = 1e-3;  ///< of edges at right angles, written with few digits
+constexpr double kMaxCosine =
+    1e-3;  ///< largest cosine of edges that count as at right angles, as files have few digits
 
 // A scene is text that someone wrote; whatever is longer was named by mistake.
 constexpr std::uintmax_t kMaxFileBytes = 64U << 20U;

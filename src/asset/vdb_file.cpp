@@ -340,7 +340,7 @@ template <class Leaf> void add_active(const Leaf& leaf, IndexBox& box)
 }
 
 struct BrickSummary {
-    IndexBox box;  ///< of what is not 0
+    IndexBox box;  ///< bounds of what is not 0
     float max = 0;
     Tally tally;
 };
@@ -372,7 +372,7 @@ private:
     const RootOf<T>& root_;
     const Cleaner clean_;
     glm::vec3 background_{0};  ///< cleaned; 0 for nearly every file
-    IndexBox active_;          ///< of the active voxels
+    IndexBox active_;          ///< bounds of the active voxels
     std::vector<BrickSource<Leaf>> sources_;
 };
 

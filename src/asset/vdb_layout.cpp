@@ -75,8 +75,8 @@ private:
 
     /// What a chunk of tree values is made of.
     struct Values {
-        std::size_t bytes;         ///< of one value in memory, and of backgrounds and tiles of root
-        std::size_t stored_bytes;  ///< of one value in a chunk: half may be asked
+        std::size_t bytes;  ///< bytes of one value in memory, and of backgrounds and tiles of root
+        std::size_t stored_bytes;  ///< bytes of one value in a chunk, where halves may be asked for
         bool half;
         std::uint32_t compression;
     };

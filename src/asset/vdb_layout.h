@@ -40,13 +40,13 @@ struct VdbGridLayout {
     /// Metadata written beside the grid, believed only where the tree is not read.
     glm::ivec3 claimed_min{1}, claimed_max{0};
     std::int64_t claimed_voxels = 0;
-    bool claims = false;  ///< that metadata is there
+    bool claims = false;  ///< true if the metadata that claims this is there
 
     std::uint32_t compression = 0;  ///< OpenVDB's flags: 1 zip, 2 active values only, 4 blosc
     std::size_t tree_begin = 0;     ///< bytes of the tree in the file, checked to the last chunk
     std::size_t tree_end = 0;       ///< == tree_begin for `other`
     std::uint64_t leaves = 0;
-    std::uint64_t tree_bytes = 0;  ///< of memory that OpenVDB takes for it, expanded
+    std::uint64_t tree_bytes = 0;  ///< bytes of memory that OpenVDB takes for the expanded tree
 
     std::shared_ptr<NanoGrid> nano;  ///< the tree of a NanoVDB file; null for a .vdb
 };
@@ -60,7 +60,7 @@ struct VdbLayout {
     std::uint32_t library_major = 0;
     std::uint32_t library_minor = 0;
     std::string creator;
-    std::vector<VdbGridLayout> grids;  ///< in the file's order
+    std::vector<VdbGridLayout> grids;  ///< grids in the file's order
 };
 
 /// How much of a file is read. `headers`: no tree, of which `tree_end` and `leaves` are not known

@@ -45,8 +45,9 @@ private:
     const std::uintmax_t most_bytes_;
     mutable std::mutex lock_;
     Account account_;
-    std::optional<std::uintmax_t> bytes_;  ///< in the folder, as far as it is known
-    int written_ = 0;                      ///< files of this process, for names of their own
+    std::optional<std::uintmax_t>
+        bytes_;        ///< bytes of the folder's files, as far as they are known
+    int written_ = 0;  ///< files of this process, for names of their own
 };
 
 /// $XDG_CACHE_HOME/fumarole, or .cache/fumarole in the home; nothing if neither is known.

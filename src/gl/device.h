@@ -22,7 +22,7 @@ struct Capabilities {
     bool software = false;  ///< a CPU rasteriser: its timer queries can't be believed
     int max_texture_2d = 0;
     int max_texture_3d = 0;
-    std::int64_t max_storage_bytes = 0;  ///< of a storage buffer that shaders see
+    std::int64_t max_storage_bytes = 0;  ///< most bytes of a storage buffer that shaders see
     int max_texture_units = 0;           ///< samplers that one fragment shader may use
     /// Turns that all loops of one invocation take together before they are cut off without a word
     /// (Mesa's llvmpipe); 0: as many as they like.

@@ -11,7 +11,7 @@ namespace fumarole::gl {
 /// A texture's format as shaders that load from it have to name it.
 struct ImageFormat {
     GLenum format = 0;        ///< GL_RGBA16F
-    const char* name = "";    ///< in a layout qualifier: rgba16f
+    const char* name = "";    ///< name in a layout qualifier: rgba16f
     bool normalized = false;  ///< integers that stand for 0..1, to which blending clamps
 };
 

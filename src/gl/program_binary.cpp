@@ -27,7 +27,7 @@ struct Header {
     std::array<char, 8> magic{'F', 'U', 'M', 'P', 'R', 'O', 'G', '1'};
     std::array<char, 32> key{};
     std::uint64_t format = 0;
-    std::uint64_t bytes = 0, hash = 0;  ///< of what follows, and of the format
+    std::uint64_t bytes = 0, hash = 0;  ///< bytes and hash of what follows, and of the format
 };
 static_assert(sizeof(Header) == 64);
 

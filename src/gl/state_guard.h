@@ -56,7 +56,7 @@ private:
     static constexpr int kDrawBuffers = 2;
 
     const Device& gl_;
-    StateGuard* const outer_;      ///< of the same device, whose turn it is again afterwards
+    StateGuard* const outer_;  ///< the guard of the same device whose turn it is again afterwards
     std::uint64_t taken_[2] = {};  ///< a bit for each unit that is noted
     std::vector<GLboolean> enabled_;
     std::vector<Unit> units_;

@@ -91,8 +91,8 @@ private:
 
     const Device& device_;
     Timing timing_ = Timing::off;
-    FrameTimes current_;            ///< by glFinish
-    std::vector<Queried> queried_;  ///< of the frame that is being drawn
+    FrameTimes current_;            ///< times of the current frame by glFinish
+    std::vector<Queried> queried_;  ///< queries of the frame that is being drawn
     std::deque<Pending> pending_;   ///< the oldest first
     std::optional<FrameTimes> known_;
     std::vector<GLuint> spare_;  ///< queries that no pass uses now

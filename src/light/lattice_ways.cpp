@@ -11,7 +11,7 @@ namespace {
 
 /// Ways that are one another's mirror images.
 struct Kind {
-    glm::ivec3 sizes{0};          ///< of a step along the axes, the largest first
+    glm::ivec3 sizes{0};          ///< sizes of a step along the axes, the largest first
     double of_26 = 0, of_74 = 0;  ///< parts of the sphere that each of them stands for
 };
 

@@ -12,7 +12,7 @@ constexpr int kNearWays = 26, kAllWays = 74;
 
 struct LatticeWay {
     glm::ivec3 step{0};      ///< nodes along each axis, from one that it meets to the next
-    double solid_angle = 0;  ///< that it stands for [sr]
+    double solid_angle = 0;  ///< solid angle that it stands for [sr]
 };
 
 /// Either of the two sets, each with weights that sum polynomials over the sphere exactly: 26 to

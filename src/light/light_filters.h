@@ -28,8 +28,8 @@ struct Caster {
     glm::dmat4 world_from_object{1.0};
     const surface::GpuMesh* mesh = nullptr;
     gl::TextureView image;         ///< empty for none
-    glm::vec4 source{0};           ///< of its blending; of an image, what multiplies it
-    std::uint32_t factor = 0;      ///< of what is behind: shared/transparent_params.h
+    glm::vec4 source{0};           ///< source of its blending; of an image, what multiplies it
+    std::uint32_t factor = 0;      ///< factor of what is behind: shared/transparent_params.h
     bool is_filter = false;        ///< what its image does not cover lets all through
     bool overlaps_itself = false;  ///< a ray may meet it twice
 
@@ -39,7 +39,7 @@ struct Caster {
 /// What of a sun's light a transparent may filter: all that lies behind a rectangle of a view.
 struct FilteredSun {
     View view;
-    glm::dvec2 low{0}, high{0};  ///< of the view, 0..1
+    glm::dvec2 low{0}, high{0};  ///< low and high of the view, 0..1
     double first = 0;            ///< depth in it, 0..1
 };
 

@@ -25,7 +25,7 @@ namespace fumarole::light {
 /// What surfaces hide of a sun from the media, as the CPU asks it: the view that holds all of them.
 struct SunShadow {
     View view;
-    DepthPyramid depths;  ///< of its shadow map
+    DepthPyramid depths;  ///< depths of its shadow map
 };
 
 class LightSet {
@@ -94,7 +94,7 @@ private:
     struct SunReadback {
         gl::Readback depths;
         std::optional<SunShadow> shadow;
-        std::size_t layer = 0;  ///< of the shadow map
+        std::size_t layer = 0;  ///< layer in the shadow map
     };
     SunReadback& sun_readback(int i) const;
     /// A shadow map, what it shows, and what of it is known to the CPU.
@@ -113,20 +113,21 @@ private:
     /// What belongs to a light.
     struct Span {
         std::size_t first_point = 0, points = 0;
-        std::size_t first_layer = 0;            ///< of views_ and the shadow map
-        std::size_t first_view = 0, views = 0;  ///< of those in the block
+        std::size_t first_layer = 0;            ///< first layer of views_ and the shadow map
+        std::size_t first_view = 0, views = 0;  ///< first view and views of those in the block
     };
 
     const gl::Device& device_;
     int suns_ = 0;
-    std::vector<Light> lights_;  ///< in the order of Light's types
-    std::vector<Span> spans_;    ///< of each
+    std::vector<Light> lights_;  ///< lights in the order of Light's types
+    std::vector<Span> spans_;    ///< spans of each light
     std::vector<LightPosition> points_;
-    std::vector<View> views_;       ///< a layer of the shadow map each
-    std::vector<Surface> casters_;  ///< that it shows, their materials left out
+    std::vector<View> views_;  ///< a layer of the shadow map each
+    std::vector<Surface>
+        casters_;  ///< surfaces that the shadow map shows, their materials left out
     int views_drawn_ = 0;
     bool shaded_media_ = false;
-    mutable std::vector<SunReadback> sun_readbacks_;  ///< of each sun, as it is asked for
+    mutable std::vector<SunReadback> sun_readbacks_;  ///< readbacks of each sun, as it is asked for
     gl::Texture shadow_map_, irradiance_, environment_;
     gl::UniformBuffer<shared::LightsParams> block_;
     ShadowPainter painter_;

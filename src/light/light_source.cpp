@@ -251,7 +251,7 @@ constexpr bool edged(const DiskLight&)
 struct Row {
     const char* name;
     std::size_t first, end;
-    std::size_t points;  ///< of one of them
+    std::size_t points;  ///< number of points of one of them
 
     [[nodiscard]] std::size_t lights() const { return (end - first) / points; }
 };

@@ -24,12 +24,12 @@ std::vector<LightPosition> points_of(const Light& light);
 /// What a light looks at.
 struct ShadowScene {
     const surface::SurfaceSet& surfaces;
-    Bounds media;      ///< whose shadows get detail
+    Bounds media;      ///< bounds of the media whose shadows get detail
     int map_size = 0;  ///< texels along an edge of each view
 };
 
 struct LightViews {
-    std::vector<View> layers;  ///< of the shadow map, for all its points
+    std::vector<View> layers;  ///< layers of the shadow map, for all its points
     int in_block = 0;          ///< the first so many of them are in the block too
 };
 
@@ -40,7 +40,7 @@ LightViews views_of(const Light& light, const ShadowScene& scene);
 struct LightSlot {
     glm::dvec3 eye{0};    ///< metres, world
     int map_size = 0;     ///< texels along an edge of each view
-    int first_layer = 0;  ///< of its views, in the shadow map
+    int first_layer = 0;  ///< first layer of its views, in the shadow map
 };
 
 /// What a light's type has of its own, into the parameters of its points, which have the rest.

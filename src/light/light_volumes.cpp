@@ -20,8 +20,8 @@ namespace {
 /// 3e-5 with 96, 2e-5 with 128; 16 steps marched at each sample err by 9e-5.
 constexpr int kAutoDepthNodes = 96;
 constexpr double kVoxelsPerDepthNode = 0.5;
-constexpr double kSamplesPerVoxel = 1;     ///< of the media, down a sun's columns
-constexpr double kMostColumnSamples = 16;  ///< from node to node
+constexpr double kSamplesPerVoxel = 1;     ///< samples per voxel of the media, down a sun's columns
+constexpr double kMostColumnSamples = 16;  ///< most samples from node to node of a column
 /// The world's light comes from all around and is smooth. On the same plume it is 0.5 % too bright
 /// with 32 nodes and 2.5 times as many cost 2 to 3 times the time.
 constexpr int kAutoWorldNodes = 32;
@@ -31,7 +31,8 @@ constexpr int kExtinctionNodes = 128;
 /// Where the orders of thick media start: on a lattice of so many nodes along its longest edge,
 /// then on one of twice as many.
 constexpr int kCoarsestNodes = 8;
-constexpr int kMostSamples = 4;  ///< of the media along an edge of a cell that is larger
+constexpr int kMostSamples =
+    4;  ///< most samples of the media along an edge of a cell that is larger than a voxel
 
 /// Of the volume for surfaces: how far it goes beyond them and the media, in parts of their size.
 /// What smoke or a ball hides of the sky there is a few per cent.
@@ -39,7 +40,7 @@ constexpr double kSurfaceMargin = 0.5;
 /// What flames throw on surfaces is all that is there at night.
 constexpr double kSurfaceMarginOfFire = 1;
 constexpr int kSurfaceBands = 3;
-constexpr int kWallLayers = 2;  ///< of a texture of walls between nodes
+constexpr int kWallLayers = 2;  ///< layers of a texture of walls between nodes
 /// Surfaces that send light on: a face has their number in 12 bits (glsl/light/faces.glsl).
 constexpr std::size_t kMostSenders = 4095;
 /// The last turns, which are made anew once it is known what the media throw on surfaces.

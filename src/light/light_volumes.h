@@ -100,17 +100,17 @@ private:
     /// volume stays.
     struct DepthKey {
         std::vector<medium::Extinction> media;  ///< those that are marched
-        glm::dvec3 origin{0};                   ///< of the lattice's first node, metres, world
-        glm::dmat3 edges{1.0};                  ///< from node to node along each axis [m]
-        glm::ivec3 count{0};                    ///< nodes
+        glm::dvec3 origin{0};   ///< origin of the lattice's first node, metres, world
+        glm::dmat3 edges{1.0};  ///< edges from node to node along each axis [m]
+        glm::ivec3 count{0};    ///< nodes
         bool rgb = false;
     };
     struct WorldKey {
-        std::vector<medium::Extinction> media;  ///< that dim it
+        std::vector<medium::Extinction> media;  ///< media that dim it
         std::vector<Obstacle> surfaces;
         World world;
         int nodes = 0, bands = 0;            ///< bands: 0 where no medium scatters
-        int ways = 0, ways_on_surfaces = 0;  ///< that the world's light comes along
+        int ways = 0, ways_on_surfaces = 0;  ///< directions that the world's light comes along
         bool dims = true;                    ///< the media do
         DepthKey in_media, on_surfaces;      ///< their lattices alone
     };
@@ -121,16 +121,16 @@ private:
         bool on_surfaces = false;  ///< what they emit and scatter onto surfaces
         FieldOrders orders;
         bool glows = false;
-        int turns = 0;                  ///< that surfaces send light on
+        int turns = 0;                  ///< number of times that surfaces send light on
         std::vector<Surface> surfaces;  ///< which, if they do
         std::vector<Medium> media;
         std::vector<Light> lights;
-        std::vector<Transparent> casters;  ///< that filter them
+        std::vector<Transparent> casters;  ///< transparents that filter the lights
         bool operator==(const FieldKey&) const = default;
     };
     struct FieldPlaces {
         std::vector<glm::dvec3> of_all;  ///< metres, world
-        glm::dvec3 origin{0};            ///< of the lattice's first node
+        glm::dvec3 origin{0};            ///< origin of the lattice's first node
     };
 
     /// Depths towards lights that have moved, and that take the place of depth_ once all are
@@ -138,10 +138,10 @@ private:
     struct Refill {
         gl::Texture depth;
         std::vector<LightPosition> lights;
-        std::vector<int> layers;  ///< of them, those to be filled
+        std::vector<int> layers;  ///< layers of those lights that are to be filled
         int a_frame = 0;          ///< slices that a frame fills
         std::size_t layer = 0;    ///< into layers: the one that is being filled
-        int slices = 0;           ///< of that, those that are
+        int slices = 0;           ///< number of that layer's slices that are filled
     };
 
     static DepthKey key_of(const Lattice& lattice);
@@ -192,30 +192,30 @@ private:
     bool rgb_ = false;
     Lattice extinction_lattice_, depth_lattice_, world_lattice_, surface_lattice_;
     gl::Texture extinction_, depth_;
-    gl::Texture coefficients_;        ///< of the world's light
-    gl::Texture field_coefficients_;  ///< of all light that is not direct
+    gl::Texture coefficients_;        ///< coefficients of the world's light
+    gl::Texture field_coefficients_;  ///< field coefficients of all light that is not direct
     gl::Texture world_;               ///< the latter, or else the former, turned to the eye
-    gl::Texture bounced_;             ///< of what surfaces send on, at the nodes of the next
+    gl::Texture bounced_;             ///< light that surfaces send on, at the nodes of the next
     std::vector<gl::Texture>
         bounced_means_;  ///< its mean at the nodes after each of the last turns
-    gl::Texture walls_;  ///< between the nodes of the latter
+    gl::Texture walls_;  ///< walls between the nodes of the latter
     /// Between the nodes of world_, where surfaces send light on; its last layers have them.
     gl::Texture world_walls_;
     bool copied_walls_ = false;                     ///< they do by now
     gl::Texture on_surfaces_, on_surfaces_dimmed_;  ///< coefficients of the world's light
-    int bands_ = 1;                                 ///< of the world's light in the media
+    int bands_ = 1;            ///< number of bands of the world's light in the media
     glm::dvec4 turned_to_{0};  ///< eye, or direction and 1, that world_ was worked out for
     bool turned_ = false;
-    float turned_g_ = 0;       ///< that world_ was worked out with
+    float turned_g_ = 0;       ///< g that world_ was worked out with
     glm::dvec3 turned_at_{0};  ///< where its first node was then, metres, world
 
     DepthKey depth_key_;
     // Where lights are, from the lattice's first node, whatever their colour: one that flickers
     // throws the same shadow.
-    std::vector<LightPosition> depth_lights_;   ///< of each layer
+    std::vector<LightPosition> depth_lights_;   ///< the light of each layer of depths
     std::vector<LightPosition> wanted_lights_;  ///< as the scene has them now
     int refill_frames_ = 1;
-    gl::Defines depth_defines_;          ///< of the shaders that fill it
+    gl::Defines depth_defines_;          ///< defines of the shaders that fill the depths
     glm::dmat3 voxels_from_depth_{1.0};  ///< voxels of the largest grid, from its nodes
     std::optional<Refill> refill_;
     WorldKey world_key_;
@@ -233,7 +233,8 @@ private:
     std::optional<TurnsKey> turns_key_;
     SurfaceTurns turns_;
     std::string orders_why_;  ///< light is followed as often as it is; empty: nothing scatters
-    std::optional<double> depth_ms_, world_ms_;  ///< that filling them took, if that was measured
+    std::optional<double> depth_ms_,
+        world_ms_;  ///< time that filling them took [ms], if it was measured
     LightVolumeFills fills_;
 };
 

@@ -20,14 +20,14 @@ public:
     struct Map {
         glm::ivec2 first{0};  ///< texel, the border left out
         int size = 0;         ///< texels along its edge
-        double alpha = 0;     ///< of the GGX that it is reflected by; 0: not at all
+        double alpha = 0;     ///< alpha of the GGX that it is reflected by; 0: not at all
     };
 
     /// @param size of the first map: a power of two, 64 to 1024
     explicit ProbeLayout(int size);
 
     [[nodiscard]] const std::vector<Map>& maps() const { return maps_; }
-    [[nodiscard]] glm::ivec2 size() const { return size_; }  ///< of the layer [texels]
+    [[nodiscard]] glm::ivec2 size() const { return size_; }  ///< size of the layer [texels]
     [[nodiscard]] int harmonics_row() const { return size_.y - 1; }
     [[nodiscard]] shared::ProbeLayoutParams params() const;
 
@@ -62,7 +62,7 @@ private:
     const gl::Device& device_;
     gl::ProgramCache& programs_;
     gl::UniformBuffer<shared::ProbeFilterParams> block_;
-    mutable gl::Texture pyramid_;  ///< of the size that was filtered last
+    mutable gl::Texture pyramid_;  ///< pyramid of the size that was filtered last
 };
 
 }  // namespace fumarole::light

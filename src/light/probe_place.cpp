@@ -11,8 +11,8 @@ namespace fumarole::light {
 
 namespace {
 
-constexpr int kDirections = 64;   ///< that a glossy surface looks in
-constexpr double kUnseen = 0.01;  ///< of a white picture
+constexpr int kDirections = 64;   ///< number of directions that a glossy surface looks in
+constexpr double kUnseen = 0.01;  ///< share of a white picture that nobody sees
 
 const std::optional<Gloss>& gloss_of(const Surface& surface)
 {
@@ -30,8 +30,8 @@ double mean_albedo_of(const Surface& surface)
 /// A surface that reflects what lies around it.
 struct Mirror {
     int surface = 0;
-    glm::dvec3 place{0};  ///< that it looks from, metres
-    double reflects = 0;  ///< of a white picture, by direction
+    glm::dvec3 place{0};  ///< place that it looks from, metres
+    double reflects = 0;  ///< share of a white picture that it reflects, by direction
     double seen = 0;      ///< the part of it that surfaces and media send
     double alpha = 0;     ///< GGX's
     [[nodiscard]] double gain() const { return reflects * seen; }

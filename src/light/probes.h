@@ -115,7 +115,7 @@ public:
     [[nodiscard]] std::vector<std::string> describe() const;
 
 private:
-    static constexpr int kTurns = 2;  ///< of all captures after a change
+    static constexpr int kTurns = 2;  ///< number of turns of all captures after a change
     /// Homogeneous media that a place is in, the mean of the channels.
     struct EvenFog {
         double extinction = 0;  ///< 1/m
@@ -126,12 +126,12 @@ private:
         LightProbe probe;
         int layer = -1, old_layer = -1;
         glm::dvec3 seen_from{0}, old_seen_from{0};  ///< where it was then
-        EvenFog fog;                                ///< that it stood in last
-        float newness = 1;                          ///< of layer over old_layer
+        EvenFog fog;                                ///< fog that the probe stood in last
+        float newness = 1;                          ///< newness of layer over old_layer
         int turns = 0;                              ///< captures since the scene changed
-        int captures = 0;                           ///< in all
+        int captures = 0;                           ///< number of captures in all
         bool doubted = false;        ///< the scene, or another probe, has changed since
-        bool found_same = false;     ///< when that was looked at
+        bool found_same = false;     ///< true if it was found the same when that was looked at
         std::vector<float> glimpse;  ///< what it saw when nothing was out of date; may be empty
         bool two_turns = false;      ///< old_layer is what was captured one turn before
         std::chrono::steady_clock::time_point captured_at;
@@ -156,8 +156,8 @@ private:
     [[nodiscard]] int free_pair() const;
 
     gl::Texture world_, maps_;
-    std::map<int, gl::Texture> faces_;  ///< by the pixels along an edge
-    int face_size_ = 0;                 ///< that was taken last
+    std::map<int, gl::Texture> faces_;  ///< textures of faces by the pixels along an edge
+    int face_size_ = 0;                 ///< size of faces that was taken last
     std::shared_ptr<const Environment> world_source_;
     float world_scale_ = 0;
 
@@ -165,7 +165,8 @@ private:
     std::optional<ProbeLayout> layout_;
     Scene seen_;  ///< what they see, without the probes
     bool diffuse_ = false;
-    std::optional<ProbePlace> own_place_;  ///< for seen_'s surfaces, where the scene names none
+    std::optional<ProbePlace>
+        own_place_;  ///< place of an own probe for seen_'s surfaces, where the scene names none
     std::optional<Shown> capturing_;
     bool preparing_ = false;
     int captures_ = 0;

@@ -152,25 +152,25 @@ struct RadianceField::Filling {
     FieldMedium medium;
     struct Ways {
         std::vector<LatticeWay> ways;
-        std::vector<glm::dvec3> wi;    ///< to where light comes from, unit length
+        std::vector<glm::dvec3> wi;    ///< directions to where light comes from, unit length
         std::vector<glm::vec3> entry;  ///< the world's radiance along each
     };
-    Ways near, all;  ///< of kNearWays, kAllWays
+    Ways near, all;  ///< the kNearWays and the kAllWays directions
     int batch = 0;   ///< ways that there is room for
     gl::Texture sigma_t, albedo, emission;
     gl::Buffer nodes;           ///< a FieldNodesHead and the nodes that light is scattered at
     gl::Texture marched;        ///< sigma_t of the marched media, where there are others too
     gl::Texture crossed;        ///< what surfaces cross, a bit a way; empty: none
-    gl::Texture walls;          ///< between nodes, as take_walls()
+    gl::Texture walls;          ///< walls between nodes, as take_walls()
     gl::Texture clear, dimmed;  ///< coefficients of the world's light
-    gl::Texture bounced;        ///< and of what surfaces send on
+    gl::Texture bounced;        ///< coefficients of what surfaces send on
     gl::Texture bounced_before, bounced_before_that;  ///< a turn and two turns ago
     gl::Texture faces;       ///< light/faces.glsl, six layers; empty: surfaces send nothing on
-    gl::Texture materials;   ///< of each surface its albedo, and in row 1 its emission
+    gl::Texture materials;   ///< each surface's albedo, and in row 1 its emission
     gl::Texture face_light;  ///< what they send on
     gl::Texture beyond;      ///< what surfaces beyond send in, two layers a way; alpha: metres
     gl::Texture ways;        ///< radiance of each way of a batch: the world's, the surfaces'
-    gl::Texture light_ways;  ///< and of what media emit and scatter
+    gl::Texture light_ways;  ///< radiance of each way of what media emit and scatter
 };
 
 /// Some of a set of ways that are walked at once.

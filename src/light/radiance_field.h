@@ -28,20 +28,21 @@ struct FieldMedium {
     bool colored = false;  ///< extinction is
     int ways = 0;          ///< kNearWays or kAllWays, that surfaces are met along
     glm::vec3 albedo{1};   ///< where there is no medium
-    bool scatters = true;  ///< or else no more is asked of it than how it dims
+    bool scatters = true;  ///< true if light scatters; else no more is asked than how it is dimmed
     bool glows = false;    ///< some medium emits
     bool dims = true;      ///< media dim light
     bool marched = true;   ///< some medium's optical depth has no closed form
     bool closed = false;   ///< some medium's has
     Bounds bounds;         ///< metres, world: of all of them
-    const World* world = nullptr;             ///< whose light comes in
-    const gl::Texture* extinction = nullptr;  ///< of the marched media, where no volume dims lights
+    const World* world = nullptr;  ///< the world whose light comes in
+    const gl::Texture* extinction =
+        nullptr;  ///< extinction of the marched media, where no volume dims lights
 };
 
 /// How far scattering is followed.
 struct FieldOrders {
     int count = 0;      ///< after the first
-    bool tail = false;  ///< and those after them are guessed from the last two
+    bool tail = false;  ///< true if the orders after these are guessed from the last two
     /// They start from what a coarser lattice has, where light gets as far with fewer of them.
     bool coarse_first = false;
     bool operator==(const FieldOrders&) const = default;
@@ -51,8 +52,9 @@ struct FieldOrders {
 /// there.
 struct OtherLight {
     const gl::Texture* light = nullptr;  ///< alpha of the first: 0 in nodes inside of surfaces
-    const gl::Texture* walls = nullptr;  ///< between its nodes, as take_walls(); of what arrives
-    shared::LatticeParams at{};          ///< that lattice, for an eye amid the one that takes it
+    const gl::Texture* walls =
+        nullptr;  ///< walls between the lattice's nodes, as take_walls(); of what arrives
+    shared::LatticeParams at{};  ///< the lattice, for an eye amid the one that takes it
     int bands = 0;
 };
 
@@ -61,8 +63,8 @@ struct FieldLight {
     bool glows = false;  ///< what they emit
     /// What they scatter, as RadianceField::fill() gave it for another lattice; empty: nothing.
     const gl::Texture* scattered = nullptr;
-    shared::LatticeParams at{};  ///< that lattice, for an eye amid this one
-    int bands = 0;               ///< that it was filled for
+    shared::LatticeParams at{};  ///< the lattice, for an eye amid this one
+    int bands = 0;               ///< number of bands that it was filled for
 };
 
 /// Discrete ordinates (Chandrasekhar 1950): each order of scattering is carried along a few

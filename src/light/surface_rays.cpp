@@ -62,8 +62,8 @@ double range_to_box(const Bounds& box, glm::dvec3 origin, glm::dvec3 direction)
 }
 
 struct MeshHit {
-    double range = kNoHit;  ///< in the mesh's own metres
-    bool back = false;      ///< of a triangle's back
+    double range = kNoHit;  ///< distance in the mesh's own metres
+    bool back = false;      ///< true if it is a triangle's back
     int triangle = -1;
 };
 

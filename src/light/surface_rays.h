@@ -19,7 +19,7 @@ public:
     struct Hit {
         double range = 0;   ///< metres
         int surface = 0;    ///< into the surfaces
-        int triangle = -1;  ///< of a mesh that is not taken for a box
+        int triangle = -1;  ///< triangle of a mesh that is not taken for a box
     };
     /// The first surface on a way of unit length, from either side, but for those to be left out.
     [[nodiscard]] std::optional<Hit> first(glm::dvec3 origin, glm::dvec3 direction,
@@ -40,7 +40,7 @@ private:
     [[nodiscard]] Hit hit_of(std::size_t surface, glm::dvec3 origin, glm::dvec3 direction) const;
 
     const std::vector<Surface>& surfaces_;
-    std::vector<Bounds> bounds_;  ///< of each, metres, world
+    std::vector<Bounds> bounds_;  ///< bounds of each surface, metres, world
 };
 
 /// Directions that are spread evenly (a Fibonacci lattice).

@@ -54,8 +54,9 @@ std::int64_t floor_div(std::int64_t a, std::int64_t b)
 /// Where a grid lies, in 64 bits: nothing here overflows whatever the indices are.
 struct Frame {
     glm::i64vec3 field_min, field_max;
-    glm::i64vec3 dense_size;              ///< texels, the rim of zeros included
-    glm::i64vec3 first_page, page_count;  ///< of all cells that can hold a value
+    glm::i64vec3 dense_size;  ///< texels, the rim of zeros included
+    glm::i64vec3 first_page,
+        page_count;  ///< first page and number of pages of all cells that can hold a value
 
     explicit Frame(const VoxelGrid& grid)
     {

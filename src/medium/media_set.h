@@ -25,13 +25,13 @@ namespace fumarole::medium {
 
 /// What the media of a scene have, and so what a shader must do for them.
 struct MediaTraits {
-    int media = 0;          ///< that scatter, absorb or emit at all
-    int heterogeneous = 0;  ///< that change from place to place
-    int marched = 0;        ///< whose optical depth towards a light has no closed form
+    int media = 0;          ///< number of media that scatter, absorb or emit at all
+    int heterogeneous = 0;  ///< number of those that change from place to place
+    int marched = 0;  ///< number of those whose optical depth towards a light has no closed form
     int bricked_grids = 0;
     int islands = 0;  ///< parts of media that lie far apart: volumes of light would be too coarse
     int noise_grids = 0;  ///< noises that are read from a grid
-    int noise_turns = 0;  ///< of the loops over noise's octaves, at one point
+    int noise_turns = 0;  ///< turns of the loops over noise's octaves, at one point
     bool colored_extinction = false;
     bool colored_density = false;
     bool emission = false;
@@ -39,7 +39,7 @@ struct MediaTraits {
     bool mixed_g = false;
     bool isotropic = true;
     bool scatters = false;
-    float g = 0;       ///< of all media that scatter, unless they differ
+    float g = 0;       ///< g of all media that scatter, unless they differ
     float most_g = 0;  ///< |g| of the medium that scatters the most to one side
 };
 
@@ -160,7 +160,8 @@ private:
         Storage asked_storage = Storage::automatic;
         GridLayout plan;  ///< its texels and pages emptied after the upload
         gl::Texture texels, pages;
-        std::size_t texel_rows = 0, page_rows = 0;  ///< that are sent
+        std::size_t texel_rows = 0,
+                    page_rows = 0;  ///< number of rows of texels and of pages that are sent
 
         [[nodiscard]] bool is(const std::shared_ptr<const VoxelGrid>& grid,
                               const SceneSettings& settings) const
@@ -193,14 +194,16 @@ private:
         MediumSource::Depth depth = MediumSource::Depth::none;
         int density = -1, emission = -1, tint = -1, temperature = -1;  ///< into placed_
         glm::dmat4 bounds_from_world{1.0};
-        Bounds bounds;        ///< in the space of bounds_from_world
+        Bounds bounds;        ///< bounds in the space of bounds_from_world
         Bounds world_bounds;  ///< metres
         shared::MediumParams params{};
-        bool is_box = false;  ///< with bounds in world space, whether it is read from a grid or not
+        bool is_box = false;  ///< true if it is a box with bounds in world space, whether it is
+                              ///< read from a grid or not
         NoiseProfile noise;
         bool tiles = false;  ///< its grid is a few constant tiles, larger than its voxels matter
-        std::vector<Bounds> islands;  ///< in the space of bounds; none where nothing lies apart
-        double height = 0;            ///< z0 of an exponential height profile [m]
+        std::vector<Bounds>
+            islands;  ///< parts that lie apart, in the space of bounds; none where nothing does
+        double height = 0;  ///< z0 of an exponential height profile [m]
 
         /// Of a box: metres within which its profile changes, and its largest coefficient.
         [[nodiscard]] double detail() const;
@@ -240,14 +243,15 @@ private:
 
     const gl::Device& device_;
     std::vector<Grid> grids_;
-    std::vector<Grid> old_grids_;  ///< of the scene before, while set() runs
-    std::vector<Grid> sending_;    ///< of a scene to come
+    std::vector<Grid> old_grids_;  ///< old grids of the scene before, while set() runs
+    std::vector<Grid> sending_;    ///< grids of a scene to come
     std::vector<PlacedGrid> placed_;
     std::vector<Entry> media_;
     std::vector<Occupied> occupied_;
     std::uint64_t occupied_id_ = 0;
     std::vector<NoiseGrid> noise_grids_;
-    std::vector<NoiseGrid> old_noise_grids_;  ///< of the scene before, while set() runs
+    std::vector<NoiseGrid>
+        old_noise_grids_;  ///< old noise grids of the scene before, while set() runs
     MediaTraits traits_;
     int uploads_ = 0;
     std::uint64_t sent_bytes_ = 0;

@@ -215,7 +215,7 @@ private:
 
     const std::vector<GridSource>& grids_;
     const std::vector<MediumSource>& media_;
-    const char* channels_;  ///< of a colour with its mean in alpha
+    const char* channels_;  ///< channels of a colour with its mean in alpha
     std::string out_;
 };
 

@@ -22,10 +22,10 @@ struct MediumSource {
 
     Profile profile = Profile::grid;
     Depth depth = Depth::none;
-    bool is_box = false;   ///< whose bounds are in metres
+    bool is_box = false;   ///< true if it is a box whose bounds are in metres
     bool islands = false;  ///< parts of it lie far apart, and are marched each for itself
     int density = -1;      ///< the grid it is read from; -1: none
-    bool glows = false;    ///< by `emission`, or where that is -1 by its density
+    bool glows = false;    ///< true if it glows by `emission`, or where that is -1 by its density
     int emission = -1, tint = -1;
     int temperature = -1;  ///< the grid that it glows by as a blackbody
 };

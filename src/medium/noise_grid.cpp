@@ -23,7 +23,7 @@ struct Nodes {
 /// The places of nodes along an axis, in an octave's cells.
 struct AxisNodes {
     struct Node {
-        int cell = 0;  ///< from the axis' first
+        int cell = 0;  ///< number of the cell from the axis' first
         float f = 0, u = 0;
     };
     std::int64_t first = 0;
@@ -106,7 +106,7 @@ private:
 
     float amplitude_;
     std::vector<AxisNodes> axes_;
-    std::vector<glm::vec3> gradients_;  ///< of the lattice's points, x fastest
+    std::vector<glm::vec3> gradients_;  ///< gradients of the lattice's points, x fastest
 };
 
 /// What interpolation between nodes `cells` of an octave apart errs: RMS, relative to its own,

@@ -10,7 +10,7 @@ namespace fumarole::medium {
 /// A part of a medium's space that may hold something.
 struct OccupiedBox {
     Bounds bounds;
-    float most = 0;  ///< of the field inside, in the grid's units
+    float most = 0;  ///< majorant of the field inside, in the grid's units
 };
 
 // Boxes of a layout's index space: its texel (0,0,0) is the origin.

@@ -240,7 +240,7 @@ private:
     PageTree tree_;
     // Of tiles alone: what was met where they lie so, and what came of it.
     std::map<std::vector<int>, Entry> known_;
-    std::map<std::array<int, 24>, Entry> leaves_;  ///< by the values at their corners
+    std::map<std::array<int, 24>, Entry> leaves_;  ///< leaves by the values at their corners
     std::map<std::pair<int, std::array<Entry, PageTree::kNodeEntries>>, Entry> nodes_;
     std::map<float, Entry> constants_;
     Cell cell_{};

@@ -49,10 +49,10 @@ struct PageTree {
         glm::i64vec3 min{0}, max{0};
     };
 
-    int levels = 0;           ///< of the root, which is the last node; 0: there is no tree
+    int levels = 0;           ///< level of the root, which is the last node; 0: there is no tree
     std::vector<Node> nodes;  ///< children before parents
     std::vector<Leaf> leaves;
-    std::vector<float> constants;  ///< of scalar grids alone
+    std::vector<float> constants;  ///< values of constant nodes, of scalar grids alone
 
     /// Voxels along the edge of what an entry of a node of that level covers.
     [[nodiscard]] static std::int64_t entry_voxels(int level)

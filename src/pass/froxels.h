@@ -17,7 +17,7 @@ struct FroxelPlan {
     glm::ivec3 count{0};  ///< columns, guard included, and slices
     /// Pixels: of another size, as many columns lie elsewhere in the view.
     glm::ivec2 picture{0};
-    GLenum format = 0;  ///< of the V-buffer and of what is integrated
+    GLenum format = 0;  ///< format of the V-buffer and of what is integrated
     GLenum source_format = 0;
     bool extinction_in_alpha =
         false;  ///< one extinction for all channels, in the alpha of a colour
@@ -30,7 +30,8 @@ struct FroxelPlan {
 
 /// What the froxels of a frame add up to, front to back.
 struct IntegratedFroxels {
-    const gl::Texture* scattering = nullptr;     ///< with one extinction, transmittance in alpha
+    const gl::Texture* scattering =
+        nullptr;  ///< scattering; where there is one extinction, with transmittance in alpha
     const gl::Texture* transmittance = nullptr;  ///< empty where it is in that alpha
     gl::Defines storage;                         ///< which of the two it is, for the shaders
 };

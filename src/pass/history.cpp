@@ -11,8 +11,8 @@ namespace {
 
 /// Beyond these a frame shows another place, and not the same one from further on.
 constexpr double kCutTurn = 0.35;    ///< radians between one frame and the next
-constexpr double kCutTravel = 0.25;  ///< of the depth that steps or slices span
-constexpr double kCutZoom = 1.25;    ///< of the picture's scale
+constexpr double kCutTravel = 0.25;  ///< share of the depth that steps or slices span
+constexpr double kCutZoom = 1.25;    ///< ratio of the picture's scale
 
 /// Whether `now` sees another place than `last` or in another way.
 bool is_cut(const HistoryView& last, const HistoryView& now)

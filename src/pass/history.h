@@ -64,7 +64,7 @@ public:
 
 private:
     static constexpr double kFaded = 0.01;
-    double frames_ = 0;  ///< that history is worth
+    double frames_ = 0;  ///< number of frames that history is worth
     double fading_ = 0;  ///< share of what was gathered in motion that is still there
 };
 

@@ -15,8 +15,8 @@ Settings::Format march_format(const Toolbox& tools, const FrameSettings& setting
 
 /// What was marched for a frame: a texel a ray.
 struct MarchedLayer {
-    const StepTiles* tiles = nullptr;         ///< that were marched, and whose pixels see a medium
-    const gl::Texture* depth = nullptr;       ///< view_z of the scene [m] as each texel took it
+    const StepTiles* tiles = nullptr;    ///< tiles that were marched, and whose pixels see a medium
+    const gl::Texture* depth = nullptr;  ///< view_z of the scene [m] as each texel took it
     const gl::Texture* scattering = nullptr;  ///< monochrome: transmittance in its alpha
     /// Monochrome: empty, or, of a frame that keeps a history, the media's depth.
     const gl::Texture* transmittance = nullptr;
@@ -73,7 +73,7 @@ private:
     gl::Texture depth_, scattering_, transmittance_;  ///< as MarchedLayer has them
     gl::Framebuffer depth_framebuffer_, framebuffer_;
     gl::Texture split_scattering_, split_transmittance_;  ///< a layer a depth; monochrome: one
-    bool fine_splits_ = false;                            ///< of 32 bits
+    bool fine_splits_ = false;                            ///< true if splits have 32 bits
     std::vector<bool> split_tiles_;  ///< written since they were cleared, one a tile of the march
     gl::UniformBuffer<shared::SplitParams> split_block_;
     shared::SplitParams split_params_{};  ///< what is in it

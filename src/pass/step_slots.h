@@ -16,8 +16,8 @@ class StepSlots {
 public:
     /// What a tile has to know of them.
     struct Held {
-        std::uint64_t slots = 0;   ///< that hold something
-        std::uint64_t shafts = 0;  ///< in which a surface's shadow may end
+        std::uint64_t slots = 0;   ///< one bit for each slot that contains medium
+        std::uint64_t shafts = 0;  ///< one bit for each slot in which a surface's shadow may end
         double longest = 0;        ///< step [m]; 0: as they are
         double longest_in_shaft = 0;
         bool lit = false;  ///< no surface hides a light from any of them
@@ -57,7 +57,7 @@ private:
 
     int steps_, width_;
     std::vector<double> ends_;     ///< view_z [m], from the first slot's begin
-    std::vector<double> lengths_;  ///< of a slot's splits [m]
+    std::vector<double> lengths_;  ///< lengths of a slot's splits [m]
 };
 
 }  // namespace fumarole::pass

@@ -11,7 +11,8 @@ namespace fumarole::pictures {
 
 /// All that needs OpenImageIO.
 struct Table {
-    const char* version;  ///< of the build, which must be the program's own; first in all versions
+    const char* version;  ///< version of the build, which must be the program's own; the first
+                          ///< member in all versions
     decltype(&asset::load_image) load_image;
     decltype(&asset::load_environment) load_environment;
     decltype(&write::write_exr) write_exr;

@@ -49,8 +49,8 @@ BoxInstance outline(glm::dvec3 min, glm::dvec3 max)
 
 /// Where a colour scale ends.
 enum class Ends {
-    round,  ///< at 0, and where the legend says or at a round number above what is seen
-    seen,   ///< at the least that is seen, and where the legend says or at the largest
+    round,  ///< ends at 0, and where the legend says or at a round number above what is seen
+    seen,   ///< ends at the least that is seen, and where the legend says or at the largest
 };
 constexpr double kLeastEnd = 1e-6;
 
@@ -70,7 +70,7 @@ public:
     {
     }
 
-    shared::InspectParams params{};  ///< of the next draw
+    shared::InspectParams params{};  ///< params of the next draw
 
     /// A layer as it is; `layers` null: none that differs from nothing at all.
     void show_layer(Layers* layers, Layer layer) const;

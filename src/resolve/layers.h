@@ -38,7 +38,7 @@ struct LayerBlend {
 
 /// Where a layer is resolved to, as large as the frame.
 struct Canvas {
-    const gl::Framebuffer& framebuffer;  ///< with the texture attached
+    const gl::Framebuffer& framebuffer;  ///< framebuffer with the texture attached
     gl::TextureView texture;
     /// Where the resolve is a compute shader, which blends by itself; else it is drawn, and the
     /// blending stage blends.

@@ -46,7 +46,8 @@ struct ChartPoint {
     /// What differs from the preset, in the order of setting_table().
     std::vector<std::pair<std::string, std::string>> changes;
     Settings settings;
-    bool alone = false;  ///< at most one setting differs from its sweep's base, a mode's default
+    bool alone =
+        false;  ///< true if at most one setting differs from its sweep's base, a mode's default
     bool is_preset = false;  ///< nothing differs from the preset but what the whole chart is of
 
     /// `default`, `default steps=32 resolution=full`: the same for the same settings.
@@ -76,7 +77,7 @@ inline constexpr std::array<std::string_view, 3> kTargetNames{"composite", "scat
 
 /// The error of a point's pictures, over several seeds of the jitter.
 struct TargetError {
-    double relmse = 0;  ///< of a frame, mean over the seeds: bias_part + variance
+    double relmse = 0;  ///< relMSE of a frame, the mean over the seeds: bias_part + variance
     double relmse_min = 0, relmse_max = 0;
     double bias_part = 0;  ///< relMSE of the mean of endless seeds, estimated: what is systematic
     double variance = 0;   ///< what the seeds differ by, in relMSE's unit
@@ -89,8 +90,8 @@ TargetError target_error(const std::vector<std::vector<float>>& frames,
                          std::span<const float> reference, const NoiseShare& noise = {});
 
 struct PointErrors {
-    std::array<TargetError, 3> targets;  ///< in the order of Target
-    double flip = 0;                     ///< of the first seed's composite, 0..1
+    std::array<TargetError, 3> targets;  ///< errors of the targets in the order of Target
+    double flip = 0;                     ///< FLIP of the first seed's composite, 0..1
     int seeds = 0;
 };
 
@@ -102,9 +103,9 @@ struct ChartVisit {
     int frames = 0;   ///< timed
     double samples = 0;
     std::uint64_t gpu_bytes = 0;
-    PointErrors errors;   ///< of round 0
+    PointErrors errors;   ///< errors of round 0
     std::string refusal;  ///< why this scene or this GL can't have these settings, or ""
-    double seconds = 0;   ///< that the visit took
+    double seconds = 0;   ///< seconds that the visit took
 };
 
 /// A point and all that was measured of it.
@@ -128,7 +129,7 @@ struct MeasuredPoint {
 struct ChartOptions {
     bool quick = false;
     bool once = false;                  ///< as chart_points
-    Target target = Target::composite;  ///< of the error axis and the front
+    Target target = Target::composite;  ///< target of the error axis and the front
     int frames = 3;                     ///< timed in each visit
     int rounds = 3;                     ///< visits to each point, in another order every time
     int seeds = 4;
@@ -136,8 +137,8 @@ struct ChartOptions {
     /// the second round, then settings alone. Presets are measured whatever it takes.
     double seconds = 600;
 
-    Shard shard;                                  ///< the points that this run visits
-    std::vector<ChartVisit> known;                ///< of an earlier run; not measured again
+    Shard shard;                    ///< the points that this run visits
+    std::vector<ChartVisit> known;  ///< visits of an earlier run, which are not made again
     std::function<void(const ChartVisit&)> keep;  ///< called after each visit
     /// Called with visits done, visits in all and the seconds left.
     std::function<void(int, int, double)> progress;
@@ -176,8 +177,8 @@ std::vector<bool> pareto_front(std::span<const std::pair<double, double>> points
 /// What one value of a setting, alone, does to its preset.
 struct SettingEffect {
     std::string setting, value;
-    const MeasuredPoint *point, *base;  ///< with the change and without
-    double time_ratio, error_ratio;     ///< to the base
+    const MeasuredPoint *point, *base;  ///< points with the change and without
+    double time_ratio, error_ratio;     ///< ratios of time and error to the base
     bool is_default;
 
     /// What it buys and what it costs, in words; within the spread of times or seeds: nothing seen.

@@ -11,7 +11,7 @@ namespace fumarole::study {
 
 /// What a report tells besides the chart itself.
 struct ReportFacts {
-    std::string title;    ///< of the scene
+    std::string title;    ///< title of the scene
     std::string command;  ///< how a point of it is rendered, up to the settings:
                           ///< `fumarole render smoke.vdb --size 480x270`
     std::vector<std::pair<std::string, std::string>> machine;  ///< `renderer`, `llvmpipe`; ...

@@ -10,7 +10,7 @@ namespace fumarole::study {
 struct ChildResult {
     bool found = true;      ///< false: no program of that name; nothing ran
     int code = -1;          ///< exit code, or 128 + the signal that ended it
-    double seconds = 0;     ///< from its start to its end
+    double seconds = 0;     ///< seconds from its start to its end
     std::string said = {};  ///< on both its outputs
 };
 

@@ -104,7 +104,7 @@ PicturePart part_of(const Scene& scene, const DeepOptions& options, const Settin
 
 /// A transparent in a pixel, the mean of several frames.
 struct Layer {
-    std::size_t index = 0;  ///< of the transparent
+    std::size_t index = 0;  ///< index of the transparent
     int crossing = 0;       ///< which of several with it
     int hits = 0;           ///< frames that meet it
     float view_z = 0;       ///< [m], the sum of those that meet it
@@ -304,7 +304,7 @@ Cuts cut(SceneRenderer& scenes, const Scene& scene, const Settings& settings,
 struct Pane {
     float view_z = 0;    ///< [m]
     glm::vec3 added{0};  ///< radiance [W/m^2/sr]
-    glm::vec3 kept{1};   ///< of what is behind it
+    glm::vec3 kept{1};   ///< share of what is behind it
 };
 
 /// The layers of a pixel from near to far; of two at one depth the later transparent is in front.
@@ -370,7 +370,7 @@ public:
 private:
     struct Cut {
         float view_z;
-        glm::vec3 radiance;      ///< of what lies before it
+        glm::vec3 radiance;      ///< radiance of what lies before it
         float through;           ///< the mean of what is let through
         bool ends_pane = false;  ///< what lies between it and the one before is a transparent
     };

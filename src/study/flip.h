@@ -14,7 +14,7 @@ inline constexpr float kFlipPixelsPerDegree = 67.0206f;
 /// most that a screen can do.
 struct Flip {
     std::vector<float> map;  ///< one value a pixel, rows from the top, 0..1
-    double mean = 0;         ///< of the map, 0..1
+    double mean = 0;         ///< mean of the map, 0..1
 };
 
 /// LDR-FLIP of display-encoded sRGB pictures, three interleaved channels, what is outside 0..1 cut

@@ -523,17 +523,17 @@ private:
 
     Plan plan_;
     Glance start_;
-    double setup_s_ = 0;                   ///< of the first picture
+    double setup_s_ = 0;                   ///< set-up of the first picture [s]
     double glance_s_ = 0, glance_ms_ = 0;  ///< the last look's time, and its volume's
-    Settings held_;                        ///< of the last look: its volumes are there
+    Settings held_;                        ///< settings of the last look, whose volumes are there
     std::unique_ptr<SparseReference> reference_;
     std::size_t batch_size_ = kLeastBatch;
-    std::vector<std::size_t> draws_;            ///< that the search goes by
-    std::vector<SparseReference::Look> looks_;  ///< of the plan's points
+    std::vector<std::size_t> draws_;            ///< pictures that the search goes by
+    std::vector<SparseReference::Look> looks_;  ///< looks of the plan's points
     int guide_steps_ = 0;
-    RootError guide_error_;  ///< of the picture that pixels were drawn by
+    RootError guide_error_;  ///< guide error of the picture that pixels were drawn by
     double depth_ = 0;       ///< deepest_way()
-    bool cut_ = false;       ///< by the time limit
+    bool cut_ = false;       ///< true if the time limit cut the search
 };
 
 }  // namespace

@@ -18,7 +18,7 @@
 namespace fumarole::study {
 
 struct PlanOptions {
-    std::string preset = "default";  ///< that `start` comes from
+    std::string preset = "default";  ///< preset that `start` comes from
     Settings start;                  ///< where the search begins; what is fixed is set here
     std::vector<std::string> fixed;  ///< settings that stay as they are by name, `mode` too
     /// For all of it; references and tries are cut to fit.
@@ -33,22 +33,23 @@ struct PlanOptions {
 struct PlanPoint {
     PlanTry tried;
     std::string name;    ///< as options of `fumarole render`: `--steps 32`; "" for the default
-    RootError verified;  ///< by fresh pixels alone, and by no others
+    RootError verified;  ///< error by fresh pixels alone
     bool front = false;  ///< no other one beats it in time and error
 };
 
 struct Plan {
     PlanGoal goal;
     std::vector<PlanFact> facts;
-    std::vector<PlanPoint> points;   ///< in the order in which they were tried, `start` first
-    std::size_t choice = 0;          ///< of the points
-    bool met = false;                ///< the goal, by all pixels that were referred to
-    double ms = 0, start_ms = 0;     ///< of the choice and the start, timed anew at the end
-    std::size_t pixels = 0;          ///< that were referred to
-    double tolerance = 0;            ///< of their references
+    std::vector<PlanPoint> points;  ///< points in the order in which they were tried, `start` first
+    std::size_t choice = 0;         ///< place of the chosen one among the points
+    bool met = false;               ///< the goal, by all pixels that were referred to
+    double ms = 0,
+           start_ms = 0;  ///< times of the choice and of the start [ms], measured anew at the end
+    std::size_t pixels = 0;          ///< number of pixels that have a reference
+    double tolerance = 0;            ///< tolerance of their references
     std::vector<std::string> notes;  ///< what to know before believing it
     const char* timing_method = "";
-    double seconds = 0;  ///< that it took
+    double seconds = 0;  ///< seconds that it took
 
     [[nodiscard]] const PlanPoint& chosen() const { return points[choice]; }
 };

@@ -26,7 +26,7 @@ struct PlanGoal {
 
 /// A setting that trades time for error, and its values from cheap to dear.
 struct PlanRow {
-    Settings::Mode mode;       ///< that it is for
+    Settings::Mode mode;       ///< mode that the row is for
     std::string_view setting;  ///< a name of setting_table()
     std::vector<std::string_view> values;
     /// What one value can cost over the one before it, in frame times. A guard for the time limit.

@@ -491,8 +491,8 @@ namespace {
 
 /// What relative MSE (metrics.h) adds where a picture is dark, sqrt(0.1 mean(s^2)).
 struct Darkness {
-    double media = 0;      ///< of what media scatter
-    double composite = 0;  ///< of the picture
+    double media = 0;      ///< radiance that media scatter
+    double composite = 0;  ///< radiance of the picture
 };
 
 /// From few pixels spread over the whole picture, whatever the region.
@@ -519,8 +519,8 @@ Darkness darkness(const Reference& reference, const Scene& scene, double floor,
 /// Absolute errors that are good enough where the picture is dark: what the relative MSE counts as
 /// the tolerance there.
 struct Floors {
-    double media = 0;    ///< of what media scatter
-    double surface = 0;  ///< of what surfaces send
+    double media = 0;    ///< radiance that media scatter
+    double surface = 0;  ///< radiance that surfaces send
 };
 
 /// Whether vertices other than the first one that the eye sees, or lobes, are sampled.

@@ -65,7 +65,7 @@ struct ReferenceOptions {
                               ///< or kLampsAndWorldOnce
     int surface_bounces = 0;  ///< reflections by surfaces after vertex 0, 0 to kAllBounces
     [[nodiscard]] int most_bounces() const { return std::max(bounces, surface_bounces); }
-    double tolerance = 1e-3;  ///< of each pixel, relative; as relMSE counts it where dark
+    double tolerance = 1e-3;  ///< tolerance of each pixel, relative; as relMSE counts it where dark
     int aa = 1;               ///< samples of a pixel's square, at subpixel_offset(i)
     std::optional<ReferenceRegion> region;
     std::function<void(double)> progress;  ///< share of pixels done, 0..1; one call at a time
@@ -98,9 +98,10 @@ struct ReferenceStill {
 /// One sample of the picture.
 struct ReferenceSample {
     glm::dvec3 scattering{0}, transmittance{1}, surface{0}, surface_lit{0};
-    double view_z = 1e10;                   ///< metres; Still::kSkyDepth in the sky
-    double error = 0;                       ///< estimated, absolute, of composite
-    glm::dvec3 noise{0}, surface_noise{0};  ///< of scattering and surface_lit, as Integral's
+    double view_z = 1e10;  ///< metres; Still::kSkyDepth in the sky
+    double error = 0;      ///< estimated, absolute, of composite
+    glm::dvec3 noise{0},
+        surface_noise{0};  ///< noise of scattering and of surface_lit, as Integral's
 
     /// Of media and surfaces, with the transparents between them.
     glm::dvec3 composite{0}, composite_noise{0};

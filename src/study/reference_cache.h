@@ -31,7 +31,7 @@ struct KeptReference {
     std::filesystem::path file;  ///< an EXR with the channels of `fumarole render` and `error.Y`
     std::string key;
     bool reused = false;
-    double seconds = 0;  ///< that it took now
+    double seconds = 0;  ///< seconds that it took now
 };
 
 /// The reference of a scene out of `folder`, or rendered and left there. A file that can't be read

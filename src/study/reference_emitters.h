@@ -22,7 +22,7 @@ public:
     struct Sample {
         glm::dvec3 wi{0};
         double range = 0;        ///< metres to the surface
-        double pdf = 0;          ///< of wi [1/sr]; 0: nothing is there
+        double pdf = 0;          ///< pdf of wi [1/sr]; 0: nothing is there
         glm::dvec3 radiance{0};  ///< W/m^2/sr, if nothing is in between
     };
     /// A direction to one of them, from three numbers in [0, 1).
@@ -36,8 +36,8 @@ private:
         int surface = -1;
         const Surface* shape = nullptr;
         glm::dvec3 radiance{0};
-        double share = 0;               ///< of the samples
-        std::vector<double> triangles;  ///< of a mesh: running areas [m^2]
+        double share = 0;               ///< share of the samples
+        std::vector<double> triangles;  ///< running areas of a mesh's triangles [m^2]
     };
     [[nodiscard]] Sample of_sphere(const Emitter& emitter, const SphereSurface& sphere,
                                    glm::dvec3 p, double u, double v) const;

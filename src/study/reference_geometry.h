@@ -45,7 +45,7 @@ class SurfaceGloss;
 struct SurfaceHit {
     double t = kInfinity;  ///< metres along the ray
     int surface = -1;      ///< index into Scene::surfaces
-    int triangle = -1;     ///< of a mesh
+    int triangle = -1;     ///< triangle of a mesh
     glm::dvec3 p{0};
     glm::dvec3 normal{0};   ///< geometric, unit length, on the ray's side
     glm::dvec3 shading{0};  ///< interpolated where the mesh has normals, on the ray's side
@@ -58,7 +58,7 @@ struct SurfaceHit {
 struct Origin {
     glm::dvec3 p{0};
     int surface = -1;      ///< a sphere or a box that p lies on, which is convex: never in its way
-    glm::dvec3 normal{0};  ///< of the mesh that p lies on; p was moved along it already
+    glm::dvec3 normal{0};  ///< normal of the mesh that p lies on; p was moved along it already
 };
 
 class ReferenceSurfaces {

@@ -44,7 +44,7 @@ public:
     struct Seen {
         double range = kInfinity;  ///< metres; kInfinity: nothing
         glm::dvec3 radiance{0};    ///< W/m^2/sr
-        double pdf = 0;            ///< of the ray's direction, if part() has chosen it [1/sr]
+        double pdf = 0;            ///< pdf of the ray's direction, if part() has chosen it [1/sr]
     };
     [[nodiscard]] Seen seen(const Ray& ray) const;
 
@@ -100,10 +100,10 @@ private:
 
     LightPlace place_;
     glm::dvec3 intensity_{0};
-    glm::dvec3 axis_{0};           ///< of a spot; 0: none
+    glm::dvec3 axis_{0};           ///< axis of a spot; 0: none
     double edge_ = 0, inner_ = 0;  ///< cosines where its light begins and where it is whole
     double area_ = 0;              ///< [m^2]; 0: it has none
-    glm::dvec3 u_{0}, v_{0};       ///< of an area: half edges, or radii [m]
+    glm::dvec3 u_{0}, v_{0};       ///< half edges of an area, or its radii [m]
     glm::dvec3 normal_{0};         ///< where an area shines
     bool two_sided_ = false, is_disk_ = false;
 };

@@ -67,11 +67,11 @@ private:
     };
     struct Entry {
         Bounds bounds;    ///< world
-        Profile profile;  ///< of a box
+        Profile profile;  ///< profile of a box
         std::optional<Field> density, emission_field, tint, temperature;
         glm::dvec3 sigma_s{0}, sigma_t{0}, emission{0};
         glm::dvec3 blackbody{0};     ///< over a blackbody's emission
-        double kelvin_per_unit = 1;  ///< of `temperature`
+        double kelvin_per_unit = 1;  ///< kelvin per unit of `temperature`
         double g = 0;
         double noise_scale = 1, noise_error = 0;
 
@@ -109,7 +109,7 @@ public:
     /// Looks at t in [begin, end]; end may be infinite.
     void set(const Ray& ray, double begin, double end);
 
-    [[nodiscard]] glm::dvec3 optical_depth(double t) const;  ///< from begin to t
+    [[nodiscard]] glm::dvec3 optical_depth(double t) const;  ///< optical depth from begin to t
     [[nodiscard]] MediumPoint at(double t) const;
 
     /// From where on there is no medium, or nothing is seen through it any more.

@@ -74,7 +74,7 @@ private:
     struct Leg {
         Origin from;
         glm::dvec3 direction{0};
-        double pdf = 0;       ///< of the direction [1/sr]
+        double pdf = 0;       ///< pdf of the direction [1/sr]
         bool glossy = false;  ///< whether lights with an area are found along it
     };
     /// What a path brings that leaves vertex 0 along a leg, times `weight`.

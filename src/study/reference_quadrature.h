@@ -33,7 +33,7 @@ struct Integral {
 };
 
 struct Accuracy {
-    double relative = 1e-3;  ///< of the largest channel of the whole integral
+    double relative = 1e-3;  ///< tolerance relative to the largest channel of the whole integral
     double absolute = 0;
     int most_intervals = 4000;  ///< refinement ends there, and the estimate says so
 };

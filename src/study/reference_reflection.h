@@ -77,9 +77,9 @@ private:
 
     const SurfaceGloss* gloss_ = nullptr;
     glm::dvec3 x_{0}, y_{0}, z_{0};  ///< frame; z_ is the normal
-    glm::dvec3 wo_{0};               ///< in the frame
+    glm::dvec3 wo_{0};               ///< direction to the eye in the frame
     glm::dvec3 base_{0}, f0_{0};
-    double layer_share_ = 0;  ///< of sample()'s directions
+    double layer_share_ = 0;  ///< the layer's share of sample()'s directions
 };
 
 }  // namespace fumarole::study

@@ -165,7 +165,7 @@ struct SampledMeans {
 };
 
 struct SamplingAccuracy {
-    double relative = 1e-3;  ///< of the largest number
+    double relative = 1e-3;  ///< tolerance relative to the largest number
     double absolute = 0;
     std::uint32_t first = 16;  ///< samples of each scramble before the first look at the error
     std::uint32_t most = 1u << 18u;  ///< samples; it ends there, and the estimate says so

@@ -70,8 +70,8 @@ private:
 /// A place where a flight may end.
 struct TentativeCollision {
     double t = 0;                       ///< metres along the ray
-    double majorant = 0;                ///< of the medium there [1/m]
-    glm::dvec3 sigma_s{0}, sigma_t{0};  ///< of the medium that collides alone [1/m]
+    double majorant = 0;                ///< majorant of the medium there [1/m]
+    glm::dvec3 sigma_s{0}, sigma_t{0};  ///< coefficients of the medium that collides alone [1/m]
 };
 
 /// The media of a scene, made ready to be flown through. Const members may be called from any
@@ -103,10 +103,10 @@ private:
         enum class Kind { constant, height, blocks };
         Kind kind = Kind::constant;
         const Entry* entry = nullptr;
-        const ReferenceMedia::Field* field = nullptr;  ///< of blocks
+        const ReferenceMedia::Field* field = nullptr;  ///< field of the blocks
         bool blackbody = false;  ///< the field is a temperature, whose emission is looked for
         double rate = 0;         ///< 1/m; of height where its profile is 1; of blocks per bound
-        double least_rate = 0;   ///< of blocks that hold something [1/m]
+        double least_rate = 0;   ///< smallest rate of blocks that are not empty [1/m]
         std::size_t blocks = 0;  ///< index into blocks_
     };
 
@@ -115,10 +115,11 @@ private:
         const Process* process = nullptr;
         const BlockBounds* blocks = nullptr;
         double begin = 0, end = 0, t = 0;
-        double rate = 0;  ///< at t [1/m]
-        double k = 0;     ///< of height: growth of its exponent per metre
+        double rate = 0;  ///< rate at t [1/m]
+        double k = 0;     ///< growth of a height profile's exponent per metre
         glm::ivec3 block{0}, step{0};
-        std::array<double, 3> next{}, apart{};  ///< of blocks' planes along the ray
+        std::array<double, 3> next{}, apart{};  ///< distances along the ray to the next of the
+                                                ///< blocks' planes, and between two
 
         /// Goes on until so many expected collisions are passed; false if the stream ends before.
         bool advance(double collisions);

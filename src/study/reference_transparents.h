@@ -15,7 +15,7 @@ namespace fumarole::study {
 /// Where a ray meets a transparent.
 struct TransparentHit {
     double t = 0;           ///< metres along the ray
-    std::size_t index = 0;  ///< of the transparent in its scene
+    std::size_t index = 0;  ///< index of the transparent in its scene
     glm::dvec4 source{0};   ///< radiance [W/m^2/sr], or what a filter lets through, and alpha
     BlendFactor source_factor = BlendFactor::one;
     BlendFactor destination_factor = BlendFactor::zero;

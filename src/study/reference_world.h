@@ -34,7 +34,7 @@ public:
 
 private:
     [[nodiscard]] glm::dvec3 texel(int x, int y) const;  ///< x comes round, y is held
-    [[nodiscard]] double solid_angle(int y) const;       ///< of a texel of row y
+    [[nodiscard]] double solid_angle(int y) const;       ///< solid angle of a texel of row y
     /// A direction's place in the map, in texels.
     [[nodiscard]] glm::dvec2 place(glm::dvec3 direction) const;
 
@@ -49,7 +49,7 @@ struct WorldIrradiance {
     glm::dvec3 clear{0};  ///< as if there were no media
     glm::dvec3 lit{0};    ///< through the media
     double error = 0;     ///< estimated, of the largest channel
-    glm::dvec3 noise{0};  ///< of `lit`, as Integral's
+    glm::dvec3 noise{0};  ///< noise of `lit`, as Integral's
 };
 
 class ReferenceWorld {

@@ -37,7 +37,7 @@ struct StabilityPictures {
 /// A measured number. NaN and infinity are numbers too: they keep no bound.
 struct StabilityFigure {
     double value = 0;
-    StabilityPictures pictures = {};  ///< of the worst of what was looked at
+    StabilityPictures pictures = {};  ///< pictures of the worst of what was looked at
 };
 
 class StabilityBench;
@@ -57,7 +57,7 @@ struct StabilityCase {
     double bound = 0;
     std::string unit;
     std::string reason;  ///< why the bound is what it is
-    bool quick = true;   ///< of --quick too
+    bool quick = true;   ///< true if it is of --quick too
     /// True if light scatters as often as the subject has it; false if once, which the closed forms
     /// and the quadrature are of.
     bool bounces = false;

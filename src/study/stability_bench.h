@@ -112,7 +112,7 @@ public:
     {
     }
 
-    const Settings settings;  ///< of the subject, unchanged
+    const Settings settings;  ///< settings of the subject, unchanged
 
     /// The settings with something of them changed, as the command line names it.
     [[nodiscard]] Settings with(std::string_view name, std::string_view value) const;

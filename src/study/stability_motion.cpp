@@ -246,7 +246,7 @@ StabilityFigure ghosting(const StabilityBench& bench, const Change& change)
 
 /// What keeps one: froxels, and the march where it is asked to.
 struct Keeper {
-    std::string_view prefix;  ///< of its cases
+    std::string_view prefix;  ///< prefix of its cases
     bool (*runs)(const StabilitySubject& subject);
     Settings (*settings)(const StabilityBench& bench);
 };

@@ -28,7 +28,7 @@ private:
     gl::Framebuffer framebuffer_;
     gl::VertexArray fullscreen_;
     gl::Program program_;
-    int draws_ = 1;  ///< that take long enough for the clock
+    int draws_ = 1;  ///< number of draws that take long enough for the clock
 };
 
 }  // namespace fumarole::study

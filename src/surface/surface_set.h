@@ -49,7 +49,7 @@ private:
 
     const gl::Device& device_;
     std::vector<HeldMesh> meshes_;
-    std::vector<HeldMesh> old_meshes_;  ///< of the scene before, while set() runs
+    std::vector<HeldMesh> old_meshes_;  ///< old meshes of the scene before, while set() runs
     std::vector<Instance> instances_;
     int uploads_ = 0;
 };

@@ -40,8 +40,8 @@ public:
 
     /// What of a frame is known last.
     struct Count {
-        std::uint64_t fragments = 0;  ///< that transparents had
-        std::uint64_t lost = 0;       ///< of them, for want of room
+        std::uint64_t fragments = 0;  ///< number of fragments that transparents had
+        std::uint64_t lost = 0;       ///< number of those that were lost for want of room
     };
     /// Never waits.
     [[nodiscard]] Count count();
@@ -60,7 +60,7 @@ private:
     std::uint64_t room_ = 0;    ///< fragments
     std::uint64_t wanted_ = 0;  ///< the most that a frame had
     Count count_;
-    bool told_ = false;  ///< that the GL gives no more
+    bool told_ = false;  ///< true once it was told that the GL gives no more
 };
 
 }  // namespace fumarole::transparent

@@ -15,7 +15,7 @@ struct Placed {
     DepthsAsked::Area area;
     std::size_t index = 0;
     glm::dvec3 normal{0};  ///< away from the eye, unit length
-    double distance = 0;   ///< of its plane from the eye [m]
+    double distance = 0;   ///< distance of its plane from the eye [m]
     double slack = 0;      ///< below which a distance from its plane is none [m]
 
     [[nodiscard]] std::array<glm::dvec3, 4> corners() const

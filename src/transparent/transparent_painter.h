@@ -15,7 +15,7 @@ namespace fumarole::transparent {
 /// Where lists of fragments are laid over a picture.
 struct Resolved {
     gl::Framebuffer& framebuffer;  ///< its alpha stays
-    gl::TextureView picture;       ///< that has the media
+    gl::TextureView picture;       ///< picture that already has the media
     GLenum of_added = GL_ONE;      ///< factor of what is added, when it is blended
     bool reads_picture = false;    ///< a factor depends on what is behind
     bool is_done = false;          ///< the picture has the transparents already

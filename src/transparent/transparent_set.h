@@ -24,7 +24,8 @@ struct SeenTransparent {
 
 /// Those of a frame.
 struct SeenTransparents {
-    std::vector<SeenTransparent> list;  ///< that may be in the picture, the nearest first
+    std::vector<SeenTransparent>
+        list;  ///< transparents that may be in the picture, the nearest first
     /// Nearest and farthest [m] of all before the eye, in the picture or beside it: a part of a
     /// picture has the same.
     glm::dvec2 view_z{0};

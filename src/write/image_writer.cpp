@@ -140,7 +140,7 @@ private:
 
 struct OpenedExr {
     std::unique_ptr<OIIO::ImageInput> input;
-    OIIO::ImageSpec spec;  ///< of the first part
+    OIIO::ImageSpec spec;  ///< spec of the first part
 };
 
 OpenedExr open_exr(const fs::path& file)

@@ -30,9 +30,9 @@ struct AppOptions {
     std::optional<study::PlanGoal> goal;  ///< settings are looked for once the scene is there
     Script script;
     int frames = 0;          ///< as Automation takes it
-    std::string screenshot;  ///< of the window, at the end
+    std::string screenshot;  ///< file for a picture of the window at the end
     bool debug = false;      ///< an OpenGL error ends the program
-    std::string complaint;   ///< to be said in the window at the start
+    std::string complaint;   ///< complaint to be said in the window at the start
 };
 
 /// The window of `fumarole view`. Once a frame: what comes in changes the document and the state,

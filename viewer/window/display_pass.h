@@ -24,9 +24,10 @@ struct DisplayRequest {
     glm::ivec2 lower_left{0}, size{0};  ///< pixels of the framebuffer
     Shown a, b;                         ///< b only where something is compared
     Comparison comparison = Comparison::none;
-    double wipe = 0.5;                ///< of split: 0..1 of the width, where b begins
-    double scale = 1;                 ///< of difference: at the end of the colours
-    double tenth_of_mean_square = 0;  ///< of b: what difference_map() adds under its root
+    double wipe = 0.5;  ///< where b begins in a split screen, 0..1 of the width
+    double scale = 1;   ///< difference at the end of the colours
+    double tenth_of_mean_square =
+        0;  ///< tenth of b's mean square, which difference_map() adds under its root
 };
 
 class DisplayPass {

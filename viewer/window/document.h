@@ -90,7 +90,8 @@ private:
     SceneLoader loader_;
     command::SceneInput input_;
     Scene scene_, as_read_;
-    std::map<std::size_t, Transparent> off_;  ///< by their places among all
+    std::map<std::size_t, Transparent>
+        off_;  ///< transparents that are off, by their places among all
     std::vector<std::string> notes_;
     bool whole_ = false;
     Sequence sequence_;

@@ -47,8 +47,9 @@ private:
     const int first_, count_;
     const std::uint64_t max_bytes_;
     int head_;
-    std::uint64_t bytes_ = 0;    ///< of the frames that are there
-    std::uint64_t largest_ = 0;  ///< of a frame so far: what one that was not read is taken for
+    std::uint64_t bytes_ = 0;  ///< bytes of the frames that are there
+    std::uint64_t largest_ =
+        0;  ///< bytes of the largest frame so far, for which one that was not read is taken
     std::map<int, Kept> frames_;
     std::map<int, std::string> errors_;
 };

@@ -44,8 +44,8 @@ public:
     /// 0 an arrow, 1 a bar for text, 2 a double arrow from left to right, 3 a hand.
     void set_cursor(int shape);
 
-    [[nodiscard]] glm::ivec2 size() const;    ///< in its own units
-    [[nodiscard]] glm::ivec2 pixels() const;  ///< of its framebuffer
+    [[nodiscard]] glm::ivec2 size() const;    ///< size in its own units
+    [[nodiscard]] glm::ivec2 pixels() const;  ///< size of its framebuffer
     /// What the constructor is to be given for a window of this size: it makes it larger on a
     /// screen of more dots an inch, where units are dots.
     [[nodiscard]] glm::ivec2 unscaled_size() const;

@@ -9,7 +9,7 @@ namespace fumarole::window {
 struct Effort {
     double scale = 1;    ///< pixels of the picture for one of the screen, along an edge
     double steps = 1;    ///< share of the steps and slices
-    int resolution = 1;  ///< of the march, at least this coarse
+    int resolution = 1;  ///< resolution of the march, which is at least this coarse
 };
 
 /// Holds frames to a time: while something moves the picture is drawn at the least loss that keeps
@@ -39,7 +39,7 @@ public:
 
 private:
     int live_;  ///< while something moves
-    int now_;   ///< of this frame
+    int now_;   ///< number for this frame
     bool moving_ = true;
     bool content_moves_ = false;  ///< what moves is more than the camera or a setting
     double still_ = 0;            ///< seconds since the last change

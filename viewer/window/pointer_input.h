@@ -48,7 +48,7 @@ private:
 
     Drag drag_ = Drag::none;
     std::size_t dragged_ = 0;       ///< Scene::lights, probes or transparents: that is dragged
-    glm::dvec2 pointer_{-1};        ///< in the window's units
+    glm::dvec2 pointer_{-1};        ///< pointer in the window's units
     std::array<bool, 6> flying_{};  ///< keys held: right, left, up, down, forward, back
 };
 

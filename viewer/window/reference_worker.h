@@ -18,7 +18,7 @@ public:
         int width = 0, height = 0;
         std::vector<float> composite;
         std::vector<std::uint8_t> done;
-        double share = 0;  ///< of the pixels, 0..1
+        double share = 0;  ///< share of the pixels, 0..1
         bool whole = false;
         std::string error;
         std::uint64_t version = 0;  ///< another whenever something came

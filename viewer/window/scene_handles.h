@@ -14,7 +14,7 @@ Bounds subject_of(const Scene& scene);
 
 /// What a light, a probe or a transparent is dragged by.
 struct Handle {
-    std::size_t index = 0;  ///< of Scene::lights, probes or transparents
+    std::size_t index = 0;  ///< place in Scene::lights, probes or transparents
     glm::dvec2 at{0};       ///< 0..1 of the picture from its top left
 };
 /// A sun's is on a sphere around the subject.

@@ -19,7 +19,7 @@ public:
     struct Loaded {
         asset::LoadedScene part;  ///< the scene without the media and surfaces still missing
         bool whole = false;       ///< true once all files are read
-        Scene moving;             ///< of a whole scene: with the #s of sequences, for FrameStore
+        Scene moving;             ///< the whole scene with the #s of sequences, for FrameStore
         std::string error;
         int frame =
             0;  ///< of a sequence: the one in `part`        ///< why it can't be read, or ""

@@ -16,7 +16,7 @@ struct SideRequest {
     const Scene* scene = nullptr;  ///< its resolution is not used
     Settings settings;
     glm::ivec2 pixels{0};
-    bool average = false;  ///< at rest: frame after frame, each with samples of its own
+    bool average = false;  ///< true at rest: frames are averaged, each with samples of its own
     int most = 16;         ///< frames that are averaged
     std::optional<Inspection> inspection;
     double probe_balls = 0;  ///< radius of the balls that stand for probes [m]; 0: none
@@ -40,7 +40,10 @@ public:
     [[nodiscard]] int frames() const { return frames_; }
     /// Of the last frame.
     [[nodiscard]] const FrameReport& report() const { return report_; }
-    [[nodiscard]] double setup_ms() const { return setup_ms_; }  ///< of the last set_scene
+    [[nodiscard]] double setup_ms() const
+    {
+        return setup_ms_;
+    }  ///< time of the last set_scene [ms]
     [[nodiscard]] const InspectionLegend& legend() const { return legend_; }
     [[nodiscard]] double samples(const SideRequest& request);
     [[nodiscard]] SceneRenderer& renderer() { return renderer_; }

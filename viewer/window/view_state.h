@@ -14,14 +14,14 @@ namespace fumarole::window {
 
 /// What a person has chosen to see, and how.
 struct ViewState {
-    std::string preset = "default";  ///< that the settings started from
+    std::string preset = "default";  ///< preset that the settings started from
     Settings settings;
     bool reference = false;  ///< shown in place of what the settings make
 
     Comparison comparison = Comparison::none;
     std::string other = "eevee2017";  ///< what it is compared with: a mode, a preset, `reference`
     double wipe = 0.5;
-    double difference_scale = 0;  ///< at the end of the colours; 0: what suits
+    double difference_scale = 0;  ///< difference at the end of the colours; 0: what suits
 
     std::optional<Inspection> inspection;
 
@@ -30,8 +30,8 @@ struct ViewState {
     Display::Transform transform = Display::Transform::filmic;
 
     int aa = 16;             ///< frames averaged at rest
-    double target_ms = 33;   ///< of a frame while things move
-    double tolerance = 0.1;  ///< of the reference
+    double target_ms = 33;   ///< time of a frame while things move [ms]
+    double tolerance = 0.1;  ///< tolerance of the reference
 
     bool panel = true;
     bool lights = false;

@@ -16,9 +16,10 @@ namespace fumarole::window {
 
 /// What the drawing of frames took, for the panel.
 struct DrawStatistics {
-    double frame_ms = 0;        ///< of the last frame, all sides
-    double samples = 0;         ///< evaluations of the media by side A at rest; 0 while unknown
-    std::vector<float> gpu_ms;  ///< of side A's passes in the last frames, the oldest first
+    double frame_ms = 0;  ///< time of the last frame, of all sides [ms]
+    double samples = 0;   ///< evaluations of the media by side A at rest; 0 while unknown
+    std::vector<float>
+        gpu_ms;  ///< times of side A's passes in the last frames [ms], the oldest first
 };
 
 /// Which exposure is yet to be chosen where that is automatic.

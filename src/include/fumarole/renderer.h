@@ -40,7 +40,7 @@ struct LayerImages {
 /// make, plus `added`. RGB, rows from the bottom.
 struct TransparentImages {
     std::vector<float> added;  ///< W/m^2/sr
-    std::vector<float> kept;   ///< of a factor of what is behind: 0, and all of it is in `added`
+    std::vector<float> kept;   ///< factor of what is behind; 0 where all of it is in `added`
 };
 
 /// What was worked out anew because the scene changed: what still holds is kept.
@@ -88,8 +88,9 @@ struct FrameReport {
     std::string history;            ///< View::history() of the view that was drawn last
     /// What march and resolve of the last frame that saw a medium ran as (FrameSettings::passes).
     std::string passes;
-    FragmentCount transparents;        ///< Renderer::fragment_count()
-    std::uint64_t uploaded_bytes = 0;  ///< of grids, sent to the GPU since the last report
+    FragmentCount transparents;  ///< Renderer::fragment_count()
+    std::uint64_t uploaded_bytes =
+        0;                   ///< bytes of grids that were sent to the GPU since the last report
     bool uploading = false;  ///< set_scene()'s grids are on their way: its media are not seen yet
     SceneWork work;          ///< since the last report
 };

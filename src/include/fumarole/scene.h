@@ -213,7 +213,7 @@ struct Mesh {
     std::vector<glm::vec3> positions;      ///< metres, as in the file
     std::vector<glm::vec3> normals;        ///< unit length, one a position
     std::vector<std::uint32_t> triangles;  ///< three indices a triangle
-    std::optional<MeshMaterial> material;  ///< of the file, if it is one that is used
+    std::optional<MeshMaterial> material;  ///< the file's material, if it is used
     std::vector<std::string> notes;        ///< notes on what of the file is not used
 };
 
@@ -403,9 +403,11 @@ struct Scene {
     std::vector<Light> lights;
     std::vector<Medium> media;
     std::vector<Surface> surfaces;
-    std::vector<Transparent> transparents;  ///< of two at the same depth the later one is in front
-    std::vector<LightProbe> probes;      ///< of two that are as near the earlier one counts first
-    double time = 0;                     ///< time [s] of frame 0; moves drifting noise
+    std::vector<Transparent>
+        transparents;  ///< transparents; of two at the same depth the later one is in front
+    std::vector<LightProbe>
+        probes;       ///< probes; of two that are as near the earlier one counts first
+    double time = 0;  ///< time [s] of frame 0; moves drifting noise
     std::vector<CameraKey> camera_path;  ///< keys by ascending time; `camera` is the first one's
     double frames_per_second = 24;
 };

@@ -15,7 +15,7 @@ namespace fumarole {
 /// A still of a scene and what it cost. RGB floats, rows from the top, linear.
 struct Still {
     int width = 0, height = 0;
-    int frames = 0;  ///< that were averaged
+    int frames = 0;  ///< number of frames that were averaged
     /// surface_lit * transmittance + scattering, times what transparents keep, plus what they add,
     /// frame by frame.
     std::vector<float> composite;
@@ -71,7 +71,7 @@ struct PictureRegion {
 /// The composite's mean over the first half of the frames so far, and over the second. RGB floats,
 /// rows from the top, linear.
 struct Halves {
-    int frames = 0;  ///< of both, a power of two
+    int frames = 0;  ///< number of frames of both, a power of two
     int width = 0;   ///< pixels of a row
     std::vector<float> first, second;
 };

@@ -144,7 +144,8 @@ struct FrameSettings {
     /// nothing of the media changes much within a texel of it.
     int resolution = kAutomatic;
     Upsample upsample = Upsample::bilinear2x2;
-    float depth_threshold = 0.05f;  ///< of the upsample, relative to depth; metres with box4x4
+    float depth_threshold = 0.05f;  ///< depth difference that the upsample takes for an edge,
+                                    ///< relative to depth; metres with box4x4
     LayerDepth layer_depth = LayerDepth::checkerboard;
     int resolve_passes = 1;  ///< 2: one for transmittance, then one for scattering, as in 2017
     Targets targets = Targets::automatic;

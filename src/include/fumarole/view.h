@@ -26,10 +26,10 @@ struct OwnLayers {
     /// its alpha.
     gl::TextureView scattering;
     gl::TextureView transmittance;  ///< likewise; empty if `grey`
-    gl::TextureView depth;          ///< of a march: view_z of the scene [m] as each texel took it
-    bool grey = false;              ///< true if transmittance is one number for all channels
-    int guard = 0;                  ///< width of the border round the picture [texels]
-    int scale = 1;                  ///< edge of a texel [pixels]
+    gl::TextureView depth;  ///< depth of a march: view_z of the scene [m] as each texel took it
+    bool grey = false;      ///< true if transmittance is one number for all channels
+    int guard = 0;          ///< width of the border round the picture [texels]
+    int scale = 1;          ///< edge of a texel [pixels]
 };
 
 /// What shaders with volume_at_glsl() of <fumarole/host_glsl.h> read, by the GL's names. It belongs

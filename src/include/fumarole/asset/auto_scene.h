@@ -54,7 +54,7 @@ FUMAROLE_API std::string guess_color_grid(const VdbInfo& file, const std::string
 
 struct UpGuess {
     char axis;        ///< 'y' or 'z'
-    std::string why;  ///< to stand in a note
+    std::string why;  ///< reason, as a note has it
 };
 
 /// Which way is up: from who wrote the file, the names of its grids, where its velocity points, or

@@ -37,7 +37,7 @@ private:
     FrameRange frames_;
     MissingFrames missing_;
     int next_;
-    Scene last_;  ///< that was read
+    Scene last_;  ///< the last scene that was read
     std::future<LoadedScene> loading_;
 };
 

@@ -16,7 +16,7 @@ namespace fumarole::asset {
 
 struct SequenceFrame {
     int frame = 0;
-    VdbInfo file;       ///< by read_vdb_headers
+    VdbInfo file;       ///< what read_vdb_headers() says of the file
     std::string error;  ///< "", or why it can't be read
 };
 

@@ -26,16 +26,16 @@ struct GridInfo {
     std::uint64_t active_voxels = 0;
     std::uint64_t leaf_bricks = 0;
     std::uint64_t active_tiles = 0;
-    double min = 0, max = 0, mean = 0;  ///< of active values (vec3: of lengths)
+    double min = 0, max = 0, mean = 0;  ///< min, max and mean of active values (vec3: of lengths)
     std::uint64_t nan_count = 0, inf_count = 0, negative_count = 0;
-    glm::dvec3 mean_vector{0};  ///< of active values of a vec3 grid
+    glm::dvec3 mean_vector{0};  ///< mean vector of active values of a vec3 grid
     std::string refusal;        ///< "" if load_grid takes it, else the reason in one line
 };
 
 struct VdbInfo {
     std::filesystem::path file;
     std::uint64_t file_bytes = 0;
-    std::string creator;  ///< of the file's metadata, or ""
+    std::string creator;  ///< creator of the file's metadata, or ""
     std::vector<GridInfo> grids;
 };
 

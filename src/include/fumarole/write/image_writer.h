@@ -40,7 +40,7 @@ struct ExrOptions {
     /// 16-bit floats, cut off at 65504; what is named depth keeps 32 bits.
     bool half = false;
     std::string captured = "";          ///< capDate, local time: `2026:11:28 02:40:00`
-    std::string software = "Fumarole";  ///< with its version
+    std::string software = "Fumarole";  ///< program with its version
     std::string command = "";           ///< `commandLine`, the line that made the picture
 };
 
