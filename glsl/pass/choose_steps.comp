@@ -8,8 +8,6 @@ layout(local_size_x = PICTURE_GROUP, local_size_y = PICTURE_GROUP) in;
 layout(std430, binding = STEP_SEEN_BUFFER) readonly buffer SeenTiles { SeenTile u_seen[]; };
 layout(binding = STEP_TILES_IMAGE, rgba32ui) writeonly uniform uimage2D u_tiles_img;
 
-const int kLayerTile = 4;  // StepTiles
-
 // Metres, about, between a light and the ray of a pixel.
 double from_ray(StepLight light, dvec2 pixel)
 {

@@ -10,7 +10,6 @@ layout(std430, binding = STEP_SEEN_BUFFER) buffer SeenTiles { SeenTile u_seen[];
 layout(binding = STEP_TILES_IMAGE, rgba32ui) writeonly uniform uimage2D u_picture_tiles_img;
 
 const int kCorners = 8;
-const int kLayerTile = 4, kPictureTile = 16;  // StepTiles
 
 shared dvec2 s_pixels[kCorners];
 shared double s_view_z[kCorners];

@@ -7,8 +7,6 @@ layout(local_size_x = PICTURE_GROUP, local_size_y = PICTURE_GROUP) in;
 layout(binding = STEP_TILES_UNIT) uniform usampler2D u_picture_tiles_tx;
 layout(binding = STEP_TILES_IMAGE, rgba32ui) writeonly uniform uimage2D u_depth_tiles_img;
 
-const int kLayerTile = 4, kPictureTile = 16;  // StepTiles
-
 void main()
 {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);

@@ -1,13 +1,13 @@
 // What the media's boxes are projected to step tiles with, by compute shaders: all in doubles, so
 // that the tiles are those that the CPU works out (src/pass/step_tiles.cpp).
 #pragma once
+#include "shared/bindings.h"
 #include "shared/types.h"
 FUM_SHARED_BEGIN
 
-#define MAX_STEP_PARTS 48   // of the media: density, what it emits and a temperature of each
-#define MAX_STEP_LIGHTS 64  // MAX_LIGHT_POINTS
-#define STEP_SLOTS 64       // of the step lattice: StepSlots of src/pass/step_slots.h
-#define STEP_GROUP 64       // invocations that share a box's tiles
+#define MAX_STEP_PARTS 48  // of the media: density, what it emits and a temperature of each
+#define STEP_SLOTS 64      // of the step lattice: StepSlots of src/pass/step_slots.h
+#define STEP_GROUP 64      // invocations that share a box's tiles
 
 // A box that may hold a medium, in its part's space. By std430.
 struct StepBox {
@@ -35,7 +35,7 @@ struct StepViewParams {
     dmat4 clip_from_view;
     dvec2 ends[STEP_SLOTS / 2 + 1];  // view_z [m] where slots begin, two in each
     dvec2 lengths[STEP_SLOTS / 2];   // of the slots' splits [m]
-    StepLight lights[MAX_STEP_LIGHTS];
+    StepLight lights[MAX_LIGHT_POINTS];
     dvec2 picture;          // pixels
     dvec2 offset;           // of the layer's first texel from the picture's, in texels
     double near;            // view_z [m]

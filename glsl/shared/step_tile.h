@@ -11,7 +11,9 @@
 #include "shared/types.h"
 FUM_SHARED_BEGIN
 
-const int kTileSlots = 31;  // of 32: the march looks for the end of a row of bits
+const int kLayerTile = 4;     // texels along the edge of a tile of the march
+const int kPictureTile = 16;  // and pixels of one of the picture
+const int kTileSlots = 31;    // of 32: the march looks for the end of a row of bits
 
 FUM_SHARED_FUNCTION uint tile_place(int first_split, int log2_width, bool lit)
 {

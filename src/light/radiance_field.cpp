@@ -642,7 +642,7 @@ void RadianceField::set_batch(const Batch& batch)
 }
 
 void RadianceField::gather(int bands, bool adds, Of of, const gl::Texture& ways,
-                           const gl::Texture& to, const gl::Texture* dimmed, Nodes nodes)
+                           const gl::Texture& to, Nodes nodes, const gl::Texture* dimmed)
 {
     gl::Defines defines{{"kBands", fmt::format("{}", bands)}};
     if (adds)
@@ -737,11 +737,10 @@ void RadianceField::fill_world(int ways, int bands, const gl::Texture* clear,
     for (const Batch& batch : batches(ways)) {
         carry_world(batch, false);
         if (of_clear)
-            gather(bands, batch.first > 0, Of::clear, filling_->ways, of_clear,
+            gather(bands, batch.first > 0, Of::clear, filling_->ways, of_clear, Nodes::all,
                    of_dimmed ? &of_dimmed : nullptr);
         else if (of_dimmed)
-            gather(bands, batch.first > 0, Of::dimmed, filling_->ways, of_dimmed, nullptr,
-                   Nodes::listed);
+            gather(bands, batch.first > 0, Of::dimmed, filling_->ways, of_dimmed, Nodes::listed);
     }
     if (of_dimmed && light != nullptr)
         add(*light, bands, of_dimmed);
@@ -819,12 +818,12 @@ gl::Texture RadianceField::fill(int bands, FieldOrders orders, const gl::Texture
     const Batch near{kNearWays, 0, kNearWays};
     if (medium.world != nullptr) {
         carry_world(near, true);
-        gather(bands, true, Of::field, filling_->light_ways, first, nullptr, Nodes::listed);
+        gather(bands, true, Of::field, filling_->light_ways, first, Nodes::listed);
     }
     set_batch(near);
     if (medium.glows) {
         sweep(true, nullptr, true);
-        gather(bands, true, Of::field, filling_->light_ways, first, nullptr, Nodes::listed);
+        gather(bands, true, Of::field, filling_->light_ways, first, Nodes::listed);
     }
     if (bounced != nullptr)
         take_over(*bounced, bands, first);
@@ -842,7 +841,7 @@ gl::Texture RadianceField::fill(int bands, FieldOrders orders, const gl::Texture
     gl::Texture scattered = make("field: what is scattered", bands * bands);
     const std::array<GLfloat, 4> none{};
     scattered.clear(GL_RGBA, GL_FLOAT, none.data());
-    gather(bands, false, Of::field, source, scattered, nullptr, Nodes::listed);
+    gather(bands, false, Of::field, source, scattered, Nodes::listed);
     return scattered;
 }
 

@@ -173,7 +173,7 @@ private:
     /// @param nodes that it is gathered at
     enum class Nodes { all, listed };
     void gather(int bands, bool adds, Of of, const gl::Texture& ways, const gl::Texture& to,
-                const gl::Texture* dimmed = nullptr, Nodes nodes = Nodes::all);
+                Nodes nodes = Nodes::all, const gl::Texture* dimmed = nullptr);
     void add(const FieldLight& light, int bands, const gl::Texture& to);
     /// What is scattered there into each way of the batch.
     [[nodiscard]] gl::Texture spread(const OtherLight& scattered, int ways);

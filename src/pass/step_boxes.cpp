@@ -68,7 +68,7 @@ void StepBoxes::write_block(const StepView& view, const gl::Texture& march,
         params.ends[i / 2][i % 2] = view.slots.begin(i);
     for (int i = 0; i < slots; ++i)
         params.lengths[i / 2][i % 2] = view.slots.length(i);
-    assert(view.lights.size() <= MAX_STEP_LIGHTS);
+    assert(view.lights.size() <= MAX_LIGHT_POINTS);
     for (std::size_t i = 0; i < view.lights.size(); ++i)
         params.lights[i] = {view.lights[i].pixel, view.lights[i].metres, view.lights[i].least};
     params.picture = view.frame.host.color.size;

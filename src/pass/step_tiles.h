@@ -24,7 +24,7 @@ namespace fumarole::pass {
 class StepTiles {
 public:
     /// Texels of the layer, and pixels of the picture, along a tile's edge.
-    static constexpr int kLayerTile = 4, kPictureTile = 16;
+    static constexpr int kLayerTile = shared::kLayerTile, kPictureTile = shared::kPictureTile;
 
     explicit StepTiles(const Toolbox& tools) : tools_{tools}, boxes_{tools} {}
 

@@ -2,11 +2,14 @@
 
 #include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <cstring>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
+#include <thread>
 #include <unistd.h>
 
 #include "write/whole_file.h"
@@ -16,7 +19,29 @@ extern char** environ;  // NOLINT: POSIX declares it nowhere
 
 namespace fumarole::study {
 
-ChildResult run_child(std::vector<std::string> arguments, const std::filesystem::path& log)
+namespace {
+
+/// Waits for the end of a program, or ends it. @returns its status
+int wait_for(pid_t child, const std::function<bool()>& stops)
+{
+    int status = 0;
+    while (stops && waitpid(child, &status, WNOHANG) == 0) {
+        if (stops()) {
+            kill(child, SIGKILL);
+            break;
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    // One that has been waited for is no child any more, and keeps its status.
+    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    }
+    return status;
+}
+
+}  // namespace
+
+ChildResult run_child(std::vector<std::string> arguments, const std::filesystem::path& log,
+                      const ChildOptions& options)
 {
     const write::UnfinishedFile output(log);
     posix_spawn_file_actions_t actions;
@@ -39,9 +64,9 @@ ChildResult run_child(std::vector<std::string> arguments, const std::filesystem:
     if (failed != 0)
         throw Error(
             fmt::format("{} can't be started: {}", arguments.front(), std::strerror(failed)));
-    int status = 0;
-    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-    }
+    if (options.nice > 0)
+        setpriority(PRIO_PROCESS, static_cast<id_t>(child), options.nice);
+    const int status = wait_for(child, options.stops);
     ChildResult result;
     result.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -301,6 +301,12 @@ TEST(ChildProcess, TellsHowAProgramEnded)
     EXPECT_EQ(said.code, 3);
     EXPECT_EQ(said.said, "one\ntwo\n");
     EXPECT_EQ(run_child({"sh", "-c", "kill -9 $$"}, log).code, 128 + 9);
+    // One that is asked about while it runs, and one that is ended.
+    EXPECT_EQ(run_child({"sh", "-c", "exit 3"}, log, {.stops = [] { return false; }}).code, 3);
+    int asked = 0;
+    EXPECT_EQ(run_child({"sleep", "1000"}, log, {.stops = [&] { return ++asked == 3; }}).code,
+              128 + 9);
+    EXPECT_EQ(asked, 3);
     EXPECT_GE(run_child({"sleep", "0.05"}, log).seconds, 0.05);
     EXPECT_FALSE(std::filesystem::exists(log));
 }

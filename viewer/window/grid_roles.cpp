@@ -62,17 +62,23 @@ std::string vector_of(const asset::GridInfo& grid, const std::vector<asset::Grid
     return "";
 }
 
-std::string& grid_of(GridMedium& medium, GridRole role)
+/// A part of a medium: the grid's name, and its voxels.
+struct Part {
+    std::string& grid;
+    std::shared_ptr<const VoxelGrid>& voxels;
+};
+
+Part part_of(GridMedium& medium, GridRole role)
 {
     switch (role) {
     case GridRole::temperature:
-        return medium.temperature_grid;
+        return {medium.temperature_grid, medium.temperature};
     case GridRole::emission:
-        return medium.emission_grid;
+        return {medium.emission_grid, medium.emission};
     case GridRole::color:
-        return medium.color_grid;
+        return {medium.color_grid, medium.color};
     default:
-        return medium.grid;
+        return {medium.grid, medium.density};
     }
 }
 
@@ -91,20 +97,6 @@ void take_coefficients(GridMedium& medium, const GridMedium& from, GridRole role
     }
 }
 
-std::shared_ptr<const VoxelGrid>& voxels_of(GridMedium& medium, GridRole role)
-{
-    switch (role) {
-    case GridRole::temperature:
-        return medium.temperature;
-    case GridRole::emission:
-        return medium.emission;
-    case GridRole::color:
-        return medium.color;
-    default:
-        return medium.density;
-    }
-}
-
 /// Takes a part out of a medium. A density only loses its extinction: where the medium is, and
 /// which file it is of, stays to be known.
 void take_out(GridMedium& medium, GridRole role)
@@ -114,19 +106,17 @@ void take_out(GridMedium& medium, GridRole role)
     take_coefficients(medium, none, role);
     if (role == GridRole::density)
         return;
-    grid_of(medium, role).clear();
-    voxels_of(medium, role) = nullptr;
+    const Part part = part_of(medium, role);
+    part.grid.clear();
+    part.voxels = nullptr;
 }
 
-/// Whether a part's coefficients are to be chosen. A colour has none.
-bool& flag_of(asset::NewGrids& fit, GridRole role)
+/// Has a part's coefficients chosen. A colour has none.
+void ask_for(asset::NewGrids& fit, GridRole role)
 {
-    static bool none;
-    none = false;
-    return role == GridRole::density       ? fit.density
-           : role == GridRole::temperature ? fit.temperature
-           : role == GridRole::emission    ? fit.emission
-                                           : none;
+    fit.density |= role == GridRole::density;
+    fit.temperature |= role == GridRole::temperature;
+    fit.emission |= role == GridRole::emission;
 }
 
 }  // namespace
@@ -263,9 +253,11 @@ RoutedMedium with_role(GridMedium medium, const std::vector<GridRow>& rows, std:
     const std::string& grid = rows.at(row).name;
     // From here on each part has the name that the list has.
     medium.grid = density_name(medium);
-    for (const GridRole part : kParts)
-        if (const auto named = find_row(rows, grid_of(medium, part)))
-            grid_of(medium, part) = rows[*named].name;
+    for (const GridRole part : kParts) {
+        std::string& name = part_of(medium, part).grid;
+        if (const auto named = find_row(rows, name))
+            name = rows[*named].name;
+    }
     RoutedMedium routed{std::move(medium), {}};
     GridMedium& now = routed.medium;
     for (const auto& [part, name] : parts_of(now))
@@ -276,14 +268,15 @@ RoutedMedium with_role(GridMedium medium, const std::vector<GridRow>& rows, std:
     if (role == GridRole::off || (there != parts.end() && there->second == grid))
         return routed;
     // The colour and the albedo of another density are those of the one before it.
-    if (grid_of(now, role) != grid)
-        voxels_of(now, role) = nullptr;
-    grid_of(now, role) = grid;
+    const Part part = part_of(now, role);
+    if (part.grid != grid)
+        part.voxels = nullptr;
+    part.grid = grid;
     if (const auto known = memory.find({role, grid}); known != memory.end()) {
         take_coefficients(now, known->second, role);
         return routed;
     }
-    flag_of(routed.fit, role) = true;
+    ask_for(routed.fit, role);
     if (role == GridRole::temperature)
         now.temperature_scale = 0;  // of another grid
     return routed;
@@ -301,10 +294,11 @@ void take_parts(GridMedium& medium, const GridMedium& routed, const RoleMemory& 
             take_coefficients(medium, known != memory.end() ? known->second : routed, role);
         }
     }
+    GridMedium from = routed;
     for (const GridRole role : kParts) {
-        GridMedium from = routed;
-        grid_of(medium, role) = grid_of(from, role);
-        voxels_of(medium, role) = voxels_of(from, role);
+        const Part part = part_of(medium, role), other = part_of(from, role);
+        part.grid = other.grid;
+        part.voxels = other.voxels;
     }
 }
 

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <fmt/format.h>
+#include <md5.h>
 #include <png.h>
 #include <stdexcept>
 #include <sys/stat.h>
@@ -151,51 +151,9 @@ std::string file_uri(const fs::path& file)
 
 std::string md5(std::string_view bytes)
 {
-    // RFC 1321, 3: the four rounds' shifts, and the sines that their steps add.
-    constexpr std::array<std::array<int, 4>, 4> kShifts{
-        {{7, 12, 17, 22}, {5, 9, 14, 20}, {4, 11, 16, 23}, {6, 10, 15, 21}}};
-    std::string padded(bytes);
-    padded += '\x80';
-    padded.resize((padded.size() + 8 + 63) / 64 * 64 - 8, '\0');
-    for (int i = 0; i < 8; ++i)
-        padded += static_cast<char>((std::uint64_t{bytes.size()} * 8) >> (8 * i));
-    std::array<std::uint32_t, 4> state{0x67452301, 0xefcdab89, 0x98badcfe, 0x10325476};
-    for (std::size_t block = 0; block < padded.size(); block += 64) {
-        std::array<std::uint32_t, 16> words{};
-        for (std::size_t i = 0; i < 64; ++i)
-            words[i / 4] |= std::uint32_t{static_cast<unsigned char>(padded[block + i])}
-                            << (8 * (i % 4));
-        auto [a, b, c, d] = state;
-        for (std::size_t i = 0; i < 64; ++i) {
-            const std::size_t round = i / 16;
-            const std::uint32_t mixed = round == 0   ? (b & c) | (~b & d)
-                                        : round == 1 ? (d & b) | (~d & c)
-                                        : round == 2 ? b ^ c ^ d
-                                                     : c ^ (b | ~d);
-            const std::size_t word = (round == 0   ? i
-                                      : round == 1 ? 5 * i + 1
-                                      : round == 2 ? 3 * i + 5
-                                                   : 7 * i) %
-                                     16;
-            const auto sine = static_cast<std::uint32_t>(
-                std::floor(4294967296.0 * std::abs(std::sin(static_cast<double>(i + 1)))));
-            const std::uint32_t turned =
-                b + std::rotl(a + mixed + sine + words[word], kShifts[round][i % 4]);
-            a = d;
-            d = c;
-            c = b;
-            b = turned;
-        }
-        state[0] += a;
-        state[1] += b;
-        state[2] += c;
-        state[3] += d;
-    }
-    std::string digits;
-    for (const std::uint32_t word : state)
-        for (int i = 0; i < 4; ++i)
-            digits += fmt::format("{:02x}", (word >> (8 * i)) & 0xff);
-    return digits;
+    std::array<char, MD5_DIGEST_STRING_LENGTH> digits{};
+    MD5Data(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), digits.data());
+    return digits.data();
 }
 
 std::vector<write::PngText> thumbnail_texts(const fs::path& file)

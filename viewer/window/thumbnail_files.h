@@ -20,7 +20,7 @@ std::filesystem::path thumbnail_folder();
 /// `file:///...` of a file, whose path is made absolute.
 std::string file_uri(const std::filesystem::path& file);
 
-/// RFC 1321, as 32 hexadecimal digits.
+/// RFC 1321, as 32 hexadecimal digits in lower case.
 std::string md5(std::string_view bytes);
 
 /// What a thumbnail says of the file that it is of, which is how it is known to be out of date:

@@ -1,23 +1,15 @@
 #include "window/thumbnail_maker.h"
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
 #include <chrono>
-#include <csignal>
-#include <fcntl.h>
+#include <cstring>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
 #include <system_error>
-#include <unistd.h>
 #include <utility>
 
+#include "study/child_process.h"
 #include "window/glfw_window.h"
 #include <fumarole/errors.h>
-
-extern char** environ;
 
 namespace fumarole::window {
 
@@ -30,80 +22,20 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::seconds kMostTime{120};
 constexpr int kNice = 10;  // the window goes before
 
-/// A program whose standard error is read, and whose other streams are closed.
-class Child {
-public:
-    /// @throws Error if it can't be started
-    explicit Child(std::vector<std::string> words)
-    {
-        std::array<int, 2> ends{};
-        if (pipe2(ends.data(), O_CLOEXEC) != 0)
-            throw Error(std::generic_category().message(errno));
-        err_ = ends[0];
-        posix_spawn_file_actions_t actions;
-        posix_spawn_file_actions_init(&actions);
-        posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-        posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-        posix_spawn_file_actions_adddup2(&actions, ends[1], STDERR_FILENO);
-        std::vector<char*> argv;
-        for (std::string& word : words)
-            argv.push_back(word.data());
-        argv.push_back(nullptr);
-        const int error = posix_spawn(&pid_, argv[0], &actions, nullptr, argv.data(), environ);
-        posix_spawn_file_actions_destroy(&actions);
-        close(ends[1]);
-        if (error != 0) {
-            close(err_);
-            throw Error(
-                fmt::format("{}: {}", words.front(), std::generic_category().message(error)));
-        }
-        setpriority(PRIO_PROCESS, static_cast<id_t>(pid_), kNice);
-        fcntl(err_, F_SETFL, O_NONBLOCK);
-    }
-    Child(const Child&) = delete;
-    Child& operator=(const Child&) = delete;
-    ~Child()
-    {
-        if (!ended_) {
-            kill(pid_, SIGKILL);
-            waitpid(pid_, &status_, 0);
-        }
-        close(err_);
-    }
-
-    /// Reads what it has said. Returns whether it has ended.
-    bool look()
-    {
-        ended_ = ended_ || waitpid(pid_, &status_, WNOHANG) == pid_;
-        std::array<char, 4096> part{};
-        for (ssize_t n = 0; (n = ::read(err_, part.data(), part.size())) > 0;)
-            if (said_.size() < kMostSaid)
-                said_.append(part.data(), static_cast<std::size_t>(n));
-        return ended_;
-    }
-    [[nodiscard]] bool succeeded() const { return WIFEXITED(status_) && WEXITSTATUS(status_) == 0; }
-    /// Its last line, or what ended it.
-    [[nodiscard]] std::string reason() const
-    {
-        if (WIFSIGNALED(status_))
-            return fmt::format("its small picture can't be made: {}",
-                               strsignal(WTERMSIG(status_)));  // no other thread asks
-        std::string line = said_;
-        while (line.ends_with('\n'))
-            line.pop_back();
-        line.erase(0, line.find_last_of('\n') + 1);
-        constexpr std::string_view kName = "fumarole: ";
-        return line.starts_with(kName) ? line.substr(kName.size()) : line;
-    }
-
-private:
-    static constexpr std::size_t kMostSaid = 65536;
-
-    pid_t pid_ = -1;
-    int err_ = -1, status_ = 0;
-    bool ended_ = false;
-    std::string said_;
-};
+/// The last line that a program said, or what ended it.
+std::string reason_of(const study::ChildResult& run)
+{
+    constexpr int kSignal = 128;
+    if (run.code > kSignal)
+        return fmt::format("its small picture can't be made: {}",
+                           strsignal(run.code - kSignal));  // no other thread asks
+    std::string line = run.said;
+    while (line.ends_with('\n'))
+        line.pop_back();
+    line.erase(0, line.find_last_of('\n') + 1);
+    constexpr std::string_view kName = "fumarole: ";
+    return line.starts_with(kName) ? line.substr(kName.size()) : line;
+}
 
 }  // namespace
 
@@ -196,18 +128,19 @@ Thumbnail ThumbnailMaker::make(const std::string& file)
 
 std::string ThumbnailMaker::run(const std::string& file, const fs::path& png)
 {
-    Child child({program_.string(), "thumbnail", "--size", "256", "--", file, png.string()});
     const Clock::time_point end = Clock::now() + kMostTime;
-    while (!child.look()) {
-        if (stopped())
-            return "stopped";
-        if (Clock::now() > end)
-            throw Error(fmt::format("it takes longer than {} s to draw", kMostTime.count()));
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    if (child.succeeded())
+    bool late = false;
+    const study::ChildResult run = study::run_child(
+        {program_.string(), "thumbnail", "--size", "256", "--", file, png.string()},
+        png.parent_path() / "fumarole.log",
+        {.nice = kNice, .stops = [&] { return stopped() || (late = Clock::now() > end); }});
+    if (late)
+        throw Error(fmt::format("it takes longer than {} s to draw", kMostTime.count()));
+    if (!run.found)
+        throw Error(fmt::format("{}: is not there", program_.string()));
+    if (run.code == 0)
         return "";
-    std::string reason = child.reason();
+    std::string reason = reason_of(run);
     // The name stands under it already.
     if (reason.starts_with(file + ": "))
         reason.erase(0, file.size() + 2);

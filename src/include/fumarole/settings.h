@@ -52,7 +52,7 @@ struct SceneSettings {
     int bounces = kAutomatic;
     /// Times that surfaces send light on, onto each other and into the media, 0..16; kAutomatic:
     /// as often as their albedo asks for where some are glossy or shine or there are probes, else
-    /// 0. Needs a ambient_volume_size.
+    /// 0. Needs an ambient_volume_size.
     int surface_bounces = kAutomatic;
 
     // light from all around on surfaces
