@@ -128,16 +128,16 @@ void print_table(const Measured& measured, bool explain)
         if (explain)
             fmt::print("        {}\n        bound: {}\n", c.shows, c.reason);
     }
-    for (const auto& [mode, preset, settings] : study::stability_subjects()) {
+    for (const study::StabilitySubject& subject : study::stability_subjects()) {
         int all = 0, held = 0;
         for (const StabilityResult& r : results)
-            if (r.run.subject->mode == mode && r.run.subject->preset == preset) {
+            if (r.run.subject == &subject) {
                 ++all;
                 held += r.holds ? 1 : 0;
             }
         if (all > 0)
-            fmt::print("{}/{}: {} of {} hold, {} fall short\n", mode, preset, held, all,
-                       all - held);
+            fmt::print("{}/{}: {} of {} hold, {} fall short\n", subject.mode, subject.preset, held,
+                       all, all - held);
     }
 }
 
@@ -306,7 +306,8 @@ void add_stability(CLI::App& app)
     command->add_flag("--quick", o.choice.quick, "fewer cases, under a minute");
     command->add_option("--case", o.choice.pattern, "a group's number, or a part of a case's name");
     command->add_option("--mode", o.choice.mode, "one mode alone [all]");
-    command->add_option("--preset", o.choice.preset, "one preset alone [all]");
+    command->add_option("--preset", o.choice.preset,
+                        "one preset alone, or what is asked for by hand, as single [all]");
     command->add_flag("--list", o.list, "say what the cases are, and measure nothing");
     command->add_flag("--explain", o.explain, "say with each figure what it is, and why its bound");
     CLI::Option* held =

@@ -83,6 +83,16 @@ const std::vector<StabilitySubject>& stability_subjects()
         std::vector<StabilitySubject> all;
         for (const auto& [name, settings] : presets())
             all.push_back({mode_name(settings.mode), name, settings});
+        const auto ask = [&](std::string_view setting, std::string_view value) {
+            for (const Settings& settings : {find_preset("default"), find_preset("froxel")}) {
+                all.push_back({mode_name(settings.mode), value, settings, setting});
+                find_setting(setting).set(all.back().settings, value);
+            }
+        };
+        ask(kTargetFormat, "r11g11b10f");
+        ask(kTargetFormat, "rgba32f");
+        ask(kTransparency, "single");
+        ask(kTransparency, "doubled");
         return all;
     }();
     return subjects;
@@ -133,6 +143,7 @@ std::vector<StabilityRun> stability_runs(const StabilityChoice& choice)
         for (const StabilitySubject& subject : stability_subjects())
             if ((choice.mode.empty() || choice.mode == subject.mode) &&
                 (choice.preset.empty() || choice.preset == subject.preset) &&
+                (subject.asked.empty() || subject.asked == one.asks) &&
                 (!one.runs || one.runs(subject)))
                 runs.push_back({&one, &subject});
     }

@@ -23,9 +23,12 @@ extern const std::array<std::string_view, 12> kStabilityGroups;
 struct StabilitySubject {
     std::string_view mode, preset;
     Settings settings;
+    /// The setting by which it differs from its mode's first preset, whose value is then its name;
+    /// "" of a preset. What is asked for by hand is no failure of the preset that it is asked of.
+    std::string_view asked = {};
 };
 
-/// Every preset, in its mode.
+/// Every preset, in its mode, then what cases ask for by hand.
 const std::vector<StabilitySubject>& stability_subjects();
 
 /// What was drawn and what should have been: RGB, rows from the top, linear.
@@ -61,7 +64,9 @@ struct StabilityCase {
     /// True if light scatters as often as the subject has it; false if once, which the closed forms
     /// and the quadrature are of.
     bool bounces = false;
-    /// Which subjects can run it; none given: all.
+    /// A setting whose values asked for by hand it runs over too.
+    std::string_view asks = {};
+    /// Which of those subjects can run it; none given: all.
     std::function<bool(const StabilitySubject&)> runs = {};
     /// @throws Error where the subject can't do what the case asks; the case then falls short.
     std::function<StabilityFigure(const StabilityBench&)> measure;

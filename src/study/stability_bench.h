@@ -14,6 +14,9 @@
 
 namespace fumarole::study {
 
+/// Settings whose values are asked for by hand: StabilityCase::asks.
+inline constexpr std::string_view kTargetFormat = "target-format", kTransparency = "transparency";
+
 // Bounds that several cases have, with their reasons.
 inline constexpr double kScreenStep = 1.0 / 255;
 inline constexpr std::string_view kScreenReason =

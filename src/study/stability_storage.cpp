@@ -23,51 +23,63 @@ Scene gradient_scene(float radiance)
 }
 
 /// A frame at full size, so that nothing is interpolated.
-Still full_size(const StabilityBench& bench, const Scene& scene, std::string_view format)
+Still full_size(const StabilityBench& bench, const Scene& scene, Settings::Format format)
 {
     Settings settings = bench.full_size();
-    find_setting("target-format").set(settings, format);
+    settings.format = format;
     return bench.render(scene, settings, 0);
 }
 
-/// 32-bit floats against the closed form; other formats against the same frame in 32-bit floats,
-/// so that the march's own error is not taken for the format's.
-StabilityFigure banding(const StabilityBench& bench, std::string_view format)
+bool has_long_floats(const StabilitySubject& subject)
+{
+    return subject.settings.format == Settings::Format::rgba32f;
+}
+
+/// 32-bit floats against the closed form.
+StabilityFigure gradient(const StabilityBench& bench)
 {
     const Scene scene = gradient_scene(1);
     const auto& box = std::get<BoxMedium>(scene.media[0]);
-    const Still still = full_size(bench, scene, format);
-    Picture t =
+    const Still still = full_size(bench, scene, Settings::Format::rgba32f);
+    const Picture t =
         evaluate(scene, [&](const PixelRay& ray) { return box_transmittance(scene, ray, box); });
-    Picture glow = evaluate(
+    const Picture glow = evaluate(
         scene, [&](const PixelRay& ray) { return 1.0 - box_transmittance(scene, ray, box); });
-    if (format != "rgba32f") {
-        const Still exact = full_size(bench, scene, "rgba32f");
-        t = layer(exact, &Still::transmittance);
-        glow = layer(exact, &Still::scattering);
-    }
     return worse(worst_ratio(layer(still, &Still::transmittance), t),
                  worst_ratio(layer(still, &Still::scattering), glow));
 }
 
-StabilityFigure bright(const StabilityBench& bench, std::string_view format)
+/// Other formats against the same frame in 32-bit floats, so that the march's own error is not
+/// taken for the format's.
+StabilityFigure banding(const StabilityBench& bench)
+{
+    const Scene scene = gradient_scene(1);
+    const Still still = full_size(bench, scene, bench.settings.format);
+    const Still exact = full_size(bench, scene, Settings::Format::rgba32f);
+    return worse(
+        worst_ratio(layer(still, &Still::transmittance), layer(exact, &Still::transmittance)),
+        worst_ratio(layer(still, &Still::scattering), layer(exact, &Still::scattering)));
+}
+
+StabilityFigure bright(const StabilityBench& bench)
 {
     const Scene scene = gradient_scene(2e5f);
     const auto& box = std::get<BoxMedium>(scene.media[0]);
     const Picture truth = evaluate(scene, [&](const PixelRay& ray) {
         return 2e5 * (1.0 - box_transmittance(scene, ray, box));
     });
-    return rms_over_mean(layer(full_size(bench, scene, format), &Still::scattering), truth);
+    return rms_over_mean(layer(full_size(bench, scene, bench.settings.format), &Still::scattering),
+                         truth);
 }
 
 /// Radiances past what 16 bits hold, and one past what 32 do: 3e38 W/m^2/sr a metre over 2 m.
-StabilityFigure finite(const StabilityBench& bench, std::string_view format)
+StabilityFigure finite(const StabilityBench& bench)
 {
     std::vector<Scene> scenes{gradient_scene(1e5f), gradient_scene(1e30f), gradient_scene(0)};
     std::get<BoxMedium>(scenes.back().media[0]).emission = glm::vec3(3e38f);
     StabilityFigure bad;
     for (const Scene& scene : scenes)
-        bad = worse(bad, count_bad(bench.render(scene, bench.with("target-format", format), 0)));
+        bad = worse(bad, count_bad(bench.render(scene, bench.settings, 0)));
     return bad;
 }
 
@@ -113,33 +125,44 @@ StabilityFigure stall(const StabilityBench& bench, std::string_view format)
 
 void add_storage_cases(std::vector<StabilityCase>& table)
 {
-    for (const std::string_view format : {"r11g11b10f", "rgba16f", "rgba32f"}) {
-        table.push_back(
-            {.group = 8,
-             .name = fmt::format("banding-{}", format),
-             .shows = format == "rgba32f" ? "largest error of a smooth gradient, T and radiance"
-                                          : "largest difference of it from the frame in rgba32f",
-             .bound = kScreenStep,
-             .unit = "of the value",
-             .reason = "1/255: steps of the format that are larger than an 8-bit "
-                       "screen's own show as bands",
-             .measure = [=](const StabilityBench& bench) { return banding(bench, format); }});
-        table.push_back(
-            {.group = 8,
-             .name = fmt::format("radiance-1e5-{}", format),
-             .shows = "rms error of a slab of 0.9e5 to 1.7e5 W/m^2/sr",
-             .bound = kJustNoticed,
-             .unit = "of the mean",
-             .reason = "1 % of the mean, as anywhere: a format that ends below clips",
-             .measure = [=](const StabilityBench& bench) { return bright(bench, format); }});
-        table.push_back(
-            {.group = 8,
-             .name = fmt::format("overflow-{}", format),
-             .shows = "values that are no colour, radiances of 1e5, 1e30 and 6e38",
-             .bound = 0,
-             .unit = "values",
-             .reason = "beyond its largest value a format may clip, not break",
-             .measure = [=](const StabilityBench& bench) { return finite(bench, format); }});
+    table.push_back(
+        {.group = 8,
+         .name = "banding",
+         .shows = "largest difference of a smooth gradient, T and radiance, from the frame in "
+                  "rgba32f",
+         .bound = kScreenStep,
+         .unit = "of the value",
+         .reason = "1/255: steps of the format that are larger than an 8-bit screen's own show as "
+                   "bands",
+         .asks = kTargetFormat,
+         .runs = [](const StabilitySubject& subject) { return !has_long_floats(subject); },
+         .measure = banding});
+    table.push_back({.group = 8,
+                     .name = "gradient",
+                     .shows = "largest error of a smooth gradient, T and radiance",
+                     .bound = kScreenStep,
+                     .unit = "of the value",
+                     .reason = "1/255: less than a step of an 8-bit screen",
+                     .asks = kTargetFormat,
+                     .runs = has_long_floats,
+                     .measure = gradient});
+    table.push_back({.group = 8,
+                     .name = "radiance-1e5",
+                     .shows = "rms error of a slab of 0.9e5 to 1.7e5 W/m^2/sr",
+                     .bound = kJustNoticed,
+                     .unit = "of the mean",
+                     .reason = "1 % of the mean, as anywhere: a format that ends below clips",
+                     .asks = kTargetFormat,
+                     .measure = bright});
+    table.push_back({.group = 8,
+                     .name = "overflow",
+                     .shows = "values that are no colour, radiances of 1e5, 1e30 and 6e38",
+                     .bound = 0,
+                     .unit = "values",
+                     .reason = "beyond its largest value a format may clip, not break",
+                     .asks = kTargetFormat,
+                     .measure = finite});
+    for (const std::string_view format : {"r11g11b10f", "rgba16f", "rgba32f"})
         table.push_back(
             {.group = 8,
              .name = fmt::format("history-stall-{}", format),
@@ -151,7 +174,6 @@ void add_storage_cases(std::vector<StabilityCase>& table)
              .quick = format == "rgba16f",
              .runs = has_froxels,
              .measure = [=](const StabilityBench& bench) { return stall(bench, format); }});
-    }
 }
 
 }  // namespace fumarole::study

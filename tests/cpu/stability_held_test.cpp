@@ -4,6 +4,7 @@
 #include <cmath>
 #include <gmock/gmock.h>
 
+#include "study/plan_search.h"
 #include "study/shard.h"
 #include "study/stability_held.h"
 #include "support/temp_folder.h"
@@ -156,6 +157,38 @@ TEST(StabilityHeld, SharesAreMergedInTheTablesOrder)
     EXPECT_NE(said({first}).find("a shard is missing"), std::string::npos);
     EXPECT_NE(said({first, second, second}).find("give each shard once"), std::string::npos);
     EXPECT_THROW(merged_csv(stability_runs({false, "furnace", {}, {}}), {first, second}), Error);
+}
+
+// A way that is known to be wrong is no failure of the preset that it is asked of.
+TEST(StabilityRuns, WhatIsAskedForByHandHasRowsOfItsOwn)
+{
+    int asked = 0;
+    for (const StabilityRun& run : stability_runs({})) {
+        const StabilitySubject& subject = *run.subject;
+        if (subject.asked.empty()) {
+            EXPECT_EQ(differences(subject.settings, find_preset(subject.preset)).size(), 0u);
+            continue;
+        }
+        ++asked;
+        EXPECT_EQ(subject.asked, run.what->asks) << run.what->name;
+        EXPECT_EQ(find_setting(subject.asked).get(subject.settings), subject.preset);
+        const Settings preset = find_preset(marches(subject) ? "default" : "froxel");
+        EXPECT_EQ(differences(subject.settings, preset).size(), 1u) << subject.preset;
+    }
+    EXPECT_GT(asked, 0);
+}
+
+TEST(StabilityRuns, OfOnePresetHaveItsSettingsAlone)
+{
+    StabilityChoice choice;
+    choice.pattern = "panes";
+    choice.preset = "default";
+    for (const StabilityRun& run : stability_runs(choice)) {
+        EXPECT_EQ(run.subject->preset, "default");
+        EXPECT_NE(run.what->name, "glowing-panes");
+    }
+    choice.preset = "single";
+    EXPECT_EQ(stability_runs(choice).size(), 4u) << "two cases, two modes";
 }
 
 }  // namespace
