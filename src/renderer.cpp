@@ -613,7 +613,7 @@ void Renderer::Parts::composite(View& view, const Frame& frame, const FrameSetti
         return;
     const gl::StateGuard guard(parts.device, BLOCK_COUNT, IMAGE_COUNT,
                                parts.storages(state, settings));
-    const Picture picture(parts, frame);
+    const Picture bound(parts, frame);
     if (empty && !is_asked)
         return;
     PreparedFrame prepared = parts.begin(state, frame, settings);

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <fmt/format.h>
 #include <fstream>
-#include <unistd.h>
+#include <random>
 #include <vector>
 
 namespace fumarole::gl {
@@ -65,8 +65,11 @@ void ProgramFiles::write(std::string_view key, const std::vector<std::byte>& pro
     if (fresh)
         fs::permissions(folder_, fs::perms::owner_all, error);
     const fs::path file = folder_ / (std::string(key) + kProgram);
+    // A folder may be shared by renderers of one process, and by machines with the same numbers of
+    // processes: only chance tells their files apart.
+    std::random_device chance;
     const fs::path beside =
-        folder_ / fmt::format("{}.{}.{}{}", key, ::getpid(), ++written_, kUnfinished);
+        folder_ / fmt::format("{}.{:08x}{:08x}{}", key, chance(), chance(), kUnfinished);
     std::ofstream to(beside, std::ios::binary);
     to.write(reinterpret_cast<const char*>(program.data()),
              static_cast<std::streamsize>(program.size()));

@@ -46,8 +46,7 @@ private:
     mutable std::mutex lock_;
     Account account_;
     std::optional<std::uintmax_t>
-        bytes_;        ///< bytes of the folder's files, as far as they are known
-    int written_ = 0;  ///< files of this process, for names of their own
+        bytes_;  ///< bytes of the folder's files, as far as they are known
 };
 
 /// $XDG_CACHE_HOME/fumarole, or .cache/fumarole in the home; nothing if neither is known.

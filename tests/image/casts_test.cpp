@@ -123,10 +123,10 @@ TEST_F(Casts, AFloorHasTheColourOfThePanesOverItAlone)
             for (int x = 0; x < 24; ++x) {
                 glm::dvec3 p = ray_of(scene, x, y).origin;
                 p.z = 0;
-                const auto through = [&](glm::dvec2 off) {
+                const auto through = [&, from = place](glm::dvec2 off) {
                     glm::dvec3 all(1);
                     for (const QuadTransparent& quad : panes)
-                        all *= passed(quad, p + glm::dvec3(off, 0), place);
+                        all *= passed(quad, p + glm::dvec3(off, 0), from);
                     return all;
                 };
                 // Two texels, where they are widest.
