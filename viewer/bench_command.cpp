@@ -323,7 +323,8 @@ private:
             for (const study::BenchScene& scene : report_.scenes)
                 measure_errors(scene);
         } catch (const study::ReferenceCancelled&) {
-            report_.notes.emplace_back("interrupted while a reference was rendered");
+            report_.notes.emplace_back("interrupted while a reference was rendered; the same "
+                                       "command line goes on with it");
         }
     }
 
@@ -339,8 +340,8 @@ private:
         wanted_reference.progress = [&](double share) {
             progress_.show("reference of " + scene.name, share);
         };
-        const study::KeptReference reference =
-            study::keep_reference(sized, wanted_reference, folder_, FUMAROLE_VERSION);
+        const study::KeptReference reference = study::keep_reference(
+            sized, wanted_reference, folder_, FUMAROLE_VERSION, print_over_progress);
         for (const study::ChartPoint& point : study::chart_points(true)) {
             if (!point.is_preset || study::find_figure(report_.figures, "presets", scene.name,
                                                        point.preset, study::kVolumeTime) == nullptr)

@@ -26,6 +26,7 @@
 #include "study/chart_report.h"
 #include "study/metrics.h"
 #include "study/reference_cache.h"
+#include "study/reference_state.h"
 #include "write/whole_file.h"
 #include <fumarole/asset/auto_scene.h>
 #include <fumarole/asset/scene_file.h>
@@ -332,17 +333,20 @@ private:
                 effort_.seconds, effort_.tolerance, wanted.tolerance));
         effort_.tolerance = wanted.tolerance;
         wanted.progress = [&](double share) { progress_.show("reference", share); };
-        reference_ = study::keep_reference(scene_, wanted, folder_, FUMAROLE_VERSION);
+        reference_ =
+            study::keep_reference(scene_, wanted, folder_, FUMAROLE_VERSION, print_over_progress);
         reference_relmse_ = own_relmse(reference_.still, options_.integrated());
     }
 
-    /// Is there a reference of an earlier run? The closest one's tolerance goes to `wanted`.
+    /// Is there a reference of an earlier run, or a part of one? The closest one's tolerance goes
+    /// to `wanted`.
     bool kept(study::ReferenceOptions& wanted) const
     {
         study::ReferenceOptions looser = wanted;
         for (;; looser.tolerance = study::looser(looser.tolerance, looser.most_bounces())) {
             const std::string key = study::reference_key(scene_, looser, FUMAROLE_VERSION);
-            if (fs::exists(folder_ / fmt::format("reference_{}.exr", key))) {
+            const fs::path file = study::kept_reference_file(folder_, key);
+            if (fs::exists(file) || fs::exists(study::reference_state_file(file))) {
                 wanted.tolerance = looser.tolerance;
                 return true;
             }
@@ -443,8 +447,10 @@ void run(ChartOptions options)
     const Interruption interruption;
     try {
         ChartRun(options, loaded, folder).run();
-    } catch (const study::ReferenceCancelled&) {
-        throw Error("interrupted while the reference was rendered; nothing is kept of it");
+    } catch (const study::ReferenceCancelled& cancelled) {
+        throw Error(fmt::format("interrupted with {:.1f} % of the reference's pixels kept; this "
+                                "goes on from there: {}",
+                                100 * cancelled.kept, continue_command(options)));
     } catch (const study::ChartCancelled&) {
         throw Error(fmt::format("interrupted; {} keeps what was measured, and this goes on from "
                                 "there: {}",

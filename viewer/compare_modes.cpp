@@ -236,7 +236,7 @@ private:
             options_.output.empty()
                 ? study::render_reference(scene_, wanted)
                 : study::keep_reference(scene_, wanted, fs::absolute(options_.output).parent_path(),
-                                        FUMAROLE_VERSION)
+                                        FUMAROLE_VERSION, print_over_progress)
                       .still;
         reference_ = rendered(kReference, still);
         noise_ = {study::noise_relmse(still.noise, still.composite),
@@ -389,8 +389,12 @@ void compare_modes(const ModesOptions& options)
     const Interruption interruption;
     try {
         ModesRun(options, std::move(modes)).run();
-    } catch (const study::ReferenceCancelled&) {
-        throw Error("interrupted while the reference was rendered; nothing was written");
+    } catch (const study::ReferenceCancelled& cancelled) {
+        throw Error(cancelled.kept > 0
+                        ? fmt::format("interrupted with {:.1f} % of the reference's pixels kept; "
+                                      "the same command line goes on from there",
+                                      100 * cancelled.kept)
+                        : "interrupted while the reference was rendered; nothing was written");
     }
 }
 

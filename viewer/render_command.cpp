@@ -28,6 +28,7 @@
 #include "study/deep_still.h"
 #include "study/grain.h"
 #include "study/reference.h"
+#include "study/reference_state.h"
 #include "write/whole_picture.h"
 #include <fumarole/asset/animation.h>
 #include <fumarole/asset/auto_scene.h>
@@ -54,7 +55,8 @@ struct RenderOptions {
     int aa = 1;                ///< frames averaged, or the most of them:
     bool until_clear = false;  ///< no more than the grain of the picture asks for
     std::uint32_t seed = 0;
-    std::optional<double> tolerance;  ///< tolerance of the reference
+    std::optional<double> tolerance;   ///< tolerance of the reference
+    std::optional<double> time_limit;  ///< seconds that a reference may take
     bool alpha = false, half = false, explain = false, json = false, resume = false;
     std::string line;  ///< the command line itself
     DeviceOptions device;
@@ -87,7 +89,8 @@ void check_mode(const RenderOptions& options, const CLI::App& command)
         throw UsageError("-o: a .deep.exr is all that OpenGL sees; not for --mode reference, "
                          "--target or --show");
     if (!options.reference()) {
-        refuse("--tolerance", "is for --mode reference");
+        for (const char* name : {"--tolerance", "--time-limit"})
+            refuse(name, "is for --mode reference");
         if (options.target == "error")
             throw UsageError("--target error: is for --mode reference, which estimates its error");
         return;
@@ -99,7 +102,7 @@ void check_mode(const RenderOptions& options, const CLI::App& command)
                         options.target));
     constexpr const char* kWhy =
         "is for OpenGL; --mode reference has no such thing, it "
-        "takes --tolerance, --region, --bounces, --surface-bounces and --aa";
+        "takes --tolerance, --time-limit, --region, --bounces, --surface-bounces and --aa";
     for (const char* name : {"--preset", "--seed", "--backend", "--device", "--alpha", "--explain",
                              "--max-error", "--budget"})
         refuse(name, kWhy);
@@ -639,9 +642,16 @@ ErrorSummary summarize(const study::ReferenceStill& still, double tolerance)
     return summary;
 }
 
-study::ReferenceStill render_reference(const RenderOptions& options,
-                                       const std::optional<PictureRegion>& region,
-                                       const Scene& scene, Progress& progress)
+/// The file beside a picture in which its reference is while it is not whole.
+fs::path state_file(const PictureFiles& files)
+{
+    return study::reference_state_file(files.outputs.front());
+}
+
+/// Goes on from what an earlier run left beside `files`; that goes once the picture is written.
+study::ResumedReference render_reference(const RenderOptions& options, const PictureFiles& files,
+                                         const std::optional<PictureRegion>& region,
+                                         const Scene& scene, Progress& progress)
 {
     study::ReferenceOptions wanted;
     wanted.bounces = bounces_of(options);
@@ -651,7 +661,16 @@ study::ReferenceStill render_reference(const RenderOptions& options,
     wanted.region = region;
     wanted.progress = [&](double share) { progress.show("reference", share); };
     wanted.cancel = Interruption::flag();
-    return study::render_reference(scene, wanted);
+    return study::resume_reference(scene, wanted,
+                                   {state_file(files),
+                                    study::reference_facts(scene, wanted, FUMAROLE_VERSION),
+                                    print_over_progress});
+}
+
+void remove_state(const PictureFiles& files)
+{
+    std::error_code ignored;
+    fs::remove(state_file(files), ignored);
 }
 
 /// No OpenGL here: the reference runs on the processor.
@@ -661,12 +680,15 @@ void run_reference(const RenderOptions& options, const PictureFiles& files,
     Progress progress;
     progress.show("reference: preparing");
     const auto begin = std::chrono::steady_clock::now();
-    const study::ReferenceStill still = render_reference(options, region, loaded.scene, progress);
+    const study::ResumedReference resumed =
+        render_reference(options, files, region, loaded.scene, progress);
+    const study::ReferenceStill& still = resumed.still;
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     progress.clear();
     const Picture picture = part_of(picture_of(still), region, loaded.scene);
     const float exposure_ev = write_picture(picture, files);
+    remove_state(files);
 
     const int bounces = bounces_of(options);
     const int surface_bounces = surface_bounces_of(options, loaded.scene);
@@ -681,6 +703,7 @@ void run_reference(const RenderOptions& options, const PictureFiles& files,
              {"bounces", bounces_json(bounces)},
              {"surface_bounces", bounces_json(surface_bounces)},
              {"seconds", seconds},
+             {"resumed", resumed.resumed},
              {"error",
               {{"worst", error.worst}, {"mean", error.mean}, {"above_tolerance", error.above}}}});
         print_json(json);
@@ -801,7 +824,7 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
             row["setup_ms"] = report.setup_ms;
             row["history"] = report.history;
         } else {
-            reference = render_reference(options, region, now.scene, progress);
+            reference = render_reference(options, of_frame, region, now.scene, progress).still;
         }
         Picture picture =
             part_of(renderer ? picture_of(still) : picture_of(reference), region, now.scene);
@@ -811,15 +834,18 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
         const float exposure_ev = write_picture(picture, of_frame);
         if (renderer)
             write_deep(*renderer, now.scene, settings, still, wanted, of_frame);
+        else
+            remove_state(of_frame);
         if (!files.exposure)
             files.exposure = exposure_ev;
         rows.push_back(row);
     };
     const auto check_interruption = [&](int frame) {
+        const char* what = Interruption::timed_out() ? "the time limit is over" : "interrupted";
         if (*Interruption::flag())
             throw Error(options.resume
-                            ? fmt::format("interrupted at frame {}; --resume goes on", frame)
-                            : fmt::format("interrupted; the frames before {} were written", frame));
+                            ? fmt::format("{} at frame {}; --resume goes on", what, frame)
+                            : fmt::format("{}; the frames before {} were written", what, frame));
     };
     int found = 0;  // frames that need not be drawn
     if (!options.resume) {
@@ -1004,14 +1030,25 @@ void run(RenderOptions options, const CLI::App& command)
         run_still(options, files, settings, region, load_alone(options));
         return;
     }
-    const Interruption interruption;
+    const Interruption interruption(options.time_limit);
     try {
         if (options.range)
             run_moving(options, files, settings, region);
         else
             run_reference(options, files, region, load(options));
-    } catch (const study::ReferenceCancelled&) {
-        throw Error("interrupted; no picture was written");
+    } catch (const study::ReferenceCancelled& cancelled) {
+        const std::string what =
+            Interruption::timed_out()
+                ? fmt::format("the time limit of {:g} s is over", options.time_limit.value_or(0))
+                : "interrupted";
+        if (options.range)
+            throw Error(fmt::format("{} in the middle of a frame; the same command line{} goes on",
+                                    what, options.resume ? "" : " with --resume"));
+        throw Error(cancelled.kept > 0
+                        ? fmt::format("{}; {} keeps {:.1f} % of the pixels, and the same command "
+                                      "line goes on with it",
+                                      what, state_file(files).string(), 100 * cancelled.kept)
+                        : fmt::format("{}; no picture was written", what));
     }
 }
 
@@ -1085,11 +1122,19 @@ void add_render(CLI::App& app, const std::string& line)
         ->add_option("--tolerance", o.tolerance,
                      "of the reference: relative error of each pixel [0.02, with no bounces 0.001]")
         ->check(within(1e-6, 0.5));
+    command
+        ->add_option("--time-limit", o.time_limit,
+                     "seconds, of the reference: it ends then, and the same command line goes on "
+                     "with it [none]")
+        ->check(within(0.1, 1e7));
     command->add_option("--region", o.region,
                         "this part alone: X,Y,WIDTH,HEIGHT in pixels from the top left; an .exr "
                         "keeps the whole picture's display window");
     add_plan_options(*command, o.wish);
     add_settings(*command, o.words);
+    command->footer("A reference that is interrupted or killed stays in OUTPUT.unfinished, and the "
+                    "same command line goes\non with it, to the same picture.\n"
+                    "Exit code: 0 all written, 1 not, 2 wrong command line.");
     command->callback([options, command] { run(*options, *command); });
 }
 

@@ -591,6 +591,23 @@ ReferenceStill render_reference(const Scene& scene, const ReferenceOptions& opti
     const Reference reference(scene, options.tolerance, options.bounces, options.surface_bounces,
                               options.cancel);
     const Floors floors = dark_floors(scene, options);
+    // Whoever reads a pixel that is finished sees all that its thread stored before.
+    std::vector<std::atomic<char>> finished(pixels);
+    if (options.begun != nullptr) {
+        if (options.begun->still.width != still.width ||
+            options.begun->still.height != still.height || options.begun->finished.size() != pixels)
+            throw std::logic_error("a reference goes on from one of another size");
+        still = options.begun->still;
+        for (std::size_t i = 0; i < pixels; ++i)
+            finished[i] = options.begun->finished[i];
+    }
+    std::mutex keeping;
+    const auto keep = [&](bool last) {
+        const std::unique_lock lock(keeping, std::try_to_lock);
+        if (lock.owns_lock() && options.keep)
+            options.keep(
+                still, [&] { return std::vector<char>(finished.begin(), finished.end()); }, last);
+    };
     std::mutex progress;
     std::size_t done = 0;
     const auto render_pixel = [&](int x, int y) {
@@ -599,6 +616,8 @@ ReferenceStill render_reference(const Scene& scene, const ReferenceOptions& opti
         const std::size_t pixel =
             static_cast<std::size_t>(y) * static_cast<std::size_t>(region.width) +
             static_cast<std::size_t>(x);
+        if (finished[pixel] != 0)
+            return;
         glm::dvec3 composite(0), scattering(0), transmittance(0), surface(0), surface_lit(0);
         glm::dvec3 noise(0), scattering_noise(0);
         double squares = 0;
@@ -628,25 +647,32 @@ ReferenceStill render_reference(const Scene& scene, const ReferenceOptions& opti
         store(still.noise, pixel, noise / n);
         store(still.scattering_noise, pixel, scattering_noise / n);
         still.error[pixel] = static_cast<float>(std::sqrt(squares) / n);
+        finished[pixel] = 1;
+        keep(false);
+    };
+    const auto render_tile = [&](const oneapi::tbb::blocked_range2d<int>& tile) {
+        for (int y = tile.rows().begin(); y < tile.rows().end(); ++y)
+            for (int x = tile.cols().begin(); x < tile.cols().end(); ++x)
+                render_pixel(x, y);
+        const std::lock_guard lock(progress);
+        done += tile.rows().size() * tile.cols().size();
+        if (options.progress)
+            options.progress(static_cast<double>(done) / static_cast<double>(pixels));
+        if (options.on_tile)
+            options.on_tile({tile.cols().begin(), tile.rows().begin(),
+                             static_cast<int>(tile.cols().size()),
+                             static_cast<int>(tile.rows().size())},
+                            still);
     };
     constexpr int kTile = 8;
-    oneapi::tbb::parallel_for(
-        oneapi::tbb::blocked_range2d<int>(0, region.height, kTile, 0, region.width, kTile),
-        [&](const oneapi::tbb::blocked_range2d<int>& tile) {
-            for (int y = tile.rows().begin(); y < tile.rows().end(); ++y)
-                for (int x = tile.cols().begin(); x < tile.cols().end(); ++x)
-                    render_pixel(x, y);
-            const std::lock_guard lock(progress);
-            done += tile.rows().size() * tile.cols().size();
-            if (options.progress)
-                options.progress(static_cast<double>(done) / static_cast<double>(pixels));
-            if (options.on_tile)
-                options.on_tile({tile.cols().begin(), tile.rows().begin(),
-                                 static_cast<int>(tile.cols().size()),
-                                 static_cast<int>(tile.rows().size())},
-                                still);
-        },
-        oneapi::tbb::simple_partitioner());
+    try {
+        oneapi::tbb::parallel_for(
+            oneapi::tbb::blocked_range2d<int>(0, region.height, kTile, 0, region.width, kTile),
+            render_tile, oneapi::tbb::simple_partitioner());
+    } catch (...) {
+        keep(true);
+        throw;
+    }
     return still;
 }
 

@@ -37,6 +37,7 @@ namespace fumarole::study {
 using ReferenceRegion = PictureRegion;
 
 struct ReferenceStill;
+struct PartialReference;
 
 /// Bounces without a limit.
 constexpr int kAllBounces = std::numeric_limits<int>::max();
@@ -71,11 +72,22 @@ struct ReferenceOptions {
     std::function<void(double)> progress;  ///< share of pixels done, 0..1; one call at a time
     /// What is there so far, and which part of it is new; one call at a time.
     std::function<void(const ReferenceRegion&, const ReferenceStill&)> on_tile;
+    /// Pixels that an earlier run finished, of the same scene, options and region: they are taken
+    /// as they are. Null: none.
+    const PartialReference* begun = nullptr;
+    /// Is told after every pixel, and with `last` once more if an error or `cancel` ends the work;
+    /// one call at a time, while other pixels are worked on. `finished` tells of each pixel
+    /// whether it is: no others may be read.
+    std::function<void(const ReferenceStill&, const std::function<std::vector<char>()>& finished,
+                       bool last)>
+        keep;
     const std::atomic<bool>* cancel = nullptr;
 };
 
 struct ReferenceCancelled : std::runtime_error {
     ReferenceCancelled() : std::runtime_error("the reference was cancelled") {}
+
+    double kept = 0;  ///< share of the pixels that are in a file to go on from, 0..1
 };
 
 /// RGB floats, rows from the top, linear, as in Still; of the region alone if one was asked for.
@@ -93,6 +105,12 @@ struct ReferenceStill {
     /// Half of what two pictures differ by, each of one half of the samples, whose mean is the
     /// composite, or the scattering: its square is on the mean the picture's variance.
     std::vector<float> noise, scattering_noise;
+};
+
+/// A reference that is not whole.
+struct PartialReference {
+    ReferenceStill still;
+    std::vector<char> finished;  ///< of each pixel: 1 if it is, else 0
 };
 
 /// One sample of the picture.

@@ -8,6 +8,7 @@
 #include <optional>
 #include <variant>
 
+#include "study/reference_state.h"
 #include <fumarole/asset/scene_file.h>
 #include <fumarole/errors.h>
 #include <fumarole/write/image_writer.h>
@@ -130,8 +131,7 @@ std::string file_hash(const fs::path& file)
     return hash.hex();
 }
 
-std::string reference_key(const Scene& scene, const ReferenceOptions& options,
-                          std::string_view version)
+std::string scene_by_content(const Scene& scene)
 {
     Scene named = scene;
     for (Medium& medium : named.media)
@@ -141,30 +141,49 @@ std::string reference_key(const Scene& scene, const ReferenceOptions& options,
         if (auto* mesh = std::get_if<MeshSurface>(&surface))
             name_by_content(mesh->file);
     name_by_content(named.world.environment_file);
-    std::string text =
-        fmt::format("{}\n{} {} {} {} {}", asset::scene_to_json(named, "/"), options.tolerance,
-                    options.aa, options.bounces, version, kReferenceRevision);
+    return asset::scene_to_json(named, "/");
+}
+
+std::string reference_version(std::string_view version)
+{
+    return fmt::format("{} {}", version, kReferenceRevision);
+}
+
+std::string reference_key(const Scene& scene, const ReferenceOptions& options,
+                          std::string_view version)
+{
+    std::string text = fmt::format("{}\n{} {} {} {}", scene_by_content(scene), options.tolerance,
+                                   options.aa, options.bounces, reference_version(version));
     // Said where there are any: what was kept before they were known stays what it is.
     if (options.surface_bounces != 0)
         text += fmt::format(" surfaces {}", options.surface_bounces);
     return text_hash(text);
 }
 
+fs::path kept_reference_file(const fs::path& folder, std::string_view key)
+{
+    return folder / fmt::format("reference_{}.exr", key);
+}
+
 KeptReference keep_reference(const Scene& scene, const ReferenceOptions& options,
-                             const fs::path& folder, std::string_view version)
+                             const fs::path& folder, std::string_view version,
+                             const std::function<void(const std::string&)>& tell)
 {
     KeptReference kept;
     kept.key = reference_key(scene, options, version);
-    kept.file = folder / fmt::format("reference_{}.exr", kept.key);
+    kept.file = kept_reference_file(folder, kept.key);
     if (std::optional<ReferenceStill> still = read(kept.file, scene.resolution)) {
         kept.still = std::move(*still);
         kept.reused = true;
         return kept;
     }
     const auto begin = std::chrono::steady_clock::now();
-    kept.still = render_reference(scene, options);
+    const ReferenceState state{reference_state_file(kept.file), {{"the key", kept.key}}, tell};
+    kept.still = resume_reference(scene, options, state).still;
     kept.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     write::write_exr(to_image(kept.still), kept.file);
+    std::error_code ignored;
+    fs::remove(state.file, ignored);
     return kept;
 }
 

@@ -198,7 +198,7 @@ TEST(RenderReference, RegionIsThatPartOfThePicture)
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "out.exr"));
 }
 
-TEST(RenderReference, EndsSoonWhenInterruptedAndLeavesNothing)
+TEST(RenderReference, EndsSoonWhenInterruptedAndLeavesNoPicture)
 {
     const TempFolder folder;
     RunOptions options;
@@ -211,7 +211,66 @@ TEST(RenderReference, EndsSoonWhenInterruptedAndLeavesNothing)
     EXPECT_EQ(run.code, 1) << run;
     EXPECT_NE(run.err.find("interrupted"), std::string::npos) << run;
     EXPECT_EQ(run.error_lines(), 1) << run;
-    EXPECT_EQ(list(folder.path()), std::vector<std::string>{"scene.json"});
+    for (const std::string& name : list(folder.path()))  // pixels of the sky take no time
+        EXPECT_TRUE(name == "scene.json" || name == "x.exr.unfinished") << name;
+}
+
+TEST(RenderReference, OneThatWasKilledGoesOnToTheSameBits)
+{
+    const TempFolder folder;
+    const auto command = [](const std::string& output, const Arguments& more = {}) {
+        Arguments all{"render",
+                      sample("smoke_plume_sun.json"),
+                      "--size=128x72",
+                      "--mode=reference",
+                      "--bounces=0",
+                      "--tolerance=1e-4",
+                      "-o",
+                      output};
+        all.insert(all.end(), more.begin(), more.end());
+        return all;
+    };
+    ASSERT_EQ(run_program(folder.path(), command("whole.exr")).code, 0);
+    EXPECT_EQ(list(folder.path()), std::vector<std::string>{"whole.exr"});
+
+    RunOptions killed;
+    killed.interrupt_at = "x.exr.unfinished";
+    killed.signal = SIGKILL;
+    const Outcome first = run_program(folder.path(), command("x.exr"), killed);
+    ASSERT_EQ(first.code, 1000 + SIGKILL) << first;
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "x.exr"));
+
+    // Another pixel square: it says so, ends before it takes the file's place, and is no more.
+    const Outcome other =
+        run_program(folder.path(), command("x.exr", {"--aa=16", "--time-limit=0.3"}));
+    EXPECT_EQ(other.code, 1) << other;
+    for (const char* part : {"x.exr.unfinished: is of another reference: --aa was 1 and is 16",
+                             "the time limit of 0.3 s is over", "no picture was written"})
+        EXPECT_NE(other.err.find(part), std::string::npos) << part << '\n' << other;
+
+    const Outcome last = run_program(folder.path(), command("x.exr", {"--json"}));
+    ASSERT_EQ(last.code, 0) << last;
+    EXPECT_NE(last.err.find("x.exr.unfinished: goes on from "), std::string::npos) << last;
+    const Json json = Json::parse(last.out);
+    EXPECT_GT(json["resumed"], 0);
+    EXPECT_LT(json["resumed"], 1);
+    std::vector<std::string> channels = write::exr_channels(folder.path() / "x.exr");
+    EXPECT_EQ(write::read_exr(folder.path() / "x.exr", channels).pixels,
+              write::read_exr(folder.path() / "whole.exr", channels).pixels);
+    EXPECT_EQ(list(folder.path()), (std::vector<std::string>{"whole.exr", "x.exr"}));
+}
+
+TEST(RenderReference, ATimeLimitKeepsWhatIsDone)
+{
+    const TempFolder folder;
+    const Outcome run = run_program(
+        folder.path(), {"render", sample("smoke_plume_sun.json"), "--mode=reference", "--bounces=0",
+                        "--tolerance=1e-5", "--time-limit=2", "-o", "x.exr"});
+    EXPECT_EQ(run.code, 1) << run;
+    for (const char* part : {"the time limit of 2 s is over", "x.exr.unfinished keeps ",
+                             "the same command line goes on"})
+        EXPECT_NE(run.err.find(part), std::string::npos) << part << '\n' << run;
+    EXPECT_EQ(list(folder.path()), std::vector<std::string>{"x.exr.unfinished"});
 }
 
 TEST(RenderReference, ATerminalSeesHowFarItIs)

@@ -39,13 +39,14 @@ inline std::ostream& operator<<(std::ostream& to, const Outcome& run)
 struct RunOptions {
     std::string out;           ///< file for stdout instead of Outcome::out, e.g. /dev/full
     long file_limit = -1;      ///< bytes that it may write to a file, as if the disk were full then
-    std::string interrupt_at;  ///< file; once something is in it, SIGINT is sent
+    std::string interrupt_at;  ///< file; once something is in it, the signal is sent
+    int signal = SIGINT;
     long interrupt_at_mb = 0;  ///< of memory that it holds SIGINT is sent; 0: it is not
     bool terminal = false;     ///< stderr is one
 };
 
-/// Waits until a child has written to `file`, or has ended, and sends it SIGINT.
-inline void interrupt(pid_t child, const std::filesystem::path& file)
+/// Waits until a child has written to `file`, or has ended, and sends it a signal.
+inline void interrupt(pid_t child, const std::filesystem::path& file, int signal)
 {
     std::error_code error;
     siginfo_t ended{};
@@ -53,7 +54,7 @@ inline void interrupt(pid_t child, const std::filesystem::path& file)
         usleep(5000);
         waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT);
     }
-    kill(child, SIGINT);
+    kill(child, signal);
 }
 
 /// Waits until a child holds so much memory, or has ended, and sends it SIGINT.
@@ -127,7 +128,7 @@ inline Outcome run_program(const std::filesystem::path& folder, const Arguments&
         _exit(127);
     }
     if (!options.interrupt_at.empty())
-        interrupt(child, folder / options.interrupt_at);
+        interrupt(child, folder / options.interrupt_at, options.signal);
     if (options.interrupt_at_mb > 0)
         interrupt(child, options.interrupt_at_mb);
     int status = 0;
