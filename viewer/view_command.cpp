@@ -20,7 +20,7 @@ struct ViewOptions {
     SceneInput scene{.file = "", .size = "", .grid = "", .up = "auto"};
     SettingsInput settings;
     PlanWish plan;
-    std::string size, compare, show, display, script, screenshot;
+    std::string size, compare, show, display, script, screenshot, save_scene;
     double frame_time = 0, exposure = 0;
     int frames = 0, aa = 0;
     std::string missing_frames = "fail";
@@ -67,6 +67,8 @@ void run(const ViewOptions& options, const CLI::App& command)
 {
     if (!options.screenshot.empty())
         check_png("--screenshot", options.screenshot);
+    if (!options.save_scene.empty() && options.scene.file.empty())
+        throw UsageError("--save-scene: an empty window has no scene; give INPUT");
     window::AppOptions app;
     app.memory = window::recall(window::memory_file(), app.complaint);
     apply(options, command, app.memory);
@@ -78,6 +80,7 @@ void run(const ViewOptions& options, const CLI::App& command)
         app.goal = parse_goal(options.plan);
     app.frames = options.frames;
     app.screenshot = options.screenshot;
+    app.save_scene = options.save_scene;
     app.debug = options.gl_debug;
     const window::AppReport report = window::App(std::move(app)).run();
     if (!options.json)
@@ -169,6 +172,8 @@ void add_view(CLI::App& app)
     command->add_option("--screenshot", o.screenshot,
                         "x.png of the window at its end; without --frames that is when the "
                         "picture is sharp");
+    command->add_option("--save-scene", o.save_scene,
+                        "write the scene of INPUT, before it is edited; Ctrl+S writes it as it is");
     command->add_option("--script", o.script, "actions in a person's stead (.json)");
     command->add_flag("--gl-debug", o.gl_debug, "an OpenGL error ends the program");
     command->add_flag("--json", o.json, "print JSON at the end");

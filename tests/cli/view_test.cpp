@@ -245,6 +245,43 @@ TEST_F(View, ErrorsAreThoseOfThePictureThatIsShown)
         << "the reference is the same, the picture is not";
 }
 
+// The same word as for `render`, and the same file.
+TEST_F(View, SavesTheSceneThatItOpensAndNotItsEdits)
+{
+    for (const int frame : {1, 2})
+        fs::copy_file(sample("smoke_plume.vdb"), folder_.path() / fmt::format("s_{}.vdb", frame));
+    const Outcome render =
+        run_program(folder_.path(), with_little_light({"render", "s_#.vdb", "--size=32x18",
+                                                       "--aa=1", "--frames=1..2", "-o", "x.#.png",
+                                                       "--save-scene", "render.json"}));
+    ASSERT_EQ(render.code, 0) << render;
+    const Outcome run =
+        view(R"([{"wait": "loaded"}, {"drag": [[160, 60], [200, 80]], "frames": 2}])",
+             with_little_light({"s_#.vdb", "--aa=1", "--steps=4", "--save-scene=view.json"}));
+    ASSERT_EQ(run.code, 0) << run;
+    Json ours = Json::parse(read_bytes(folder_.path() / "view.json")),
+         theirs = Json::parse(read_bytes(folder_.path() / "render.json"));
+    for (Json* json : {&ours, &theirs})
+        json->erase("resolution");  // of the picture there, of the scene here
+    EXPECT_EQ(ours, theirs);
+    EXPECT_THAT(ours.dump(), HasSubstr("s_#.vdb"));
+
+    const Outcome none = view("[]", {"--save-scene=none.json"});
+    EXPECT_EQ(none.code, 2) << none;
+    EXPECT_THAT(none.err, HasSubstr("--save-scene"));
+    const Outcome nowhere =
+        view(R"([{"wait": "loaded"}])",
+             with_little_light({"s_#.vdb", "--aa=1", "--steps=4", "--save-scene=no/view.json"}));
+    EXPECT_EQ(nowhere.code, 1) << nowhere;
+    EXPECT_THAT(nowhere.err, HasSubstr("no such folder 'no'"));
+    folder_.write("torn.vdb", "no grid");
+    const Outcome unread =
+        view(R"([{"wait": "loaded"}])", {"torn.vdb", "--save-scene=unread.json"});
+    EXPECT_EQ(unread.code, 1) << unread;
+    EXPECT_THAT(unread.err, HasSubstr("unread.json: not written"));
+    EXPECT_FALSE(fs::exists(folder_.path() / "unread.json"));
+}
+
 TEST_F(View, APlanIsMadeBesideThePictureAndTaken)
 {
     const Outcome run =

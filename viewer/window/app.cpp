@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fmt/format.h>
 #include <imgui.h>
+#include <utility>
 
 #include <GLFW/glfw3.h>
 
@@ -27,7 +29,7 @@ App::App(AppOptions options)
       browser_{"/proc/self/exe", ThumbnailCache(thumbnail_folder())},
       browser_panel_{screen_.device()}, automation_{std::move(options.script), options.frames,
                                                     options.screenshot},
-      log_{screen_.device().capabilities().renderer}
+      log_{screen_.device().capabilities().renderer}, save_scene_{std::move(options.save_scene)}
 {
     notices_.show_message(options.complaint);
     planner_.ask(options.goal);
@@ -53,6 +55,10 @@ AppReport App::run()
     if (!browser_.folder().empty())
         memory_.folder = browser_.folder();
     remember(memory_);
+    if (!save_scene_.empty())
+        throw Error(fmt::format("{}: not written; the window closed before the scene was read{}{}",
+                                save_scene_, notices_.message().empty() ? "" : ": ",
+                                notices_.message()));
     AppReport report = log_.report();
     report.message = notices_.message();
     report.errors = viewport_.reference().errors();
@@ -155,6 +161,7 @@ void App::draw(double seconds)
 void App::open(const std::string& file)
 {
     notices_.close_message();
+    save_scene_.clear();  // of another scene
     document_.open(file);
     add_recent(memory_, file);
 }
@@ -170,6 +177,9 @@ void App::take_loaded()
     } catch (const Error& error) {
         notices_.show_message(error.what());
     }
+    // Whoever asked by a command line waits for its file or an error, and may see no window.
+    if (document_.whole() && !save_scene_.empty())
+        asset::save_scene(document_.as_opened(), std::exchange(save_scene_, ""));
 }
 
 void App::play(double seconds)

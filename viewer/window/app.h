@@ -31,6 +31,7 @@ struct AppOptions {
     Script script;
     int frames = 0;          ///< as Automation takes it
     std::string screenshot;  ///< file for a picture of the window at the end
+    std::string save_scene;  ///< file for the scene, once it is read; "" for none
     bool debug = false;      ///< an OpenGL error ends the program
     std::string complaint;   ///< complaint to be said in the window at the start
 };
@@ -56,6 +57,7 @@ private:
 
     // What comes in: files, a script, a person's events.
     void open(const std::string& file);
+    /// @throws Error if the scene is to be saved and can't be
     void take_loaded();
     void play(double seconds);
     std::vector<Event> follow_script(double seconds);
@@ -91,6 +93,7 @@ private:
     BrowserPanel browser_panel_;
     Automation automation_;
     RunLog log_;
+    std::string save_scene_;  ///< file that the scene is still to be written to
 };
 
 }  // namespace fumarole::window

@@ -35,6 +35,8 @@ public:
     [[nodiscard]] const Scene& scene() const { return scene_; }
     /// The scene as it was read, of the frame shown: what a reset goes back to.
     [[nodiscard]] const Scene& as_read() const { return as_read_; }
+    /// The scene as it was read, with the #s of its sequences: what a command line would render.
+    [[nodiscard]] const Scene& as_opened() const { return moving_; }
     /// Whether all files of the scene are read; until then it can't be edited.
     [[nodiscard]] bool whole() const { return whole_; }
     /// Whether it is empty, with nothing on its way.
