@@ -245,6 +245,18 @@ shared::FrameParams make_params(const PreparedFrame& frame)
 
 }  // namespace
 
+PreparedFrame fine_frame(const PreparedFrame& frame)
+{
+    PreparedFrame out = frame;
+    out.fine = true;
+    out.settings.resolution = 1;
+    out.host.layer_offset = glm::dvec2(0);
+    out.layer_guard = 0;
+    out.layer_size = out.picture_size;
+    out.params = make_params(out);
+    return out;
+}
+
 double depth_reach(const Eye& eye, glm::dvec2 media_range)
 {
     return eye.perspective ? 0.0 : std::max(media_range.y - media_range.x, 1e-30);

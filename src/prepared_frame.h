@@ -77,6 +77,11 @@ struct PreparedFrame {
     /// picture's edge; 2017 had none and repeated its last.
     int layer_guard = 0;
 
+    /// Tiles of the picture that have a ray for each pixel, in a layer of their own: one a tile,
+    /// as pass::fine_tiles() has them; empty: none. The frame of that layer is `fine`.
+    std::vector<bool> fine_tiles;
+    bool fine = false;
+
     DepthsAsked depths_asked;
     /// Panes in order, whose block is bound: a march keeps what it has met at their depths instead,
     /// and its transparents are in no list; 0: they are.
@@ -96,6 +101,9 @@ struct PreparedFrame {
 /// @param history whether the frame's view keeps what settings ask for
 PreparedFrame prepare_frame(const Frame& frame, const FrameSettings& settings,
                             const FrameScene& scene, bool history = false);
+
+/// The frame of the layer that has a ray for each pixel of its fine_tiles alone.
+PreparedFrame fine_frame(const PreparedFrame& frame);
 
 /// What differences of depth are relative to [m]: the media's range where rays are parallel and
 /// relative depth means nothing; 0: the depth itself.

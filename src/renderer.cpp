@@ -27,6 +27,7 @@
 #include "light/probes.h"
 #include "medium/media_set.h"
 #include "pass/blue_noise.h"
+#include "pass/fine_tiles.h"
 #include "pass/sun_shades.h"
 #include "prepared_frame.h"
 #include "probe_captures.h"
@@ -628,6 +629,7 @@ void Renderer::Parts::composite(View& view, const Frame& frame, const FrameSetti
         return;
     }
     parts.ask_depths(state, prepared, seen);
+    prepared.fine_tiles = pass::fine_tiles(parts.tools, prepared);
     state.draw(prepared, parts.tools);
     parts.lay_media_over(*state.layers, prepared);
     parts.draw_transparents(state, prepared, seen, state.layers.get());

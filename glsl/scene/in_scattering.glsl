@@ -9,6 +9,8 @@ const bool kVolumeShadows = false;  // media dim the light on its way to the poi
 const bool kDepthAtPoint = false;   // light_depth() is the depth volume's at the point: all that scatters is in it
 const bool kWorldLight = false;     // the world's light scatters too: its mean, undimmed, isotropic, unless in a volume
 const int kShadowTaps = 1;          // of a step, by which a sun's shadow is looked up
+const bool kSteepSuns = false;      // around a sun in view, where a cosine has too few digits of how far it is
+const bool kShadeOverStep = false;  // a step takes the mean of what media dim of a sun, not that at its sample
 const bool kExactFalloff = false;   // a step takes the mean of 1/d^2 over its length, not that at its sample
 
 // The media's optical depth between p and light i: a function of who includes this.
@@ -34,7 +36,12 @@ float phase_at(float cos_theta, float g)
     return phase_henyey_greenstein(cos_theta, clamp(g, -g_clamp, g_clamp));
 }
 
-float phase_of(LightSample light, vec3 wo, float g) { return phase_at(dot(-light.wi, wo), g); }
+float phase_of(LightSample light, vec3 wo, float g)
+{
+    if (kSteepSuns)
+        return phase_henyey_greenstein(light.wi, wo, clamp(g, -u_frame.g_clamp, u_frame.g_clamp));
+    return phase_at(dot(-light.wi, wo), g);
+}
 vec3 scattered_open(LightSample light, vec3 wo, float g) { return light.irradiance * phase_of(light, wo, g); }
 
 // wo: unit length, to the eye. spread: how wide the square is that the line stands for, at its origin and more
@@ -47,7 +54,7 @@ LightLine light_line(Ray ray, vec3 wo, vec2 spread)
     for (int i = 0; i < kSunCount; ++i) {
         line.sun[i] = u_lights.lights[i].intensity;
         if (!kMixedG)
-            line.sun[i] *= phase_at(dot(-u_lights.lights[i].position, wo), u_media.media[0].g);
+            line.sun[i] *= phase_of(sun_sample(i, vec3(0.0)), wo, u_media.media[0].g);
         if (kSurfaceShadows) {
             ShadowView view = u_lights.views[int(u_lights.lights[i].first_view)];
             line.shadow[i] = vec3((view.clip_from_world * vec4(ray.origin, 1.0)).xy * 0.5 + 0.5,
@@ -130,6 +137,20 @@ vec3 scattered_of(LightSample light, LightLine line, LightStep step, Falloff ove
            (over.mean * light.range * light.range * phase_over(over, step.g) * exp(-step.sigma_t * over.ahead));
 }
 
+// What the media let through of sun i to a step, on its mean: as exp of a depth that grows evenly from one end of the
+// step to the other, weighted by what the step lets through of itself.
+vec3 sun_through_media(int i, LightLine line, LightStep step, LightSample light)
+{
+    if (!kVolumeShadows || !kShadeOverStep)
+        return volume_shadow(i, line, step.t, light);
+    extinction_t near = light_depth(i, line.ray.origin + line.ray.direction * step.ends.x, light);
+    extinction_t far = light_depth(i, line.ray.origin + line.ray.direction * step.ends.y, light);
+    extinction_t own = step.sigma_t * ((step.ends.y - step.ends.x) * length(line.ray.direction));
+    far += own;
+    // From the end that is dimmed the less: the other's exp may be too large for a float.
+    return vec3(exp(-min(near, far)) * slab_weight(abs(far - near)) / slab_weight(own));
+}
+
 // t where a step is asked for a sun's shadow the k-th time: each in a part of its own, as the point is in the whole.
 float shadow_tap(LightStep step, int k)
 {
@@ -161,7 +182,7 @@ void add_sun(inout vec3 sum, int i, LightLine line, LightStep step)
         }
         arriving *= visible / float(kShadowTaps);
     }
-    sum += arriving * volume_shadow(i, line, step.t, light);
+    sum += arriving * sun_through_media(i, line, step, light);
 }
 
 void add_point(inout vec3 sum, int i, LightLine line, LightStep step)

@@ -24,8 +24,9 @@ Settings::Format march_format(const Toolbox& tools, const FrameSettings& s)
                                                                : s.format;
 }
 
-gl::Defines RayMarch::march_defines(const FrameSettings& s) const
+gl::Defines RayMarch::march_defines(const PreparedFrame& frame) const
 {
+    const FrameSettings& s = frame.settings;
     gl::Defines defines = tools_.scattering_defines(s);
     const auto add = [&](bool condition, const char* name) {
         if (condition)
@@ -35,6 +36,9 @@ gl::Defines RayMarch::march_defines(const FrameSettings& s) const
     add(s.range == Settings::Range::camera, "kCameraRange");
     add(tools_.monochrome(s), "kMonochrome");
     add(s.falloff == Settings::Falloff::exact, "kExactFalloff");
+    add(frame.fine, "kSteepSuns");
+    // In media with a closed form: detail of others is better met where it is.
+    add(frame.fine && tools_.media.traits().marched == 0, "kShadeOverStep");
     // Where a shadow ends within a step, what it has of the light is told by a few places: far
     // fewer than steps that short would cost, as the media are not asked again. Steps are as short
     // as a medium's detail anyway, and shadows count for less there.
@@ -205,7 +209,7 @@ void RayMarch::draw(const PreparedFrame& frame)
     gl->ClearNamedFramebufferfv(framebuffer_.id(), GL_COLOR, 0, kNothing.data());
     if (transmittance_)
         gl->ClearNamedFramebufferfv(framebuffer_.id(), GL_COLOR, 1, kAll.data());
-    gl::Defines defines = march_defines(frame.settings);
+    gl::Defines defines = march_defines(frame);
     if (has_media_depth_)
         defines.emplace_back("kMediaDepth", "");
     if (split_scattering_)
@@ -246,7 +250,7 @@ gl::Texture RayMarch::sample_counts(const PreparedFrame& frame)
     framebuffer.attach_color({counts.view()});
     constexpr std::array<GLfloat, 4> kNone{};
     gl->ClearNamedFramebufferfv(framebuffer.id(), GL_COLOR, 0, kNone.data());
-    gl::Defines defines = march_defines(frame.settings);
+    gl::Defines defines = march_defines(frame);
     defines.emplace_back("kCountSamples", "");
     march(framebuffer, counts, {}, defines);
     if (tiles_.computes())  // for who reads them back, or looks them up

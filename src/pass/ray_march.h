@@ -62,7 +62,7 @@ private:
     /// Into one target, or two: the framebuffer's, or these images, as the frame's passes have it.
     void march(const gl::Framebuffer& framebuffer, const gl::Texture& first,
                const gl::Texture& second, gl::Defines& defines) const;
-    [[nodiscard]] gl::Defines march_defines(const FrameSettings& settings) const;
+    [[nodiscard]] gl::Defines march_defines(const PreparedFrame& frame) const;
 
     glm::ivec2 size_{0};  ///< texels of the layer
     Settings::Format format_ = Settings::Format::rgba16f;

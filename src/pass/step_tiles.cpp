@@ -108,10 +108,12 @@ void StepTiles::set(const PreparedFrame& frame)
         asks_suns_ = asks_suns && tools_.sun_shades.any();
         if (computes_ && frame.prepares)
             boxes_.prepare();
-        // Where a sun's shadows end, and which tiles keep what they meet, the CPU knows alone.
+        // Where a sun's shadows end, which tiles keep what they meet and which are fine, the CPU
+        // knows alone.
         const DepthsAsked& asked = frame.depths_asked;
         on_gpu_ = computes_ && frame.settings.empty_space_skipping && !asks_suns_ &&
-                  asked.areas.empty() && asked.view_z.empty() && frame.panes == 0;
+                  asked.areas.empty() && asked.view_z.empty() && frame.panes == 0 &&
+                  frame.fine_tiles.empty();
         if (on_gpu_)
             set_on_gpu(frame, view);
         else
@@ -148,6 +150,7 @@ void StepTiles::set_on_cpu(const PreparedFrame& frame, const StepView* view)
         std::fill(march_.texels.begin(), march_.texels.end(),
                   view->slots.tile({.slots = view->slots.all()}));
     }
+    part(frame);
     mark_depths_asked(frame);
     const auto marching = [](const glm::uvec4& tile) { return tile.x != 0; };
     const auto lit = [](const glm::uvec4& tile) { return StepSlots::is_lit(tile); };
@@ -228,6 +231,25 @@ void StepTiles::see_media(const StepView& view)
                       [&](std::size_t i) { picture_.texels[i] = kDrawnTile; });
         }
     }
+}
+
+void StepTiles::part(const PreparedFrame& frame)
+{
+    if (frame.fine_tiles.empty())
+        return;
+    for (std::size_t i = 0; i < picture_.texels.size(); ++i)
+        if (frame.fine_tiles[i] != frame.fine)
+            picture_.texels[i] = kEmptyTile;
+    if (!frame.fine)
+        return;
+    static_assert(kPictureTile % kLayerTile == 0);
+    std::size_t i = 0;
+    for (int y = 0; y < march_.count.y; ++y)
+        for (int x = 0; x < march_.count.x; ++x, ++i) {
+            const glm::ivec2 tile = glm::ivec2(x, y) * kLayerTile / kPictureTile;
+            if (!frame.fine_tiles[static_cast<std::size_t>(tile.y * picture_.count.x + tile.x)])
+                march_.texels[i] = depth_.texels[i] = kEmptyTile;
+        }
 }
 
 void StepTiles::choose_steps(const StepView& view)

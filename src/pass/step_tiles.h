@@ -89,6 +89,9 @@ private:
     void see_media(const StepView& view);
     void choose_steps(const StepView& view);
     void want_depths(const StepView& view);
+    /// Leaves of the tiles those that the frame's fine layer has; of its main one's, whose march
+    /// goes on over all, the picture's others.
+    void part(const PreparedFrame& frame);
     void make_texture(const char* label, Tiles& tiles) const;
     void upload(const char* label, Tiles& tiles) const;
     void list();

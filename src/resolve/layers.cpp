@@ -21,6 +21,7 @@ public:
         if (!frame.settings.keeps_history())
             history_.reset();
         march_.draw(frame);
+        draw_fine(frame);
         averaged_ = frame.keeps_history;
         if (!averaged_)
             return;
@@ -36,6 +37,11 @@ public:
         if (averaged_)
             history_->replace(marched);
         upsample(frame, marched, layer, canvas, variant);
+        if (!fine_)
+            return;
+        tools_.bind_block(fine_->frame);
+        upsample(fine_->frame, fine_->march.layer(), layer, canvas, variant);
+        tools_.bind_block(frame);
     }
 
     [[nodiscard]] gl::Defines bind_volume_at(const PreparedFrame& frame) override
@@ -89,8 +95,30 @@ public:
     }
 
 private:
+    /// Where a ray for several pixels does not do, there is one for each, in a layer of its own.
+    struct Fine {
+        explicit Fine(const Toolbox& tools) : march{tools} {}
+        pass::RayMarch march;
+        PreparedFrame frame;
+    };
+
+    void draw_fine(const PreparedFrame& frame)
+    {
+        if (frame.fine_tiles.empty()) {
+            fine_.reset();
+            return;
+        }
+        if (!fine_)
+            fine_.emplace(tools_);
+        fine_->frame = fine_frame(frame);
+        tools_.bind_block(fine_->frame);
+        fine_->march.draw(fine_->frame);
+        tools_.bind_block(frame);
+    }
+
     const Toolbox& tools_;
     pass::RayMarch march_;
+    std::optional<Fine> fine_;             ///< while the frames have fine tiles
     std::optional<MarchHistory> history_;  ///< while the settings ask for it
     bool averaged_ = false;                ///< the last frame has a history
 };

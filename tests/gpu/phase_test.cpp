@@ -102,5 +102,35 @@ TEST_F(Phase, BackwardLobeMirrorsTheForwardOne)
             << "cos " << inputs[i].x << ", g " << inputs[i].y;
 }
 
+// From two directions: where the lobe is, an angle has digits left that its cosine has lost.
+TEST_F(Phase, OfDirectionsHasTheDigitsOfTheirAngle)
+{
+    const Kernel kernel(gl(), R"(
+#include "lib/phase.glsl"
+void kernel(int i)
+{
+    vec3 wi = vec3(0.0, -1.0, 0.0), along = vec3(sin(in_data[i].x), -cos(in_data[i].x), 0.0);
+    float g = in_data[i].y;
+    vec3 wo = g < 0.0 ? along : -along;
+    out_data[i] = vec4(phase_henyey_greenstein(wi, wo, g), phase_henyey_greenstein(dot(-wi, wo), g), 0, 0);
+}
+)");
+    std::vector<glm::vec4> inputs;
+    for (const float g : {0.99f, -0.99f, 0.999f, -0.999f})
+        for (const float theta : {0.0005f, 0.001f, 0.003f, 0.01f, 0.1f, 1.5f})
+            inputs.emplace_back(theta, g, 0, 0);
+    const std::vector<glm::vec4> values = kernel(inputs);
+    double worst_of_cosine = 0;
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+        const double theta = inputs[i].x, g = std::abs(double(inputs[i].y));
+        const double d = (1 - g) * (1 - g) + 4 * g * std::pow(std::sin(theta / 2), 2);
+        const double exact = (1 - g) * (1 + g) / (4 * kPi * d * std::sqrt(d));
+        // Sines and cosines of a GPU may be off by 2^-11 of the angle in the shader's own.
+        EXPECT_NEAR(values[i].x, exact, 2e-3 * exact) << "g " << g << ", " << theta << " rad";
+        worst_of_cosine = std::max(worst_of_cosine, std::abs(double(values[i].y) / exact - 1));
+    }
+    EXPECT_GT(worst_of_cosine, 0.02) << "or there was nothing to mend";
+}
+
 }  // namespace
 }  // namespace fumarole::test

@@ -32,6 +32,14 @@ protected:
         scene.camera.ortho_height = 3;
         return scene;
     }
+    /// Pixels so narrow that those of a layer see what changes around a sun, whose tiles are
+    /// marched for each pixel else.
+    static Scene narrow_pixels()
+    {
+        Scene scene = wide_scene(64);
+        scene.camera.vfov_deg = 20;
+        return scene;
+    }
 };
 
 TEST_F(Lighting, SunInAUniformSlabThatShadesItself)
@@ -44,7 +52,7 @@ TEST_F(Lighting, SunInAUniformSlabThatShadesItself)
                 for (const Settings& settings :
                      {plain_settings(1), plain_settings(2), plain_settings(4), plain_froxels()}) {
                     const int resolution = settings.resolution;
-                    Scene scene = wide_scene();
+                    Scene scene = narrow_pixels();
                     scene.camera.projection = projection;
                     const SunLight sun{glm::normalize(to_sun), irradiance};
                     scene.lights = {sun};
@@ -464,7 +472,7 @@ TEST_F(Lighting, CoefficientsOfOverlappingMediaAdd)
 {
     Settings settings = plain_settings();
     settings.ambient_volume_size = 0;  // 16 bits
-    Scene scene = wide_scene();
+    Scene scene = narrow_pixels();
     scene.lights = {SunLight{{0.3, 0.8, 0.5}, glm::vec3(3)}};
     scene.world.radiance = glm::vec3(0.2f);
     BoxMedium a = slab({0.1f, 0.2f, 0.3f}, glm::vec3(0.1f), 0.8f);

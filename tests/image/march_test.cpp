@@ -255,5 +255,155 @@ TEST_F(MarchSpeed, FalloffOverAStepIsItsIntegral)
     EXPECT_GT(std::abs(middle(render(scene, settings)) - exact), 0.1 * exact);
 }
 
+// -- where a texel is too large -------------------------------------------------------------------
+
+/// What pixels see of fog around a sun, marched at half the size: each by a ray of its own where
+/// what the fog scatters changes within a texel.
+class FineTiles : public ImageTest {
+protected:
+    static Scene fog_ahead()
+    {
+        Scene scene = empty_scene();
+        scene.resolution = {64, 64};
+        scene.camera.position = {0, 0, 0};
+        scene.camera.look_at = {0, 1, 0};
+        scene.camera.vfov_deg = 20;
+        BoxMedium fog;
+        fog.min = {-40, 2, -40};
+        fog.max = {40, 12, 40};
+        fog.sigma_s = glm::vec3(1e-4f);
+        scene.media = {fog};
+        return scene;
+    }
+    static constexpr glm::dvec3 kLow{-40, 2, -40}, kHigh{40, 12, 40};
+
+    /// The largest error of a pixel, of its value, in the red channel.
+    static double worst(const Scene& scene, const Settings& settings,
+                        const std::function<double(const PixelRay&)>& exact)
+    {
+        const Still still = render(scene, settings);
+        double most = 0;
+        for (int y = 0; y < still.height; ++y)
+            for (int x = 0; x < still.width; ++x) {
+                const double actual =
+                    still.scattering[static_cast<std::size_t>((y * still.width + x) * 3)];
+                const double once = exact(ray_of(scene, x, y));
+                most = std::max(most, std::abs(actual / once - 1));
+                const double blended = pixel(still.composite, still.width, x, y).r;
+                if (!scene.surfaces.empty())
+                    continue;
+                // Before a black world: no tile is blended twice.
+                EXPECT_NEAR(blended / actual, 1, 1e-3) << "pixel " << x << " " << y;
+            }
+        return most;
+    }
+};
+
+TEST_F(FineTiles, HaveTheLobeRoundASunInView)
+{
+    Scene scene = fog_ahead();
+    const glm::dvec3 wi = glm::normalize(glm::dvec3(0.03, 1, -0.02));
+    for (const auto passes : {Settings::Passes::fragment, Settings::Passes::compute})
+        for (const float g : {0.98f, -0.98f, 0.997f, -0.997f}) {
+            std::get<BoxMedium>(scene.media[0]).g = g;
+            scene.lights = {SunLight{g > 0 ? wi : -wi, glm::vec3(2)}};
+            Settings settings = plain_settings(2);
+            settings.passes = passes;
+            settings.g_clamp = 0.999f;
+            const double error = worst(scene, settings, [&](const PixelRay& ray) {
+                const double phase = henyey_greenstein(glm::dot(wi, ray.direction), std::abs(g));
+                return 2 * phase * 1e-4 * box_segment(ray, kLow, kHigh).length();
+            });
+            figure(fmt::format("g {}", g), error);
+            // What dims it, 1e-3 to 2e-3, and beyond them texels that span a twentieth of the lobe.
+            EXPECT_LT(error, 6e-3);
+        }
+}
+
+// Each frame has its own: a sun that leaves the view takes them with it.
+TEST_F(FineTiles, ComeAndGoWithTheSun)
+{
+    Scene scene = fog_ahead();
+    std::get<BoxMedium>(scene.media[0]).g = 0.98f;
+    const auto with_sun = [&](glm::dvec3 wi) {
+        scene.lights = {SunLight{glm::normalize(wi), glm::vec3(2)}};
+        return worst(scene, plain_settings(2), [&](const PixelRay& ray) {
+            const double phase =
+                henyey_greenstein(glm::dot(glm::normalize(wi), ray.direction), 0.98f);
+            return 2 * phase * 1e-4 * box_segment(ray, kLow, kHigh).length();
+        });
+    };
+    EXPECT_LT(with_sun({0.03, 1, -0.02}), 6e-3);
+    EXPECT_LT(with_sun({1, 0.3, 0}), 6e-3);
+    EXPECT_LT(with_sun({-0.1, 1, 0.1}), 6e-3);
+}
+
+// A surface before part of the fog: a pixel has its own depth.
+TEST_F(FineTiles, EndAtThePixelsOwnDepth)
+{
+    Scene scene = fog_ahead();
+    scene.surfaces = {BoxSurface{{0.013, 4, -40}, {40, 4.1, 40}, glm::vec3(0.5f)}};
+    // From behind and the left, so that the surface throws no shadow on what is seen.
+    const glm::dvec3 wi = glm::normalize(glm::dvec3(0.1, 1, -0.02));
+    BoxMedium& fog = std::get<BoxMedium>(scene.media[0]);
+    fog.min = {-3, 2, -3};  // as wide as the view, so that a texel of the shadow map is narrow
+    fog.max = {3, 12, 3};
+    fog.g = -0.98f;
+    scene.lights = {SunLight{-wi, glm::vec3(2)}};
+    const double error = worst(scene, plain_settings(2), [&](const PixelRay& ray) {
+        Segment in = box_segment(ray, fog.min, fog.max);
+        const Segment behind = box_segment(ray, {0.013, 4, -40}, {40, 4.1, 40});
+        if (behind.length() > 0)
+            in.end = behind.begin;
+        const double phase = henyey_greenstein(glm::dot(wi, ray.direction), 0.98f);
+        return 2 * phase * 1e-4 * in.length();
+    });
+    figure("error", error);
+    EXPECT_LT(error, 6e-3);
+}
+
+// A slab that dims the sun as it dims the eye: both grow evenly along a ray, and steps of half a
+// metre have the integral wherever they are sampled.
+TEST_F(FineTiles, HaveTheMeanOfASunThatTheirMediumDims)
+{
+    Scene scene = fog_ahead();
+    scene.resolution = {7, 7};
+    BoxMedium& fog = std::get<BoxMedium>(scene.media[0]);
+    fog.min = {-40, 4, -40};
+    fog.max = {40, 6, 40};
+    fog.sigma_s = {0.2f, 0.5f, 1.0f};
+    fog.sigma_a = glm::vec3(0.5f);
+    Settings settings = plain_settings();
+    settings.steps = 4;
+    settings.jitter = Settings::Jitter::blue;
+    for (const double side : {1.0, -1.0}) {
+        fog.g = static_cast<float>(0.4 * side);
+        const glm::dvec3 wi = glm::normalize(side * glm::dvec3(0.1, 1, 0.1));
+        scene.lights = {SunLight{wi, glm::vec3(3)}};
+        for (std::uint32_t index = 0; index < 4; ++index) {
+            StillOptions options;
+            options.seed = index;
+            const Still still = scene_renderer().render(scene, settings, options);
+            for (int i = 0; i < 49; ++i) {
+                const PixelRay ray = ray_of(scene, i % 7, i / 7);
+                const Segment in = box_segment(ray, fog.min, fog.max);
+                const double phase = henyey_greenstein(glm::dot(wi, ray.direction), fog.g);
+                for (int c = 0; c < 3; ++c) {
+                    const double sigma_s = fog.sigma_s[c], sigma_t = sigma_s + 0.5;
+                    const double exact =
+                        3 * phase * sigma_s * integrate(in.begin, in.end, 8, [&](double s) {
+                            const double y = ray.direction.y * s;
+                            const double to_sun = (side > 0 ? 6 - y : 4 - y) / wi.y;
+                            return std::exp(-sigma_t * (s - in.begin + to_sun));
+                        });
+                    const double actual = still.scattering[static_cast<std::size_t>(3 * i + c)];
+                    EXPECT_NEAR(actual / exact, 1, 2e-4)
+                        << "side " << side << ", frame " << index << ", pixel " << i;
+                }
+            }
+        }
+    }
+}
+
 }  // namespace
 }  // namespace fumarole::test

@@ -1,0 +1,94 @@
+#include "pass/fine_tiles.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "light_fields.h"
+#include "pass/step_tiles.h"
+
+namespace fumarole::pass {
+
+namespace {
+
+/// Where the media's phase has a peak, towards a sun or away from it, and how far from there it
+/// changes within a texel.
+struct Lobe {
+    glm::dvec3 axis;
+    double reach;  ///< [rad]
+};
+
+/// The lobe is ((1 - g)^2 + g theta^2)^(-3/2), about: the root is what it changes within, of which
+/// a texel may span a twentieth, as where a whole layer is made coarser.
+constexpr double kOfLobe = 0.05;
+
+std::vector<Lobe> steep_lobes(const Toolbox& tools, double texel)
+{
+    std::vector<Lobe> lobes;
+    const medium::MediaTraits& media = tools.media.traits();
+    const double g = media.most_g;
+    if (!media.scatters || g <= 0)
+        return lobes;
+    const double reach2 = (texel / kOfLobe) * (texel / kOfLobe) - (1 - g) * (1 - g) / g;
+    if (!(reach2 > 0))
+        return lobes;
+    for (const LightPosition& light : tools.lights.points()) {
+        if (!light.far)
+            continue;
+        const glm::dvec3 to_light = glm::normalize(light.at);
+        if (media.mixed_g || media.g > 0)
+            lobes.push_back({to_light, std::sqrt(reach2)});
+        if (media.mixed_g || media.g < 0)
+            lobes.push_back({-to_light, std::sqrt(reach2)});
+    }
+    return lobes;
+}
+
+}  // namespace
+
+std::vector<bool> fine_tiles(const Toolbox& tools, const PreparedFrame& frame)
+{
+    const FrameSettings& s = frame.settings;
+    const DepthsAsked& asked = frame.depths_asked;
+    // What a history averages is the layer's, transparents ask it what is before them, and 2017
+    // knew nothing of finer ones. Of parallel rays all see one phase.
+    if (s.mode != Settings::Mode::raymarch || !frame.eye.perspective || s.keeps_history() ||
+        s.range == Settings::Range::camera || frame.panes > 0 || !asked.areas.empty() ||
+        !asked.view_z.empty())
+        return {};
+    const double pixel = 2 / (std::abs(frame.host.clip_from_view[1][1]) * frame.picture_size.y);
+    std::vector<Lobe> lobes = steep_lobes(tools, pixel * s.resolution);
+    const auto from_axis = [](const Lobe& lobe, glm::dvec3 direction) {
+        return std::acos(std::clamp(glm::dot(lobe.axis, direction), -1.0, 1.0));
+    };
+    const auto direction = [&](glm::dvec2 ndc) {
+        return glm::normalize(frame.rays.direction + frame.rays.direction_dx * ndc.x +
+                              frame.rays.direction_dy * ndc.y);
+    };
+    const glm::dvec3 middle = direction({0, 0});
+    double corner = 0;
+    for (const glm::dvec2 ndc : {glm::dvec2(-1, -1), {1, -1}, {-1, 1}, {1, 1}})
+        corner = std::max(corner, std::acos(std::min(glm::dot(middle, direction(ndc)), 1.0)));
+    if (!frame.prepares)
+        std::erase_if(
+            lobes, [&](const Lobe& lobe) { return from_axis(lobe, middle) > lobe.reach + corner; });
+    if (lobes.empty())
+        return {};
+    constexpr int kTile = StepTiles::kPictureTile;
+    const double half = 0.5 * std::sqrt(2.0) * kTile * pixel;  // from a tile's middle to its corner
+    const glm::ivec2 count = (frame.picture_size + kTile - 1) / kTile;
+    std::vector<bool> fine;
+    fine.reserve(static_cast<std::size_t>(count.x) * static_cast<std::size_t>(count.y));
+    for (int y = 0; y < count.y; ++y)
+        for (int x = 0; x < count.x; ++x) {
+            const glm::dvec2 at = (glm::dvec2(x, y) + 0.5) * double{kTile};
+            const glm::dvec3 ray = direction(at / glm::dvec2(frame.picture_size) * 2.0 - 1.0);
+            fine.push_back(frame.prepares || std::ranges::any_of(lobes, [&](const Lobe& lobe) {
+                               return from_axis(lobe, ray) <= lobe.reach + half;
+                           }));
+        }
+    if (std::ranges::find(fine, true) == fine.end())
+        fine.clear();
+    return fine;
+}
+
+}  // namespace fumarole::pass
