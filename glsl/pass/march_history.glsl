@@ -6,6 +6,8 @@
 // begins at 1 while those around it go on. The scene's depth is a fraction of the media's range (-1: no
 // medium is in this ray's way, whatever its depth): what was gathered in front of another surface is not
 // this ray's. A ray's media stand for one point of it, the mean of what it sees of them (ray_march.glsl).
+// How much of what was gathered is kept is decided as by a Kalman filter (Kalman 1960): by what moving it has lost
+// beside the noise that a frame has.
 #include "lib/depth.glsl"
 #include "scene/frame.glsl"
 #include "shared/march_history_params.h"
@@ -45,6 +47,26 @@ struct Sight {
     vec3 scattering;
     transmittance_t transmittance;
 };
+
+float square(vec3 v) { return dot(v, v); }
+float square(float v) { return v * v; }
+float most(vec3 v) { return max(v.r, max(v.g, v.b)); }
+float mean(float v) { return v; }
+float mean(vec3 v) { return dot(v, vec3(1.0 / 3.0)); }
+
+void add(inout Sight sum, float weight, Sight sight)
+{
+    sum.scattering += weight * sight.scattering;
+    sum.transmittance += weight * sight.transmittance;
+}
+
+// Of a difference: the square of what it does to a picture whose light is `source`, the media's own.
+float square_of(Sight difference, float source)
+{
+    return square(difference.scattering) + source * source * square(difference.transmittance);
+}
+
+const Sight kNoSight = Sight(vec3(0.0), transmittance_t(0.0));
 
 struct Kept {
     Sight sight;
@@ -100,6 +122,23 @@ float match_of(Kept kept, float view_z)
     return same_depth(mix(range.x, range.y, kept.depth), view_z, u_frame.depth_threshold * reach);
 }
 
+// What is kept of a ray.
+struct Reprojected {
+    Kept kept;
+    vec2 position;      // where last frame's layer has it, in texels
+    float old_scene_z;  // where that ray ended
+    // Of HISTORY_MOVED, where all texels around that place are the ray's:
+    bool whole;
+    Sight broad;           // the mean over more than a texel
+    Sight between, moved;  // what is lost between texels, and as its media move against themselves
+    float turn;            // by how much it is seen from elsewhere, the angle's sine
+};
+
+Reprojected no_history(vec2 position, float scene_z)
+{
+    return Reprojected(Kept(kNoSight, 0.0, 0.0), position, scene_z, false, kNoSight, kNoSight, kNoSight, 0.0);
+}
+
 #ifdef HISTORY_MOVED
 Sight filtered(vec2 uv)
 {
@@ -109,9 +148,16 @@ Sight filtered(vec2 uv)
 
 void add(inout Sight sum, float weight, vec2 position)
 {
-    Sight at = filtered((position + 0.5) * u_frame.inverse_layer_size);
-    sum.scattering += weight * at.scattering;
-    sum.transmittance += weight * at.transmittance;
+    add(sum, weight, filtered((position + 0.5) * u_frame.inverse_layer_size));
+}
+
+// The mean over a texel and half of those around it.
+Sight broad(vec2 position)
+{
+    Sight sum = kNoSight;
+    for (int i = 0; i < 4; ++i)
+        add(sum, 0.25, position + vec2(i & 1, i >> 1) - 0.5);
+    return sum;
 }
 
 // Between texels by Catmull and Rom's cubic, in 5 bilinear fetches as Jimenez 2016 has it: its 16 texels but
@@ -128,7 +174,7 @@ Sight sharp(vec2 position)
     vec2 before = first - 1.0, behind = first + 2.0;
     vec4 sides = vec4(w0 * w12.yx, w3 * w12.yx);
     float sum = w12.x * w12.y + sides.x + sides.y + sides.z + sides.w;
-    Sight sight = Sight(vec3(0.0), transmittance_t(0.0));
+    Sight sight = kNoSight;
     add(sight, w12.x * w12.y / sum, middle);
     add(sight, sides.x / sum, vec2(before.x, middle.y));
     add(sight, sides.y / sum, vec2(middle.x, before.y));
@@ -157,95 +203,185 @@ vec2 old_position(vec3 p)
     return clamp(position, vec2(-2.0), u_frame.layer_size + 1.0);  // or no integer has it
 }
 
-// What is kept of a ray, and where last frame's layer has it, in texels; old_scene_z: where that ray ended.
-Kept history_of(ivec2 texel, vec2 media_depth, float scene_z, out vec2 position, out float old_scene_z)
+Reprojected history_of(ivec2 texel, vec2 media_depth, float scene_z)
 {
-    position = vec2(-2.0);
-    old_scene_z = scene_z;
-    Kept mean = Kept(Sight(vec3(0.0), transmittance_t(0.0)), 0.0, 0.0);
+    Reprojected last = no_history(vec2(-2.0), scene_z);
     vec2 pixel = (vec2(texel) + 0.5 + u_frame.layer_offset) * float(kLayerScale);
     Ray ray = camera_ray(pixel * u_frame.inverse_full_size * 2.0 - 1.0);
     if (media_depth.x < 0.0)
-        return mean;
+        return last;
     vec2 view_z = u_frame.media_range.x +
                   (u_frame.media_range.y - u_frame.media_range.x) * (media_depth.x + media_depth.y * vec2(-1.0, 1.0));
     vec3 p = ray.origin + ray.direction * (0.5 * (view_z.x + view_z.y));
-    old_scene_z = dot(u_history.view_z_from_world, vec4(ray.origin + ray.direction * scene_z, 1.0));
-    position = old_position(p);
-    ivec2 first = ivec2(floor(position));
-    ivec2 last = ivec2(u_frame.layer_size) - 1;
+    last.old_scene_z = dot(u_history.view_z_from_world, vec4(ray.origin + ray.direction * scene_z, 1.0));
+    last.position = old_position(p);
+    ivec2 first = ivec2(floor(last.position));
+    ivec2 end = ivec2(u_frame.layer_size) - 1;
+    // What lies before and behind that point comes from elsewhere, half as far as both of them lie apart.
+    vec2 apart = 0.5 * (old_position(ray.origin + ray.direction * view_z.x) -
+                        old_position(ray.origin + ray.direction * view_z.y));
+    Sight mean = kNoSight;
     float share = 0.0;
     for (int i = 0; i < 4; ++i) {
-        ivec2 at = first + ivec2(i & 1, i >> 1);
-        if (at != clamp(at, ivec2(0), last))
+        ivec2 corner = ivec2(i & 1, i >> 1);
+        ivec2 at = first + corner;
+        if (at != clamp(at, ivec2(0), end))
             continue;
         Kept kept = kept_at(at);
-        vec2 tent = 1.0 - abs(vec2(at) - position);
-        float weight = tent.x * tent.y * match_of(kept, old_scene_z);
+        vec2 tent = 1.0 - abs(vec2(at) - last.position);
+        float weight = tent.x * tent.y * match_of(kept, last.old_scene_z);
         if (weight <= 0.0)
             continue;  // 0 times an infinity
-        mean.sight.scattering += weight * kept.sight.scattering;
-        mean.sight.transmittance += weight * kept.sight.transmittance;
-        mean.frames += weight * kept.frames;
+        add(mean, weight, kept.sight);
+        last.kept.frames += weight * kept.frames;
         share += weight;
+        vec2 slope = (2.0 * vec2(corner) - 1.0) * tent.yx;
+        add(last.moved, dot(slope, apart), kept.sight);
     }
-    // What lies before and behind that point comes from elsewhere, and between texels the finest detail is
-    // lost: with each frame a little more, so that what is kept is worth so many frames and no more.
-    const float kSmear = 0.1;    // texels in all
-    const float kBetween = 2.0;  // frames half way between texels
-    float smear = 0.5 * distance(old_position(ray.origin + ray.direction * view_z.x),
-                                 old_position(ray.origin + ray.direction * view_z.y));
-    vec2 between = fract(position);
-    between = 2.0 * between * (1.0 - between);  // 1 half way, of both together
-    float loss = smear / kSmear + (between.x + between.y) / kBetween;
-    mean.frames = min(mean.frames, 1.0 / max(loss, 1e-6));
+    vec3 turned = turned(p, -normalize(ray.direction));
     const float kAll = 0.99;
     if (share > kAll) {
-        mean.sight = sharp(position);
-        mean.sight.scattering *= turned(p, -normalize(ray.direction));
+        last.whole = true;
+        last.kept.sight = sharp(last.position);
+        last.between = last.kept.sight;
+        add(last.between, -1.0, mean);
+        last.kept.sight.scattering *= turned;
+        last.broad = broad(last.position);
+        last.broad.scattering *= turned;
+        vec3 old_wo = u_history.eye.w == 0.0 ? u_history.eye.xyz : normalize(u_history.eye.xyz - p);
+        last.turn = length(cross(old_wo, normalize(ray.direction)));
     } else if (share > 0.0) {
-        mean.sight.scattering *= turned(p, -normalize(ray.direction)) / share;
-        mean.sight.transmittance /= share;
+        // A bilinear mean blurs: with each frame a little more.
+        const float kBetween = 0.3;  // frames half way between texels
+        vec2 between = fract(last.position);
+        between = 2.0 * between * (1.0 - between);  // 1 half way, of both together
+        last.kept.frames = min(last.kept.frames, kBetween / max(between.x + between.y, 1e-6));
+        last.kept.sight = Sight(mean.scattering * turned / share, mean.transmittance / share);
     }
-    return mean;
+    return last;
 }
 
 #else
-Kept history_of(ivec2 texel, vec2 media_depth, float scene_z, out vec2 position, out float old_scene_z)
+Reprojected history_of(ivec2 texel, vec2 media_depth, float scene_z)
 {
-    position = vec2(texel);
-    old_scene_z = scene_z;
-    Kept kept = kept_at(texel);
-    kept.frames *= match_of(kept, scene_z);
-    return kept;
+    Reprojected last = no_history(vec2(texel), scene_z);
+    last.kept = kept_at(texel);
+    last.kept.frames *= match_of(last.kept, scene_z);
+    return last;
 }
 #endif
 
 // What this frame sees around a texel, before the same surface: the mean and a standard deviation.
 struct Around {
     Sight mean, reach;
+    // kMoved:
+    Sight own;                      // the texel's
+    vec2 media_depth;               // of what is seen of the media there, as media_depth_at() has it
+    Sight bend_x, bend_y, bend_xy;  // second differences, and the second difference of those
+    float source, noise, value;     // squares but for the source: of what a frame errs by, and of what it shows
+    transmittance_t depth_noise;    // of that error of a transmittance
 };
 
-Around around(ivec2 texel, float scene_z)
+// `sight` is the texel's.
+Around around(ivec2 texel, Sight sight, float scene_z)
 {
     float reach = u_frame.media_depth > 0.0 ? u_frame.media_depth : scene_z;
     ivec2 last = ivec2(u_frame.layer_size) - 1;
-    Sight sum = Sight(vec3(0.0), transmittance_t(0.0)), squares = sum;
+    Sight sum = kNoSight, squares = sum, bend_x = sum, bend_y = sum, bend_xy = sum, tilt_x = sum, tilt_y = sum;
     float weights = 0.0;
+    vec3 shining = vec3(0.0), hiding = vec3(0.0);
     for (int i = 0; i < 9; ++i) {
-        ivec2 at = clamp(texel + ivec2(i % 3, i / 3) - 1, ivec2(0), last);
+        ivec2 to = ivec2(i % 3, i / 3) - 1;
+        ivec2 at = clamp(texel + to, ivec2(0), last);
         float weight = same_depth(scene_z_at(at), scene_z, u_frame.depth_threshold * reach);
         Sight near = sight_at(at);
-        sum.scattering += weight * near.scattering;
-        sum.transmittance += weight * near.transmittance;
-        squares.scattering += weight * near.scattering * near.scattering;
-        squares.transmittance += weight * near.transmittance * near.transmittance;
+        add(sum, weight, near);
+        add(squares, weight, Sight(near.scattering * near.scattering, near.transmittance * near.transmittance));
         weights += weight;
+        if (!kMoved)
+            continue;
+        Sight more = near;
+        add(more, -1.0, sight);
+        vec2 bend = vec2(3 * to * to - 2);  // 1, -2, 1
+        add(bend_x, to.y == 0 ? weight * bend.x : 0.0, more);
+        add(bend_y, to.x == 0 ? weight * bend.y : 0.0, more);
+        add(bend_xy, weight * bend.x * bend.y, more);
+        add(tilt_x, weight * float(to.x) * bend.y, more);
+        add(tilt_y, weight * float(to.y) * bend.x, more);
+        vec2 depth = media_depth_at(at);
+        weight *= depth.x < 0.0 ? 0.0 : float((2 - abs(to.x)) * (2 - abs(to.y)));
+        shining += weight * most(near.scattering) * vec3(1.0, depth);
+        hiding += weight * (1.0 - mean(near.transmittance)) * vec3(1.0, depth);
     }
     vec3 s = sum.scattering / weights;
     transmittance_t t = sum.transmittance / weights;
-    return Around(Sight(s, t), Sight(sqrt(max(squares.scattering / weights - s * s, 0.0)),
-                                     sqrt(max(squares.transmittance / weights - t * t, 0.0))));
+    Around now;
+    now.mean = Sight(s, t);
+    now.reach = Sight(sqrt(max(squares.scattering / weights - s * s, 0.0)),
+                      sqrt(max(squares.transmittance / weights - t * t, 0.0)));
+    if (kMoved) {
+        now.own = sight;
+        // A ray that has met nothing, as few steps may, has no depth to go by: those beside it have.
+        vec3 seen = shining.x > 0.0 ? shining : hiding;
+        now.media_depth = seen.x > 0.0 ? seen.yz / seen.x : media_depth_at(texel);
+        now.bend_x = bend_x;
+        now.bend_y = bend_y;
+        now.bend_xy = bend_xy;
+        now.source = mean(s) / max(1.0 - mean(t), 1e-3);
+        if (!(now.source > 0.0))
+            now.source = 1.0;
+        // A parabola has none of these three, and noise has its variance times the squares of their weights
+        // (after Immerkaer 1996, whose mask is the first).
+        now.noise = (square_of(bend_xy, now.source) / 36.0 +
+                     (square_of(tilt_x, now.source) + square_of(tilt_y, now.source)) / 12.0) /
+                    3.0;
+        now.depth_noise =
+            (bend_xy.transmittance * bend_xy.transmittance / 36.0 +
+             (tilt_x.transmittance * tilt_x.transmittance + tilt_y.transmittance * tilt_y.transmittance) / 12.0) /
+            3.0;
+        now.value = square_of(Sight(s, 1.0 - t), now.source);
+    }
+    return now;
+}
+
+// The mean of what a frame sees around a texel, over as much as last frame's is: or it would sharpen or blur.
+Sight broad_now(Around now, vec2 position)
+{
+    vec2 between = fract(position + 0.5);
+    vec2 w = 0.125 + 0.5 * between * (1.0 - between);
+    Sight mean = now.own;
+    add(mean, w.x, now.bend_x);
+    add(mean, w.y, now.bend_y);
+    add(mean, w.x * w.y, now.bend_xy);
+    // As mean_of() has it: the mean of noisy transmittances is too large, by half of their depths' variance.
+    transmittance_t t = max(mean.transmittance, 0.0);
+    transmittance_t deeper = min(0.5 * now.depth_noise / max(t, 1e-3), 0.25 * t);
+    mean.scattering *= 1.0 + min(deeper / max(1.0 - t, 1e-3), 0.5);
+    mean.transmittance -= deeper;
+    return mean;
+}
+
+// What lies farther from the eye or nearer moves another way, is longer or shorter on the ray, and is lit from
+// elsewhere: what was gathered is brought towards the mean of what is around now, whose noise is small, so that
+// brightness does not lag behind. And once what it has lost on its way counts as noise, it is worth fewer frames.
+void follow(Around now, Reprojected last, inout Kept history)
+{
+    // Of squares: by so much of what is seen a turn of one changes it, about.
+    const float kChange = 0.3;
+    float change = kChange * square(last.turn) * now.value;
+    float noise = max(now.noise, 1e-30);
+    // Where a change is lasting this share of it has the least error.
+    const float kMost = 0.6;
+    float share = min(pow(change / noise, 1.0 / 3.0), kMost);
+    add(history.sight, share, broad_now(now, last.position));
+    add(history.sight, -share, last.broad);
+    history.sight.scattering = max(history.sight.scattering, vec3(0.0));
+    // Of squares, too: what a cubic between texels errs by is about as much as it differs by from a bilinear mean, and
+    // media's layers move by more than their sum shows.
+    const float kBetween = 2.0, kApart = 10.0;
+    float lost = kBetween * square_of(last.between, now.source) + kApart * square_of(last.moved, now.source) +
+                 square(1.0 - share) * change;
+    history.frames = 1.0 / (1.0 / history.frames + lost / noise);
 }
 
 // Clips what is kept to that, as Salvi 2016 has it.
@@ -262,15 +398,14 @@ void clip(Around now, bool transmittance_too, inout Sight sight)
 Sight kept_around(vec2 position, float old_scene_z)
 {
     ivec2 middle = ivec2(floor(position + 0.5)), last = ivec2(u_frame.layer_size) - 1;
-    Sight sum = Sight(vec3(0.0), transmittance_t(0.0));
+    Sight sum = kNoSight;
     float weights = 1e-30;
     for (int i = 0; i < 9; ++i) {
         Kept near = kept_at(clamp(middle + ivec2(i % 3, i / 3) - 1, ivec2(0), last));
         float weight = match_of(near, old_scene_z);
         if (weight <= 0.0)
             continue;  // 0 times an infinity
-        sum.scattering += weight * near.sight.scattering;
-        sum.transmittance += weight * near.sight.transmittance;
+        add(sum, weight, near.sight);
         weights += weight;
     }
     return Sight(sum.scattering / weights, sum.transmittance / weights);
@@ -327,18 +462,23 @@ KeptTexel gather_history(ivec2 texel)
     vec2 media_depth = media_depth_at(texel);
     float scene_z = scene_z_at(texel);
     float frames = is_sound(sight) ? 1.0 : 0.0;
-    Kept history = Kept(sight, 0.0, 0.0);
-    vec2 position = vec2(texel);
-    float old_scene_z = scene_z;
-    if (kHistory)
-        history = history_of(texel, media_depth, scene_z, position, old_scene_z);
+    Around now;
+    Reprojected last = no_history(vec2(texel), scene_z);
+    if (kHistory) {
+        if (kMoved || kLightChanged)
+            now = around(texel, sight, scene_z);
+        if (kMoved && media_depth.x >= 0.0)
+            media_depth = now.media_depth;
+        last = history_of(texel, media_depth, scene_z);
+    }
+    Kept history = last.kept;
     if (history.frames > 0.0) {
-        if (kMoved || kLightChanged) {
-            Around now = around(texel, scene_z);
-            if (kLightChanged)
-                adapt(now, kept_around(position, old_scene_z), history);
+        if (kMoved && last.whole)
+            follow(now, last, history);
+        if (kLightChanged)
+            adapt(now, kept_around(last.position, last.old_scene_z), history);
+        if (kMoved || kLightChanged)
             clip(now, kMoved || kMediaChanged, history.sight);
-        }
         float weight = min(history.frames / (history.frames + 1.0), u_history.weight);
         Sight mean = mean_of(sight, history.sight, weight);
         if (is_sound(mean)) {
