@@ -15,6 +15,15 @@ layout(binding = FIELD_CROSSED_UNIT) uniform usampler3D u_crossed_tx;
 ivec3 from_axes(int axis, ivec3 q) { return axis == 0 ? q : axis == 1 ? q.zxy : q.yzx; }
 ivec3 to_axes(int axis, ivec3 q) { return axis == 0 ? q : axis == 1 ? q.yzx : q.zxy; }
 
+// Where media are looked up for a place in nodes. A medium may end at the lattice's faces, and on them it would be a
+// matter of rounding whether there is any.
+vec3 place_of(vec3 q)
+{
+    const float kRim = 1e-3;
+    vec3 within = clamp(q, vec3(kRim), u_field.nodes.last - kRim);
+    return (u_field.nodes.world_from_node * vec4(within, 1.0)).xyz;
+}
+
 ivec3 node_count() { return ivec3(u_field.nodes.last) + 1; }
 
 // Where the images of several ways or harmonics have those of the k-th.
@@ -23,6 +32,8 @@ ivec3 layer_of(int k) { return ivec3(0, 0, k * (int(u_field.nodes.last.z) + 1));
 // And where the image of all ways of a batch has the k-th: they stand beside each other in rows, since no edge of a
 // texture may be too long.
 ivec3 way_of(int k) { return ivec3(k & (FIELD_WAYS_A_ROW - 1), 0, k / FIELD_WAYS_A_ROW) * node_count(); }
+
+const bool kPrecise = false;  // variant: see pack_light()
 
 // Of a way that ends inside of a surface, instead of what surfaces let through.
 const float kInside = 1.5;
@@ -47,9 +58,12 @@ vec4 unpack_way(uvec2 texel)
 // many, for the same reason. What is rounded is small beside what a mean of 26 ways leaves out, and as it is rounded up
 // in one texel and down in the next (a low-discrepancy sequence: Roberts 2018, "The Unreasonable Effectiveness of
 // Quasirandom Sequences", in three dimensions) it adds up to nothing, not even in the differences of orders.
+// In thick media light hardly gets from node to node, and what does is told by small differences: kPrecise.
 //   at: of the texel
 uvec4 pack_light(vec3 light, ivec3 at)
 {
+    if (kPrecise)
+        return pack_way(light, 0.0);
     const float kLeast = 1e-36, kMost = 1e37;
     light = clamp(light, vec3(0.0), vec3(kMost));
     // Of a number that is rounded up to the next power of two its exponent.
@@ -59,9 +73,12 @@ uvec4 pack_light(vec3 light, ivec3 at)
     return uvec4(bits.r | bits.g << 8 | bits.b << 16 | exponent << 24, 0u, 0u, 0u);
 }
 
-vec3 unpack_light(uint texel)
+vec3 unpack_light(uvec2 texel)
 {
-    return vec3(texel & 255u, texel >> 8 & 255u, texel >> 16 & 255u) * uintBitsToFloat(((texel >> 24) - 7u) << 23);
+    if (kPrecise)
+        return unpack_way(texel).rgb;
+    return vec3(texel.x & 255u, texel.x >> 8 & 255u, texel.x >> 16 & 255u) *
+           uintBitsToFloat(((texel.x >> 24) - 7u) << 23);
 }
 
 bool is_marked(ivec3 node, int bit)

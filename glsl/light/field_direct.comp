@@ -49,7 +49,6 @@ void main()
 {
     const int kSamples = 2;  // along each edge of a cell
     ivec3 node = own_node();
-    LatticeParams lattice = u_field.nodes;
     if (any(greaterThanEqual(node, node_count())))
         return;
     for (int i = 0; i < kCount; ++i)
@@ -57,8 +56,7 @@ void main()
     float weights = 0.0;
     for (int k = 0; k < kSamples * kSamples * kSamples; ++k) {
         vec3 in_cell = (vec3(k & 1, k >> 1 & 1, k >> 2) + 0.5) / float(kSamples) - 0.5;
-        vec3 q = clamp(vec3(node) + in_cell, vec3(0.0), lattice.last);
-        vec3 p = (lattice.world_from_node * vec4(q, 1.0)).xyz;
+        vec3 p = place_of(vec3(node) + in_cell);
         vec3 sigma_s = sample_media(p).sigma_s;
         float weight = dot(sigma_s, vec3(1.0)) + 1e-9;
         weights += weight;

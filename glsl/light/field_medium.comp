@@ -15,8 +15,7 @@ layout(binding = 2) writeonly uniform image3D u_emission_img;
 void main()
 {
     ivec3 node = ivec3(gl_GlobalInvocationID);
-    LatticeParams lattice = u_field.nodes;
-    if (any(greaterThan(node, ivec3(lattice.last))))
+    if (any(greaterThanEqual(node, node_count())))
         return;
     bool is_empty = any(lessThanEqual(vec3(node) + 0.5, u_field.media_low)) ||
                     any(greaterThanEqual(vec3(node) - 0.5, u_field.media_high));
@@ -26,8 +25,7 @@ void main()
     for (ivec3 place = ivec3(0); place.z < n; place = next_in_cell(place, n)) {
         vec3 in_cell = place_in_cell(place, n);
         // Of a cell at the lattice's faces what lies within.
-        vec3 q = clamp(vec3(node) + in_cell, vec3(0.0), lattice.last);
-        vec3 p = (lattice.world_from_node * vec4(q, 1.0)).xyz;
+        vec3 p = place_of(vec3(node) + in_cell);
         if (kMarched)
             sum.sigma_t += marched_extinction(p);
         else

@@ -15,7 +15,7 @@ bool is_even(int i) { return i == 0 || (i >= kHarmonics[1] && i < kHarmonics[2])
 float harmonic_of(int k, int i) { return u_field.ways[k].harmonics[i >> 2][i & 3]; }
 
 // As light goes from order to order, and as the world's and the surfaces' comes.
-vec3 light_of_way(ivec3 node, int k) { return unpack_light(texelFetch(u_ways_tx, node + way_of(k), 0).r); }
+vec3 light_of_way(ivec3 node, int k) { return unpack_light(texelFetch(u_ways_tx, node + way_of(k), 0).rg); }
 vec4 radiance_of_way(ivec3 node, int k) { return unpack_way(texelFetch(u_ways_tx, node + way_of(k), 0).rg); }
 
 // Adds to coefficients what ways k and k + 1 bring.

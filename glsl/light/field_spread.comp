@@ -5,7 +5,7 @@
 #include "light/field_pairs.glsl"
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
-layout(r32ui, binding = 0) writeonly uniform uimage3D u_source_img;
+layout(binding = 0) writeonly uniform uimage3D u_source_img;
 layout(binding = FIELD_LIGHT_UNIT) uniform sampler3D u_scattered_tx;
 
 // Variant

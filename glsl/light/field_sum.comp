@@ -47,7 +47,7 @@ void main()
     for (int i = own; i < size.x * size.y; i += 64) {
         ivec3 node = ivec3(i % size.x, i / size.x, slice);
         vec3 weight = texelFetch(u_sigma_t_tx, node, 0).rgb * texelFetch(u_albedo_tx, node, 0).rgb;
-        light += weight * unpack_light(texelFetch(u_mean_tx, node, 0).r);
+        light += weight * unpack_light(texelFetch(u_mean_tx, node, 0).rg);
         weights += weight;
     }
     g_light[own] = light;

@@ -1,19 +1,20 @@
 // Carries the world's light through a lattice along each way of a batch: what the media let through, until a surface
 // is met.
-//   in   sigma_t of the marched media, and what surfaces cross
+//   in   sigma_t at the nodes, and what surfaces cross
 //   out  radiance [W/m^2/sr], a way's nodes after each other; alpha: what of it surfaces let through
 #include "light/field.glsl"
 #include "scene/light_volumes.glsl"
 
 // Variant
 const bool kClear = false;     // the media don't dim it
-const bool kMarched = false;   // there are some without a closed form
+const bool kMarched = false;   // some dim it by their extinction at the nodes
+const bool kClosed = false;    // and some by a closed form
 const bool kSurfaces = false;  // surfaces stand in the way
 const bool kMeans = false;     // out: the mean over what lies between a node and its neighbours, by what dims there
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rg32ui, binding = 0) writeonly uniform uimage3D u_ways_img;
-layout(r32ui, binding = 1) writeonly uniform uimage3D u_means_img;
+layout(binding = 1) writeonly uniform uimage3D u_means_img;
 layout(binding = FIELD_SIGMA_T_UNIT) uniform sampler3D u_sigma_t_tx;
 layout(binding = WALLS_UNIT) uniform sampler3D u_walls_tx;
 
@@ -38,13 +39,6 @@ float visible_at_node(Chain chain, FieldWay way, int k, float visible, float bef
     return visible;
 }
 
-// Of what gets to two places. Between them light falls off evenly in optical depth.
-extinction_t mean_of(extinction_t before, extinction_t here)
-{
-    const extinction_t kNone = extinction_t(1e-30);
-    return before * slab_weight(log(max(before, kNone) / max(here, kNone)));
-}
-
 void main()
 {
     int k = int(gl_GlobalInvocationID.z);
@@ -55,6 +49,7 @@ void main()
     bool inside = false;
     extinction_t tau = extinction_t(0.0);
     extinction_t old_sigma_t = extinction_t(0.0);
+    extinction_t old_depth = extinction_t(0.0);
     extinction_t old_through = extinction_t(0.0);
     extinction_t old_mean = extinction_t(0.0);
     ivec3 old_node = ivec3(0);
@@ -80,17 +75,22 @@ void main()
         extinction_t through = extinction_t(open);
         if (open == 0.0 && inside)
             open = kInside;
-        if (!kClear && kMarched)
-            through *= exp(-tau);
+        extinction_t depth = tau;
+        if (!kClear && kClosed)
+            depth += extinction_t(closed_depth(node_position(u_field.nodes, node), way.wi, kSunRange));
         if (!kClear)
-            through *= exp(-closed_depth(node_position(u_field.nodes, node), way.wi, kSunRange));
+            through *= exp(-depth);
         if (kMeans) {
-            extinction_t mean = chain.enters ? through : mean_of(old_through, through);
+            // Between two nodes light falls off evenly in optical depth, or is the one's before a surface.
+            bool is_cut = visible < before;
+            extinction_t mean =
+                chain.enters || is_cut ? through : old_through * slab_weight(max(depth - old_depth, 0.0));
+            extinction_t begin = is_cut ? old_through : mean;
             if (!first)
                 imageStore(u_means_img, old_node + way_of(k),
                            pack_light(way.entry * (chain.enters ? old_mean
-                                                   : alone      ? mean
-                                                                : 0.5 * (mean + old_mean)),
+                                                   : alone      ? begin
+                                                                : 0.5 * (begin + old_mean)),
                                       old_node + way_of(k)));
             alone = chain.enters;
             old_mean = mean;
@@ -100,6 +100,7 @@ void main()
         first = false;
         old_node = node;
         old_through = through;
+        old_depth = depth;
         old_sigma_t = sigma_t;
     }
     if (kMeans && !first)

@@ -12,6 +12,7 @@ FUM_SHARED_BEGIN
 #define WALL_STEPS 65535       // of the way from a node to the next that surfaces are told apart by
 #define FIELD_CROSSED_WORDS 3  // of 32 ways each that surfaces cross
 #define FIELD_MOST_ORDERS 64   // of scattering
+#define FIELD_KEPT_ORDERS 8    // that the rest is guessed from
 
 // A direction that light is carried along, from slice to slice of nodes across an axis. In a
 // lattice of cubes the step from a node leads to another along most ways, elsewhere to the node
@@ -39,6 +40,8 @@ struct FUM_STD140 FieldParams {
     vec3 media_high;  // likewise
     int order;        // of scattering that is summed up: 0 the lights' and the world's own light
     ivec2 columns;    // of the lines that surfaces are drawn along: the first, across
+    int slot;         // of the order that is kept, among those that the rest is guessed from
+    int slots;        // how many those are
 };
 
 FUM_SHARED_END

@@ -112,6 +112,8 @@ private:
         int nodes = 0, bands = 0;            ///< bands: 0 where no medium scatters
         int ways = 0, ways_on_surfaces = 0;  ///< directions that the world's light comes along
         bool dims = true;                    ///< the media do
+        bool scatters_again = false;         ///< what they scatter is followed
+        bool thick = false;                  ///< light hardly gets from node to node
         DepthKey in_media, on_surfaces;      ///< their lattices alone
     };
     /// What the field of light was filled from besides the world's light, as if all of it lay at
@@ -169,7 +171,8 @@ private:
     void make_world(const WorldKey& key, bool surfaces);
     void begin_field(RadianceField& field, const Lattice& lattice, bool scatters,
                      const medium::MediaSet& media, const surface::SurfaceSet& surfaces,
-                     const LightSet& lights, bool world, int ways, bool bounces = false);
+                     const LightSet& lights, bool world, int ways, FieldOrders orders = {},
+                     bool bounces = false);
     /// @param noted what each of the last turns brought is kept, to tell what a further one would
     void turn_surfaces(int turns, const surface::SurfaceSet& surfaces, const LightSet& lights,
                        bool noted);

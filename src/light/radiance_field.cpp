@@ -187,9 +187,11 @@ RadianceField::RadianceField(const gl::Device& device, gl::ProgramCache& program
 
 RadianceField::~RadianceField() = default;
 
-void RadianceField::dispatch(const char* file, const gl::Defines& defines, glm::ivec3 threads,
+void RadianceField::dispatch(const char* file, gl::Defines defines, glm::ivec3 threads,
                              glm::ivec3 group) const
 {
+    if (filling_->medium.thick)
+        defines.emplace_back("kPrecise", "");
     device_->UseProgram(programs_.get({file}, defines).id());
     const glm::uvec3 groups((threads + group - 1) / group);
     device_->DispatchCompute(groups.x, groups.y, groups.z);
@@ -208,6 +210,8 @@ void RadianceField::dispatch_listed(const char* file, gl::Defines defines) const
         return;
     }
     defines.emplace_back("kListed", "");
+    if (filling_->medium.thick)
+        defines.emplace_back("kPrecise", "");
     device_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, FIELD_NODES_BUFFER, filling_->nodes.id());
     device_->BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, filling_->nodes.id());
     device_->UseProgram(programs_.get({file}, defines).id());
@@ -243,6 +247,11 @@ void RadianceField::bind_image(GLuint unit, const gl::Texture& texture, GLenum a
     device_->BindImageTexture(unit, texture.id(), 0, GL_TRUE, 0, access, format);
 }
 
+GLenum RadianceField::light_format() const
+{
+    return filling_->medium.thick ? GL_RG32UI : GL_R32UI;
+}
+
 gl::Texture RadianceField::make(const char* label, int layers) const
 {
     return gl::Texture::make_3d(device_, label, filling_->lattice.count * glm::ivec3(1, 1, layers),
@@ -265,7 +274,7 @@ void RadianceField::clear_unlisted(const gl::Texture& light) const
 
 gl::Texture RadianceField::make_sources(int ways) const
 {
-    gl::Texture sources = make_ways("field: scattered", ways, GL_R32UI);
+    gl::Texture sources = make_ways("field: scattered", ways, light_format());
     const GLuint none = 0;
     sources.clear(GL_RED_INTEGER, GL_UNSIGNED_INT, &none);
     return sources;
@@ -294,7 +303,7 @@ void RadianceField::begin(const FieldLattice& lattice, FieldMedium medium,
                                                   std::int64_t{kNearWays},
                                                   std::int64_t{FIELD_BATCH}));  // whole pairs
     filling_->ways = make_ways("field: ways", filling_->batch, GL_RG32UI);
-    filling_->light_ways = make_ways("field: light's ways", filling_->batch, GL_R32UI);
+    filling_->light_ways = make_ways("field: light's ways", filling_->batch, light_format());
     if (!surfaces.empty())
         draw(surfaces);
     if (!surfaces.empty() && bounces)
@@ -669,7 +678,7 @@ void RadianceField::walk(const char* file, const gl::Defines& defines, int ways)
     const glm::ivec3 count = filling_->lattice.count;
     const int across = std::max({count.x, count.y, count.z});
     bind_image(0, filling_->ways, GL_WRITE_ONLY, GL_RG32UI);
-    bind_image(1, filling_->light_ways, GL_WRITE_ONLY, GL_R32UI);
+    bind_image(1, filling_->light_ways, GL_WRITE_ONLY, light_format());
     dispatch(file, defines, {across, across, ways}, kChainGroup);
 }
 
@@ -682,11 +691,15 @@ void RadianceField::carry_world(const Batch& batch, bool means)
             defines.emplace_back(name, "");
     };
     add(!medium.dims, "kClear");
-    add(medium.dims && medium.marched, "kMarched");
+    // What one way takes from the world's light is what it gives of light that is scattered: both
+    // are to be dimmed alike.
+    const bool alike = medium.scatters_again;
+    add(medium.dims && (medium.marched || alike), "kMarched");
+    add(medium.dims && medium.closed && !alike, "kClosed");
     add(static_cast<bool>(filling_->crossed), "kSurfaces");
     add(means, "kMeans");
     set_batch(batch);
-    (filling_->marched ? filling_->marched : filling_->sigma_t).bind(FIELD_SIGMA_T_UNIT);
+    (filling_->marched && !alike ? filling_->marched : filling_->sigma_t).bind(FIELD_SIGMA_T_UNIT);
     filling_->walls.bind(WALLS_UNIT);
     walk("light/world.comp", defines, batch.count);
 }
@@ -711,7 +724,7 @@ gl::Texture RadianceField::spread(const OtherLight& scattered, int ways)
     write_block();
     gl::Texture source = make_sources(ways);
     scattered.light->bind(FIELD_LIGHT_UNIT);
-    bind_image(0, source, GL_WRITE_ONLY, GL_R32UI);
+    bind_image(0, source, GL_WRITE_ONLY, light_format());
     gl::Defines defines{{"kBands", fmt::format("{}", scattered.bands)}};
     add_ways(defines);
     dispatch_listed("light/field_spread.comp", defines);
@@ -759,10 +772,15 @@ void RadianceField::add_light(int bands, const FieldLight& light, const gl::Text
         finish(bands, filling_->dimmed, nullptr, nullptr, dimmed);
 }
 
+gl::Defines RadianceField::extinction_defines() const
+{
+    return {{"extinction_t", filling_->medium.colored ? "vec3" : "float"}};
+}
+
 void RadianceField::sweep(bool emits, const gl::Texture* source, bool means)
 {
     const Filling& filling = *filling_;
-    gl::Defines defines{{"extinction_t", filling.medium.colored ? "vec3" : "float"}};
+    gl::Defines defines = extinction_defines();
     const auto add = [&](bool asked, const char* name) {
         if (asked)
             defines.emplace_back(name, "");
@@ -795,11 +813,12 @@ void RadianceField::finish(int bands, const gl::Texture& light, const gl::Textur
     dispatch_nodes("light/field_finish.comp", defines);
 }
 
-gl::Texture RadianceField::fill(int bands, FieldOrders orders, const gl::Texture* world,
+gl::Texture RadianceField::fill(int ways, int bands, FieldOrders orders, const gl::Texture* world,
                                 const gl::Texture& field, bool gives_scattered,
                                 const OtherLight* bounced, const OtherLight* guess)
 {
     sums_ = {};
+    guess_ = {};
     orders_ = 0;
     const FieldMedium& medium = filling_->medium;
     const gl::Texture first = make("field: what comes first", bands * bands);
@@ -829,20 +848,57 @@ gl::Texture RadianceField::fill(int bands, FieldOrders orders, const gl::Texture
         take_over(*bounced, bands, first);
     const gl::Texture source =
         orders.count > 0 ? scatter(bands, orders, first, guess) : gl::Texture();
+    gl::Texture scattered;
+    if (source && (gives_scattered || ways != kNearWays)) {
+        scattered = make("field: what is scattered", bands * bands);
+        const std::array<GLfloat, 4> none{};
+        scattered.clear(GL_RGBA, GL_FLOAT, none.data());
+        gather(bands, false, Of::field, source, scattered, Nodes::listed);
+    }
+    shared::LatticeParams own = filling_->lattice.params;
+    own.layers = static_cast<float>(bands * bands);
+    own.inverse_size.z /= own.layers;
     // What is looked up is the light at the nodes, not the means that went from order to order.
-    sweep(medium.glows, source ? &source : nullptr, false);
     const gl::Texture light = make("field: light", bands * bands);
-    gather(bands, false, Of::field, filling_->light_ways, light);
+    for (const Batch& batch : batches(ways)) {
+        set_batch(batch);
+        gl::Texture spread_out;
+        if (source && ways != kNearWays)
+            spread_out = spread({&scattered, nullptr, own, bands}, batch.count);
+        sweep(medium.glows, spread_out ? &spread_out : source ? &source : nullptr, false);
+        gather(bands, batch.first > 0, Of::field, filling_->light_ways, light);
+    }
     if (bounced != nullptr)
         take_over(*bounced, bands, light);
     finish(bands, light, world, &first, field);
-    if (!source || !gives_scattered)
-        return {};
-    gl::Texture scattered = make("field: what is scattered", bands * bands);
-    const std::array<GLfloat, 4> none{};
-    scattered.clear(GL_RGBA, GL_FLOAT, none.data());
-    gather(bands, false, Of::field, source, scattered, Nodes::listed);
-    return scattered;
+    return gives_scattered ? std::move(scattered) : gl::Texture();
+}
+
+gl::Texture RadianceField::own_light()
+{
+    gl::Texture own = make("field: own light", 1);
+    gl::Defines defines = extinction_defines();
+    if (filling_->crossed)
+        defines.emplace_back("kSurfaces", "");
+    filling_->sigma_t.bind(FIELD_SIGMA_T_UNIT);
+    bind_image(0, own, GL_WRITE_ONLY);
+    dispatch_listed("light/field_own.comp", defines);
+    return own;
+}
+
+void RadianceField::weigh(const gl::Texture& kept, int orders)
+{
+    const int slices_z = filling_->lattice.count.z, pairs = orders * (orders + 1) / 2 + 1;
+    const gl::Texture slices = gl::Texture::make_3d(
+        device_, "field: orders' products", {slices_z, pairs, 1}, GL_RGBA32F, gl::Filter::nearest);
+    kept.bind(FIELD_SOURCE_UNIT);
+    filling_->sigma_t.bind(FIELD_SIGMA_T_UNIT);
+    filling_->albedo.bind(FIELD_ALBEDO_UNIT);
+    bind_image(0, slices, GL_WRITE_ONLY);
+    dispatch("light/field_rest.comp", {}, {64, pairs, slices_z}, {64, 1, 1});
+    slices.bind(FIELD_LIGHT_UNIT);
+    bind_image(0, guess_, GL_WRITE_ONLY);
+    dispatch("light/field_rest.comp", {{"kFinish", ""}}, {64, 1, 1}, {64, 1, 1});
 }
 
 gl::Texture RadianceField::scatter(int bands, FieldOrders orders, const gl::Texture& first,
@@ -850,28 +906,48 @@ gl::Texture RadianceField::scatter(int bands, FieldOrders orders, const gl::Text
 {
     const Filling& filling = *filling_;
     const int slices_z = filling.lattice.count.z;
+    const bool guesses = orders.cycles > 0, ahead = guesses && orders.coarse_first;
+    // Of those asked for, the last is what comes of the light that is gathered for good.
+    const int steps = guesses ? orders.count : orders.count - 1;
+    orders_ = 1 + steps * (guesses ? orders.cycles : 1);
     gl::Texture source = make_sources(kNearWays);
-    const gl::Texture mean = gl::Texture::make_3d(
-        device_, "field: mean radiance", filling.lattice.count, GL_R32UI, gl::Filter::nearest);
+    const gl::Texture mean =
+        gl::Texture::make_3d(device_, "field: mean radiance", filling.lattice.count, light_format(),
+                             gl::Filter::nearest);
     const GLuint dark = 0;
     mean.clear(GL_RED_INTEGER, GL_UNSIGNED_INT, &dark);
     const gl::Texture slices =
-        gl::Texture::make_3d(device_, "field: slices' sums", {2 * slices_z, orders.count + 1, 1},
-                             GL_RGBA32F, gl::Filter::nearest);
+        gl::Texture::make_3d(device_, "field: slices' sums", {2 * slices_z, orders_, 1}, GL_RGBA32F,
+                             gl::Filter::nearest);
     sums_ = gl::Texture::make_3d(device_, "field: sums", {FIELD_MOST_ORDERS + 1, 1, 1}, GL_RGBA32F,
                                  gl::Filter::nearest);
-    orders_ = orders.count;
-    const auto pass = [&](const char* what) {
+    gl::Texture kept, own;
+    if (guesses) {
+        const std::array<GLfloat, 4> none{};
+        kept = make("field: orders", 2 * steps);
+        kept.clear(GL_RGBA, GL_FLOAT, none.data());
+        guess_ =
+            gl::Texture::make_3d(device_, "field: weights of orders", {FIELD_KEPT_ORDERS + 1, 1, 1},
+                                 GL_RGBA32F, gl::Filter::nearest);
+        params_.slots = steps;
+    }
+    if (ahead)
+        own = own_light();
+    const auto pass = [&](const gl::Defines& what, const gl::Texture& ways) {
         gl::Defines defines{{"kBands", fmt::format("{}", bands)}};
-        if (what != nullptr)
-            defines.emplace_back(what, "");
+        for (const auto& [name, value] : what.entries())
+            defines.emplace_back(name, value);
+        if (guesses)
+            defines.emplace_back("kKeeps", "");
         first.bind(FIELD_LIGHT_UNIT);
         filling.albedo.bind(FIELD_ALBEDO_UNIT);
-        filling.light_ways.bind(FIELD_WAYS_UNIT);
-        source.bind(FIELD_SOURCE_UNIT);
-        sums_.bind(FIELD_SUMS_UNIT);
-        bind_image(0, source, GL_WRITE_ONLY, GL_R32UI);
-        bind_image(1, mean, GL_WRITE_ONLY, GL_R32UI);
+        ways.bind(FIELD_WAYS_UNIT);
+        guess_.bind(FIELD_SUMS_UNIT);
+        own.bind(FIELD_EMISSION_UNIT);
+        bind_image(0, source, GL_WRITE_ONLY, light_format());
+        bind_image(1, mean, GL_WRITE_ONLY, light_format());
+        if (kept)
+            bind_image(2, kept, GL_READ_WRITE);
         dispatch_listed("light/field_scatter.comp", defines);
     };
     const auto sum = [&](int order) {
@@ -883,26 +959,33 @@ gl::Texture RadianceField::scatter(int bands, FieldOrders orders, const gl::Text
         bind_image(0, slices, GL_WRITE_ONLY);
         dispatch("light/field_sum.comp", {}, {64, 1, slices_z}, {64, 1, 1});
     };
-    const auto finish_sums = [&] {
-        slices.bind(FIELD_LIGHT_UNIT);
-        bind_image(0, sums_, GL_WRITE_ONLY);
-        dispatch("light/field_sum.comp", {{"kFinish", ""}}, {64, 1, 1}, {64, 1, 1});
-    };
-    pass("kFirst");
+    pass({{"kFirst", ""}}, filling.light_ways);
     sum(0);
-    if (guess != nullptr)
+    if (guess != nullptr) {
         source = spread(*guess, kNearWays);
-    for (int order = 1; order < orders.count; ++order) {
-        const bool ends = orders.tail && order + 1 == orders.count && order > 1;
+        if (guesses)
+            pass({{"kOwn", ""}}, source);
+    }
+    for (int order = 1; order < orders_; ++order) {
+        params_.slot = guesses ? (order - 1) % steps : 0;
+        const bool ends = guesses && params_.slot + 1 == steps;
+        gl::Defines defines;
+        if (ends)
+            defines.emplace_back("kMean", "");
+        if (ahead)
+            defines.emplace_back("kAhead", "");
+        write_block();
         sweep(false, &source, true);
-        pass(ends ? "kMean" : nullptr);
+        pass(defines, filling.light_ways);
         sum(order);
         if (ends) {
-            finish_sums();
-            pass("kTail");
+            weigh(kept, steps);
+            pass({{"kTail", ""}}, filling.light_ways);
         }
     }
-    finish_sums();
+    slices.bind(FIELD_LIGHT_UNIT);
+    bind_image(0, sums_, GL_WRITE_ONLY);
+    dispatch("light/field_sum.comp", {{"kFinish", ""}}, {64, 1, 1}, {64, 1, 1});
     return source;
 }
 
@@ -912,9 +995,18 @@ std::vector<glm::vec3> RadianceField::sums() const
     if (!sums_)
         return out;
     const std::vector<float> values = sums_.read(3);
-    for (std::size_t i = 0; i < std::max(static_cast<std::size_t>(orders_), std::size_t{1}); ++i)
+    for (std::size_t i = 0; i < static_cast<std::size_t>(orders_); ++i)
         out.emplace_back(values[3 * i], values[3 * i + 1], values[3 * i + 2]);
     return out;
+}
+
+std::optional<float> RadianceField::left_over() const
+{
+    if (!guess_)
+        return {};
+    const std::vector<float> values = guess_.read(3);
+    constexpr std::size_t kLeft = 3 * FIELD_KEPT_ORDERS;
+    return std::max({values[kLeft], values[kLeft + 1], values[kLeft + 2]});
 }
 
 }  // namespace fumarole::light

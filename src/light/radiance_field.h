@@ -2,6 +2,7 @@
 
 #include <glm/glm.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,7 +34,9 @@ struct FieldMedium {
     bool dims = true;      ///< media dim light
     bool marched = true;   ///< some medium's optical depth has no closed form
     bool closed = false;   ///< some medium's has
-    Bounds bounds;         ///< metres, world: of all of them
+    bool scatters_again = false;  ///< light that the media scatter is followed: then they scatter
+    bool thick = false;  ///< light hardly gets from node to node: it is kept with more digits
+    Bounds bounds;       ///< metres, world: of all of them
     const World* world = nullptr;  ///< the world whose light comes in
     const gl::Texture* extinction =
         nullptr;  ///< extinction of the marched media, where no volume dims lights
@@ -41,9 +44,12 @@ struct FieldMedium {
 
 /// How far scattering is followed.
 struct FieldOrders {
-    int count = 0;      ///< after the first
-    bool tail = false;  ///< true if the orders after these are guessed from the last two
-    /// They start from what a coarser lattice has, where light gets as far with fewer of them.
+    /// Orders after the first, as asked for; or those of a cycle, after which the rest is guessed:
+    /// FIELD_KEPT_ORDERS at most.
+    int count = 0;
+    int cycles = 0;  ///< each goes on from the guess of the one before; 0: nothing is guessed
+    /// They start from what a coarser lattice has, and a node's own light is taken as if it had
+    /// gone on for ever: in thick media light gets as far with fewer of them.
     bool coarse_first = false;
     bool operator==(const FieldOrders&) const = default;
 };
@@ -115,7 +121,9 @@ public:
     /// the radiance that a thick medium would have; empty where no order is followed. `guess`, of
     /// the same kind, is where orders start from: nested iteration (Briggs and others 2000, "A
     /// Multigrid Tutorial", ch. 3).
-    gl::Texture fill(int bands, FieldOrders orders, const gl::Texture* world,
+    /// It is gathered along `ways`, kNearWays or kAllWays, directions, as the world's was: what a
+    /// set of them takes from the one is what it gives to the other.
+    gl::Texture fill(int ways, int bands, FieldOrders orders, const gl::Texture* world,
                      const gl::Texture& field, bool gives_scattered,
                      const OtherLight* bounced = nullptr, const OtherLight* guess = nullptr);
 
@@ -134,10 +142,14 @@ public:
     /// Mean radiance over what scatters that each order brought, the light that has not been
     /// scattered first [W/m^2/sr]. Waits for the GPU.
     [[nodiscard]] std::vector<glm::vec3> sums() const;
+    /// How much a further order would change of what is scattered, rms, of all; none where nothing
+    /// was guessed. Waits for the GPU.
+    [[nodiscard]] std::optional<float> left_over() const;
 
 private:
     struct Filling;
     struct Batch;
+    [[nodiscard]] GLenum light_format() const;  ///< of a way's light, as pack_light() makes it
     [[nodiscard]] gl::Texture make(const char* label, int layers) const;
     [[nodiscard]] gl::Texture make_ways(const char* label, int ways, GLenum format) const;
     /// Coefficients of light at nodes that are not listed: where no medium looks it up it need not
@@ -181,15 +193,20 @@ private:
     void add_ways(gl::Defines& defines) const;
     void walk(const char* file, const gl::Defines& defines, int ways);
     void carry_world(const Batch& batch, bool means);
+    [[nodiscard]] gl::Defines extinction_defines() const;
     void sweep(bool emits, const gl::Texture* source, bool means);
+    /// What is scattered into each of the kNearWays directions once `orders` have been followed.
     gl::Texture scatter(int bands, FieldOrders orders, const gl::Texture& first,
                         const OtherLight* guess);
+    [[nodiscard]] gl::Texture own_light();
+    /// Weights of the orders that are kept, as light/field_rest.comp gives them.
+    void weigh(const gl::Texture& kept, int orders);
     void finish(int bands, const gl::Texture& light, const gl::Texture* world,
                 const gl::Texture* total, const gl::Texture& to);
     void write_block();
     void bind_image(GLuint unit, const gl::Texture& texture, GLenum access,
                     GLenum format = GL_RGBA32F) const;
-    void dispatch(const char* file, const gl::Defines& defines, glm::ivec3 threads,
+    void dispatch(const char* file, gl::Defines defines, glm::ivec3 threads,
                   glm::ivec3 group) const;
     void dispatch_nodes(const char* file, const gl::Defines& defines) const;
     /// Over those nodes alone that media are near to, if it is known which.
@@ -203,7 +220,7 @@ private:
     gl::Framebuffer framebuffer_, beyond_framebuffer_;
     shared::FieldParams params_{};
     std::unique_ptr<Filling> filling_;
-    gl::Texture sums_;
+    gl::Texture sums_, guess_;
     int orders_ = 0;
 };
 

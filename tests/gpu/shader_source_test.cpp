@@ -365,7 +365,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                           Defines{{"kWorldIrradiance", ""}});
         variants.add("light/world.comp",
                      media + kLights[0] + stored +
-                         flags(set >> 1, {"kMarched", "kSurfaces", "kMeans", "kClear"}));
+                         flags(set >> 1, {"kMarched", "kSurfaces", "kMeans", "kClear", "kClosed"}));
     };
     for (const Defines& source : {Defines{}, Defines{{"kSamples", "3"}}, Defines{{"FACES", ""}}})
         variants.add("probe/resolve.comp", source);
@@ -395,13 +395,16 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                     "light/field_gather.comp",
                     of_bands + flags(set, {"kAdds"}) +
                         Defines{{"kWorld", ""}, {"kClear", ""}, {"kDimmed", ""}, {"kWays", ways}});
-        for (unsigned set = 0; set < 3; ++set) {
+        for (unsigned set = 0; set < 5; ++set)
             variants.add("light/field_scatter.comp",
-                         of_bands + flags(1u << set, {"kFirst", "kMean", "kTail"}) +
-                             Defines{{"kListed", ""}});
+                         of_bands +
+                             flags(1u << set, {"kFirst", "kMean", "kTail", "kOwn", "kAhead"}) +
+                             Defines{{"kKeeps", ""}, {"kListed", ""}});
+        variants.add("light/field_scatter.comp",
+                     of_bands + Defines{{"kFirst", ""}, {"kListed", ""}});
+        for (unsigned set = 0; set < 2; ++set)
             variants.add("light/field_finish.comp",
                          of_bands + Defines{{"kField", ""}} + flags(set, {"kWorld"}));
-        }
         variants.add("light/field_finish.comp", of_bands);
         variants.add("light/field_scatter.comp", of_bands);
         variants.add("light/field_scatter.comp", of_bands + Defines{{"kListed", ""}});
@@ -409,6 +412,13 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
             variants.add("light/field_spread.comp",
                          of_bands + Defines{{"kWays", ways}, {"kListed", ""}});
     }
+    variants.add("light/field_rest.comp", {});
+    variants.add("light/field_rest.comp", {{"kFinish", ""}});
+    for (unsigned set = 0; set < 2; ++set)
+        for (const char* type : {"float", "vec3"})
+            variants.add("light/field_own.comp",
+                         flags(set, {"kSurfaces"}) +
+                             Defines{{"extinction_t", type}, {"kListed", ""}});
     for (unsigned set = 0; set < 16; ++set)
         for (const char* type : {"float", "vec3"})
             variants.add("light/field_sweep.comp",
