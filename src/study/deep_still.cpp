@@ -171,8 +171,10 @@ private:
         double alpha = 1;  // of what is behind, which factors may ask for
         for (std::size_t k = hits.size(); k-- > 0;) {
             const TransparentHit& hit = hits[k];
-            const glm::dvec4 behind(0, 0, 0, alpha);
-            const glm::dvec4 over = hit.over(behind);
+            // Linear in what is behind, so black and white tell all of it: factors of its colour
+            // too, where they are the source's.
+            const glm::dvec4 over = hit.over({0, 0, 0, alpha});
+            const glm::dvec3 kept = hit.over({1, 1, 1, alpha}) - over;
             Layer& layer = layer_of(layers, hit.index,
                                     static_cast<int>(std::count_if(
                                         hits.begin(), hits.begin() + std::ptrdiff_t(k),
@@ -182,7 +184,7 @@ private:
             layer.view_z +=
                 float(scene_.camera.near + along * (scene_.camera.far - scene_.camera.near));
             layer.added += glm::vec3(over);
-            layer.taken += glm::vec3(1.0 - glm::dvec3(hit.kept(behind)));
+            layer.taken += glm::vec3(1.0 - kept);
             alpha = over.a;
         }
     }
@@ -316,6 +318,7 @@ std::vector<Pane> panes_of(std::vector<Layer> layers, int frames, float surface)
         return a.view_z < b.view_z || (a.view_z == b.view_z && a.index > b.index);
     });
     std::vector<Pane> panes;
+    panes.reserve(layers.size());
     for (const Layer& layer : layers)
         panes.push_back(
             {layer.view_z, layer.added / float(frames), 1.0f - layer.taken / float(frames)});
@@ -496,19 +499,20 @@ void add_surface(std::vector<DeepSample>& out, std::size_t first, glm::vec4 seen
     }
 }
 
-/// @throws Error if a transparent cannot be told apart from what is behind it
+/// @throws Error if a transparent makes of what is behind it what no sample can: what a sample adds
+/// and what it lets through are known before what is behind it is, so that must be linear.
 void check_transparents(const Scene& scene)
 {
-    const auto reads = [](BlendFactor factor) {
-        return factor == BlendFactor::dst_color || factor == BlendFactor::one_minus_dst_color;
-    };
     for (std::size_t i = 0; i < scene.transparents.size(); ++i) {
         const Blend& blend = look_of(scene.transparents[i]).blend;
-        if (blend.kind == Blend::Kind::factors && (reads(blend.source) || reads(blend.destination)))
-            throw Error(fmt::format("transparents[{}]: a deep picture has no place for a blend "
-                                    "with a factor of the color behind it; take another blend, or "
-                                    "a flat picture",
-                                    i));
+        if (blend.kind == Blend::Kind::factors &&
+            (blend.destination == BlendFactor::dst_color ||
+             blend.destination == BlendFactor::one_minus_dst_color))
+            throw Error(fmt::format(
+                "transparents[{}]: its blend takes the square of the color behind it (destination "
+                "factor dst_color or one_minus_dst_color), and a deep sample is made before that "
+                "is known; give it another destination factor, or write a flat .exr",
+                i));
     }
 }
 

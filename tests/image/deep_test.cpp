@@ -200,6 +200,10 @@ Scene scene_of_panes(int size)
     add(4.5, Kind::multiply, 1).look.filter = {0.9f, 0.5f, 0.2f};
     add(5.5, Kind::factors, 0.5f).look.blend = {Kind::factors, BlendFactor::src_alpha,
                                                 BlendFactor::one_minus_src_color};
+    add(6.5, Kind::factors, 1).look.blend = {Kind::factors, BlendFactor::one_minus_dst_color,
+                                             BlendFactor::one};  // screen
+    add(4.8, Kind::factors, 1).look.blend = {Kind::factors, BlendFactor::dst_color,
+                                             BlendFactor::src_alpha};
     return scene;
 }
 
@@ -249,9 +253,27 @@ TEST_F(Deep, TransparentsAreSamplesOfTheirOwn)
     const DeepImage hidden = render(scene, settings).deep;
     for (const DeepSample& sample : pixel(hidden, middle))
         EXPECT_LT(sample.back, 5.0001f);
-    std::get<QuadTransparent>(scene.transparents[0]).look.blend = {
-        Kind::factors, BlendFactor::dst_color, BlendFactor::zero};
-    EXPECT_THROW(render(scene, settings), Error);
+    // A factor of the colour behind is a filter if it is the source's, and else a square.
+    TransparentLook& look = std::get<QuadTransparent>(scene.transparents[0]).look;
+    look.blend = {Kind::factors, BlendFactor::dst_color, BlendFactor::zero};
+    const DeepImage filtered = render(scene, settings).deep;
+    // One alpha for three channels: of what the fog before it lets through.
+    const glm::dvec3 before = ray.passed(5), after = before * glm::dvec3(look.radiance);
+    const double kept = (after.x + after.y + after.z) / (before.x + before.y + before.z);
+    const auto left = pixel(filtered, middle);
+    const auto filter = std::find_if(left.begin(), left.end(), [](const DeepSample& s) {
+        return std::abs(s.front - 5) < 1e-4f && s.front == s.back;
+    });
+    ASSERT_NE(filter, left.end());
+    EXPECT_NEAR(filter->alpha, 1 - kept, 1e-3);
+    look.blend = {Kind::factors, BlendFactor::one, BlendFactor::dst_color};
+    try {
+        render(scene, settings);
+        ADD_FAILURE() << "a square of what is behind has no sample";
+    } catch (const Error& error) {
+        for (const char* part : {"transparents[0]", "square of the color behind it", "flat .exr"})
+            EXPECT_THAT(error.what(), testing::HasSubstr(part));
+    }
 }
 
 TEST_F(Deep, APartOfAPictureIsThatPartOfTheWhole)
