@@ -70,7 +70,7 @@ SettingInfo number(std::string_view name, std::string_view group, std::string_vi
 /// @param member_called the member's name where it is not the command line's
 template <class T, typename V>
 SettingInfo choice(std::string_view name, std::string_view group, std::string_view values,
-                   V T::*member, std::vector<Choice> choices, std::string_view help,
+                   V T::*member, const std::vector<Choice>& choices, std::string_view help,
                    std::string_view member_called = {})
 {
     const std::string full_name = member_name(member_called.empty() ? name : member_called, member);
@@ -213,7 +213,7 @@ std::vector<SettingInfo> make_table()
         automatic("surface-bounces", "auto|0..16", "", &S::surface_bounces, 0, 16,
                   "number of times that surfaces send light on, onto each other and into the "
                   "media; auto: where some are glossy or shine or there are probes; the reference "
-                  "takes N or all, 0 by default"),
+                  "takes N, all or auto, by which it has all or none"),
         choice("probes", "light", "auto|off", &S::probes,
                {{"auto", as_int(S::Probes::automatic)}, {"off", as_int(S::Probes::off)}},
                "whether a scene's probes light its surfaces; where it names none, one is placed "

@@ -41,7 +41,6 @@ using Clock = std::chrono::steady_clock;
 using study::BenchFigure;
 
 constexpr int kPlumeEdge = 128;  ///< voxels of the smoke that is made here
-constexpr double kReferenceTolerance = 1e-2;
 
 struct BenchOptions {
     std::vector<std::string> inputs, presets;
@@ -442,9 +441,10 @@ void add_bench(CLI::App& app)
         ->check(within(1, 1000));
     command->add_option("--frames", o.frames, "frames timed at each visit [3, with --quick 2]")
         ->check(within(1, 1000));
-    command->add_flag("--errors", o.errors,
-                      "the presets' errors too, against references to 1 %, which take minutes and "
-                      "stay in the folder");
+    command->add_flag(
+        "--errors", o.errors,
+        "the presets' errors too, against references with all bounces, which take minutes and "
+        "stay in the folder");
     command->add_flag("--json", o.json, "print JSON");
     add_device_options(*command, o.device);
     command->footer("Interrupted, it writes what was measured until then.\n"

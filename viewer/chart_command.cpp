@@ -482,8 +482,12 @@ void add_chart(CLI::App& app)
         ->check(CLI::IsMember({"0", "all"}));
     command->add_option("--surface-bounces", o.surface_bounces, kSurfaceBouncesHelp);
     command->add_option("--size", o.size, "WIDTHxHEIGHT in pixels [480x270, or the scene's]");
-    command->add_option("--grid", o.grid, "of a .vdb: name or name[n] [the first fog volume]");
-    command->add_option("--up", o.up, "of a .vdb [auto]")->check(CLI::IsMember({"auto", "y", "z"}));
+    command->add_option("--grid", o.grid,
+                        "of a .vdb or .nvdb: the grid that is the medium, by its name, or name[n] "
+                        "where several have "
+                        "it [the first fog volume]");
+    command->add_option("--up", o.up, "of a .vdb or .nvdb: the axis that points up [auto]")
+        ->check(CLI::IsMember({"auto", "y", "z"}));
     command
         ->add_option("--tolerance", o.tolerance,
                      "relative error of the reference's pixels [0.1, with --quick 0.2; with "

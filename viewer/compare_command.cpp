@@ -352,8 +352,9 @@ void add_compare(CLI::App& app)
     auto options = std::make_shared<CompareOptions>();
     CompareOptions& o = *options;
     command
-        ->add_option("A.exr", o.test,
-                     "the picture to judge; or a scene file (.json) or a .vdb, to be rendered")
+        ->add_option(
+            "A.exr", o.test,
+            "the picture to judge; or a scene file (.json), a .vdb or a .nvdb, to be rendered")
         ->required();
     command->add_option("B.exr", o.reference, "the reference, of a picture");
     command->add_option("-o,--output", o.output,
@@ -386,9 +387,13 @@ void add_compare(CLI::App& app)
         ->group(scenes);
     command->add_option("--size", m.scene.size, "WIDTHxHEIGHT in pixels [480x270, or the scene's]")
         ->group(scenes);
-    command->add_option("--grid", m.scene.grid, "of a .vdb: name or name[n] [the first fog volume]")
+    command
+        ->add_option("--grid", m.scene.grid,
+                     "of a .vdb or .nvdb: the grid that is the medium, by its name, or name[n] "
+                     "where several have "
+                     "it [the first fog volume]")
         ->group(scenes);
-    command->add_option("--up", m.scene.up, "of a .vdb [auto]")
+    command->add_option("--up", m.scene.up, "of a .vdb or .nvdb: the axis that points up [auto]")
         ->check(CLI::IsMember({"auto", "y", "z"}))
         ->group(scenes);
     command->add_option("--aa", m.aa, "frames averaged over the pixel's square [1]")

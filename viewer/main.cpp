@@ -136,10 +136,10 @@ int main(int argc, char** argv)
     app.add_option_function<std::uint64_t>(
            "--max-memory",
            [](const std::uint64_t& bytes) { fumarole::asset::set_memory_limit(bytes); },
-           "the most memory that reading a file may take, e.g. 2G; else three quarters of what the "
-           "machine has")
+           "the most memory that reading a file may take, e.g. 2G [three quarters of the "
+           "machine's]")
         ->transform(CLI::AsSizeValue(false))
-        ->type_name("SIZE");
+        ->option_text("SIZE");
     app.add_flag_callback("--no-program-cache", command::keep_no_programs,
                           "compile all shaders anew, and keep none in $XDG_CACHE_HOME/fumarole");
     app.failure_message(usage_message);
@@ -153,6 +153,11 @@ int main(int argc, char** argv)
     command::add_view(app);
     command::add_thumbnail(app);
     command::add_manual(app);
+    // After the subcommands, which would take it for their own.
+    app.footer("To begin:\n"
+               "  fumarole render smoke.vdb    a picture, smoke.png\n"
+               "  fumarole view smoke.vdb      a window\n"
+               "fumarole SUBCOMMAND --help tells what each takes.");
     try {
         check_words(app, words);
         try {

@@ -193,11 +193,16 @@ void add_plan(CLI::App& app)
                 "accurate ones that fit into a time");
     auto options = std::make_shared<PlanOptions>();
     PlanOptions& o = *options;
-    command->add_option("INPUT", o.input, "a .vdb file, or a scene file (.json)")->required();
+    command->add_option("INPUT", o.input, "a .vdb or .nvdb file, or a scene file (.json)")
+        ->required();
     add_plan_options(*command, o.wish);
     command->add_option("--size", o.size, "WIDTHxHEIGHT in pixels [480x270, or the scene's]");
-    command->add_option("--grid", o.grid, "of a .vdb: name or name[n] [the first fog volume]");
-    command->add_option("--up", o.up, "of a .vdb [auto]")->check(CLI::IsMember({"auto", "y", "z"}));
+    command->add_option("--grid", o.grid,
+                        "of a .vdb or .nvdb: the grid that is the medium, by its name, or name[n] "
+                        "where several have "
+                        "it [the first fog volume]");
+    command->add_option("--up", o.up, "of a .vdb or .nvdb: the axis that points up [auto]")
+        ->check(CLI::IsMember({"auto", "y", "z"}));
     command
         ->add_option("--time-limit", o.time_limit,
                      "seconds; references and tries are cut to fit [10]")

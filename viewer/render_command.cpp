@@ -381,7 +381,7 @@ class CoverRenderer {
 public:
     CoverRenderer(const RenderOptions& options, const PictureFiles& files, gl::GetProc get_proc)
         : wanted_{options.alpha && std::any_of(files.outputs.begin(), files.outputs.end(), is_png)},
-          get_proc_{std::move(get_proc)}
+          get_proc_{get_proc}
     {
     }
 
@@ -1071,8 +1071,12 @@ void add_render(CLI::App& app, const std::string& line)
             "[INPUT's name.png]")
         ->allow_extra_args(false);
     command->add_option("--size", o.size, "WIDTHxHEIGHT in pixels [480x270, or the scene's]");
-    command->add_option("--grid", o.grid, "of a .vdb: name or name[n] [the first fog volume]");
-    command->add_option("--up", o.up, "of a .vdb [auto]")->check(CLI::IsMember({"auto", "y", "z"}));
+    command->add_option("--grid", o.grid,
+                        "of a .vdb or .nvdb: the grid that is the medium, by its name, or name[n] "
+                        "where several have "
+                        "it [the first fog volume]");
+    command->add_option("--up", o.up, "of a .vdb or .nvdb: the axis that points up [auto]")
+        ->check(CLI::IsMember({"auto", "y", "z"}));
     command->add_option(
         "--aa", o.aa_text,
         "frames, or samples of the reference, averaged over the pixel's square; auto: "
@@ -1090,7 +1094,8 @@ void add_render(CLI::App& app, const std::string& line)
     command->add_flag("--resume", o.resume,
                       "of --frames A..B: leave frames that are there and whole, and share the rest "
                       "with all who run the same");
-    command->add_option("--seed", o.seed, "another seed, other jitter [0]");
+    command->add_option("--seed", o.seed,
+                        "number that the jitter is drawn from: another seed, other grain [0]");
     command->add_option("--target", o.target, "write one target alone as RGB")
         ->check(CLI::IsMember({"composite", "scattering", "transmittance", "surface", "surface_lit",
                                "transparents", "transparents_kept", "depth", "error"}));
@@ -1106,10 +1111,16 @@ void add_render(CLI::App& app, const std::string& line)
     command->add_flag("--half", o.half,
                       "16-bit floats in an .exr, cut off at 65504; depth keeps 32 bits");
     command->add_flag("--alpha", o.alpha, "leave out the sky; its transmittance becomes alpha");
-    command->add_option("--exposure", o.exposure, "stops for a .png [auto]");
-    command->add_option("--display", o.display, "transform for a .png [filmic]")
+    command->add_option("--exposure", o.exposure,
+                        "of a .png, in stops; auto: as suits the picture [auto]");
+    command
+        ->add_option("--display", o.display,
+                     "of a .png: a filmic curve, or srgb, which cuts off what is brighter than "
+                     "white [filmic]")
         ->check(CLI::IsMember({"filmic", "srgb"}));
-    command->add_option("--save-scene", o.save_scene, "write the scene that is rendered");
+    command->add_option(
+        "--save-scene", o.save_scene,
+        "write the scene that is rendered to a .json, to be changed and rendered again");
     command->add_flag("--explain", o.explain, "which variant was chosen for the scene, and why");
     command->add_flag("--json", o.json, "print JSON");
     add_device_options(*command, o.device);

@@ -55,7 +55,7 @@ namespace {
 asset::LoadedScene parse_input(const SceneInput& input)
 {
     if (!input.grid.empty() || input.up != "auto")
-        throw UsageError("--grid and --up are for a .vdb; a scene file states its own");
+        throw UsageError("--grid and --up are for a .vdb or .nvdb; a scene file states its own");
     asset::LoadedScene parsed{asset::parse_scene(input.file), {}};
     if (!input.size.empty())
         parsed.scene.resolution = parse_size(input.size);

@@ -132,8 +132,10 @@ void add_view(CLI::App& app)
         "a .vdb or .nvdb file, smoke_####.vdb, or a scene file (.json) [an empty window]");
     command->add_option("--size", o.size, "WIDTHxHEIGHT of the window [the last one's]");
     command->add_option("--grid", o.scene.grid,
-                        "of a .vdb: name or name[n] [the first fog volume]");
-    command->add_option("--up", o.scene.up, "of a .vdb [auto]")
+                        "of a .vdb or .nvdb: the grid that is the medium, by its name, or name[n] "
+                        "where several have "
+                        "it [the first fog volume]");
+    command->add_option("--up", o.scene.up, "of a .vdb or .nvdb: the axis that points up [auto]")
         ->check(CLI::IsMember({"auto", "y", "z"}));
     command->add_option("--aa", o.aa, "frames averaged at rest [16]")->check(within(1, 65536));
     command
@@ -152,9 +154,12 @@ void add_view(CLI::App& app)
         kinds.emplace_back(info.name);
     command->add_option("--show", o.show, "see inside instead of the picture")
         ->check(CLI::IsMember(kinds));
-    command->add_option("--exposure", o.exposure, "stops [from the picture]")
+    command->add_option("--exposure", o.exposure, "in stops [as suits the picture]")
         ->check(within(-40.0, 40.0));
-    command->add_option("--display", o.display, "transform for the screen [filmic]")
+    command
+        ->add_option("--display", o.display,
+                     "of the screen: a filmic curve, or srgb, which cuts off what is brighter than "
+                     "white [filmic]")
         ->check(CLI::IsMember({"filmic", "srgb"}));
     command->add_option("--mode", o.settings.mode, "raymarch or froxel [the preset's]")
         ->check(CLI::IsMember({"raymarch", "froxel"}));
@@ -172,8 +177,9 @@ void add_view(CLI::App& app)
     command->add_option("--screenshot", o.screenshot,
                         "x.png of the window at its end; without --frames that is when the "
                         "picture is sharp");
-    command->add_option("--save-scene", o.save_scene,
-                        "write the scene of INPUT, before it is edited; Ctrl+S writes it as it is");
+    command->add_option(
+        "--save-scene", o.save_scene,
+        "write the scene of INPUT to a .json, as it was opened; Ctrl+S writes it as edited");
     command->add_option("--script", o.script, "actions in a person's stead (.json)");
     command->add_flag("--gl-debug", o.gl_debug, "an OpenGL error ends the program");
     command->add_flag("--json", o.json, "print JSON at the end");

@@ -49,6 +49,7 @@ TEST(Usage, IsRefusedWithTwoAndTheNameOfWhatIsWrong)
         {{"render", "--no-such-option", "x.vdb"}, "--no-such-option"},
         {{"render", "x.vdb", "-o", "x.jpg"}, "x.jpg"},
         {{"render", "x.vdb", "-o", "good.png", "-o", "bad"}, "bad"},
+        {{"render", "x.vdb", "--time-limit", "9"}, "--time-limit: is for --mode reference"},
         {{"render", "x.vdb", "-o", "x.deep.exr", "--target", "scattering"}, ".deep.exr"},
         {{"render", "x.vdb", "--size", "480"}, "--size"},
         {{"render", "x.vdb", "--size", "0x270"}, "--size"},
