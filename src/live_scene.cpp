@@ -69,7 +69,7 @@ LiveScene::LiveScene(Scene scene) : scene_{std::move(scene)}
 
 LightId LiveScene::add(Light light)
 {
-    scene_.lights.push_back(std::move(light));
+    scene_.lights.push_back(light);
     return lights_.emplace_back(LightId{++last_});
 }
 
@@ -99,7 +99,7 @@ ProbeId LiveScene::add(LightProbe probe)
 
 void LiveScene::update(LightId id, Light light)
 {
-    scene_.lights[index_of(lights_, id, "update")] = std::move(light);
+    scene_.lights[index_of(lights_, id, "update")] = light;
 }
 
 void LiveScene::update(MediumId id, Medium medium)

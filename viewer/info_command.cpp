@@ -253,6 +253,7 @@ void run_devices(bool json)
     const std::vector<gl::DeviceDescription> egl = gl::HeadlessContext::egl_devices();
     const gl::DeviceDescription osmesa = gl::HeadlessContext::osmesa_device();
     std::vector<bool> software;
+    software.reserve(egl.size());
     for (const gl::DeviceDescription& device : egl)
         software.push_back(device.software);
     const gl::DeviceChoice choice =

@@ -70,6 +70,7 @@ std::string bash_completion(const CLI::App& app)
 {
     const std::vector<const CLI::App*> commands = commands_of(app);
     std::vector<std::string> names;
+    names.reserve(commands.size());
     for (const CLI::App* command : commands)
         names.push_back(command->get_name());
     std::string values, options;
@@ -82,6 +83,7 @@ std::string bash_completion(const CLI::App& app)
             if (choices.empty() || words.empty())
                 continue;
             std::vector<std::string> cases;
+            cases.reserve(words.size());
             for (const std::string& word : words)
                 cases.push_back(command->get_name() + ":" + word);
             values += fmt::format("    {}) words='{}' ;;\n", fmt::join(cases, "|"),

@@ -1,6 +1,7 @@
 #include "progress.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <fmt/format.h>
 #include <unistd.h>
@@ -24,7 +25,7 @@ std::string bar(std::string_view what, double share)
 
 std::string duration(double seconds)
 {
-    const int s = static_cast<int>(seconds + 0.5);
+    const auto s = std::lround(seconds);
     return s < 90 ? fmt::format("{} s", s) : fmt::format("{} min {:02} s", s / 60, s % 60);
 }
 

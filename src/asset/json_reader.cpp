@@ -445,10 +445,12 @@ T json_value(const Json& value, const JsonPlace& place, const NumberRange& range
     }
 }
 
+// NOLINTBEGIN(bugprone-macro-parentheses): T is a type.
 #define FUM_JSON_VALUE(T)                                                                          \
     template T json_value<T>(const Json&, const JsonPlace&, const NumberRange&);                   \
     template bool JsonObject::read<T>(std::string_view, const NumberRange&, T&);                   \
     template void JsonObject::need<T>(std::string_view, const NumberRange&, T&)
+// NOLINTEND(bugprone-macro-parentheses)
 
 FUM_JSON_VALUE(int);
 FUM_JSON_VALUE(std::uint32_t);

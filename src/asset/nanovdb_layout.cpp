@@ -674,8 +674,8 @@ void Reader::run()
         if (codec > Codec::blosc)
             fail(fmt::format("packed in an unknown way ({})", int(codec)));
         std::vector<VdbGridLayout> grids;
-        for (int i = 0; i < count; ++i)
-            grids.push_back(metadata(codec));
+        for (int i = 0; i < count; ++i)  // as many as the file has, whatever it says
+            grids.emplace_back(metadata(codec));
         for (VdbGridLayout& grid : grids)
             buffer(std::move(grid), codec);
     }

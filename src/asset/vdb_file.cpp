@@ -572,7 +572,7 @@ LoadedGrid load(const VdbLayout& file, const VdbGridLayout& layout, bool negativ
             clean.band = channel(root->background(), 0);
             if (!(clean.band > 0) || !std::isfinite(clean.band))
                 refuse(file, layout, fmt::format("a level set whose band is {} wide", clean.band));
-            notes.push_back("a level set, made into fog: 1 inside, a ramp to 0 at its surface");
+            notes.emplace_back("a level set, made into fog: 1 inside, a ramp to 0 at its surface");
         }
         check_cancelled(file.file);
         BrickBuilder<T>(*root, clean).build(grid, tally, notes);
@@ -580,7 +580,7 @@ LoadedGrid load(const VdbLayout& file, const VdbGridLayout& layout, bool negativ
     check_bounds(file, layout, grid);
 
     if (layout.grid_class == "staggered")
-        notes.push_back("staggered values are taken as those of the voxels' centres");
+        notes.emplace_back("staggered values are taken as those of the voxels' centres");
     if (tally.nan)
         notes.push_back(
             fmt::format("{} NaN value{} read as 0", tally.nan, tally.nan == 1 ? "" : "s"));
@@ -591,7 +591,7 @@ LoadedGrid load(const VdbLayout& file, const VdbGridLayout& layout, bool negativ
         notes.push_back(fmt::format("{} negative value{} read as 0", tally.negative,
                                     tally.negative == 1 ? "" : "s"));
     if (grid.empty())
-        notes.push_back("empty: nothing in it is above 0");
+        notes.emplace_back("empty: nothing in it is above 0");
     for (const std::string& note : notes)
         loaded.notes.push_back(
             fmt::format("{}: grid '{}': {}", file.file.string(), printable(layout.address), note));

@@ -173,7 +173,7 @@ template <class Value> struct Cell {
         const float* v = brick.values.data() + (in.z * kZ + in.y * kY + in.x);
         for (const int k : {0, 1}) {
             const auto i = static_cast<std::size_t>(4 * k);
-            const float* w = v + k * kZ;
+            const float* w = v + std::ptrdiff_t(k) * kZ;
             a[i] = Value(static_cast<double>(w[0]));
             a[i + 1] = Value(static_cast<double>(w[1])) - a[i];
             a[i + 2] = Value(static_cast<double>(w[kY])) - a[i];

@@ -1,6 +1,7 @@
 #include "context/device_look.h"
 
 #include <array>
+#include <fmt/format.h>
 
 #include "gl/buffer.h"
 #include "gl/device.h"

@@ -270,6 +270,7 @@ Program::Program(const Device& gl, const std::vector<std::string>& files, const 
     : handle_{gl, gl->CreateProgram()}
 {
     std::vector<ExpandedSource> sources;
+    sources.reserve(files.size());
     for (const std::string& file : files)
         sources.push_back(expand_shader(file, defines));
     build(files, sources);

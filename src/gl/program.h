@@ -38,6 +38,7 @@ public:
     {
         return name.size() > 1 && name[0] == 'k' && name[1] >= 'A' && name[1] <= 'Z';
     }
+    // NOLINTNEXTLINE(modernize-use-nullptr): the 0 is in what the compiler makes of this.
     auto operator<=>(const Defines&) const = default;
 
 private:

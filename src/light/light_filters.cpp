@@ -274,7 +274,7 @@ void LightFilters::draw(std::span<const Caster> casters, int map_size)
 }
 
 void LightFilters::draw_casters(std::span<const Caster> casters, const View& view,
-                                gl::Defines defines, int layer_before)
+                                const gl::Defines& defines, int layer_before)
 {
     const glm::dmat4 light_from_world = glm::translate(glm::dmat4(1.0), -view.origin);
     for (const Caster& caster : casters) {

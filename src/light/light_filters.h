@@ -79,7 +79,7 @@ private:
     /// Of one of its points.
     void add_views(std::span<const View> views);
     void draw(std::span<const Caster> casters, int map_size);
-    void draw_casters(std::span<const Caster> casters, const View& view, gl::Defines defines,
+    void draw_casters(std::span<const Caster> casters, const View& view, const gl::Defines& defines,
                       int layer_before);
 
     const gl::Device& device_;

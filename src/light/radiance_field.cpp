@@ -44,6 +44,7 @@ std::vector<glm::dvec3> to_lights(const std::vector<LatticeWay>& ways, const Fie
         axes = axes * glm::dmat3(turned);
     }
     std::vector<glm::dvec3> wi;
+    wi.reserve(ways.size());
     for (const LatticeWay& way : ways)
         wi.push_back(-(axes * glm::normalize(glm::dvec3(way.step))));
     return wi;
@@ -57,6 +58,7 @@ std::vector<glm::vec3> entries(const World* world, const std::vector<LatticeWay>
         return std::vector<glm::vec3>(ways.size(),
                                       world != nullptr ? world->radiance : glm::vec3(0.0f));
     std::vector<double> solid_angles;
+    solid_angles.reserve(ways.size());
     for (const LatticeWay& way : ways)
         solid_angles.push_back(way.solid_angle);
     return world_radiance(*world, wi, solid_angles);

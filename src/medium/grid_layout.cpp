@@ -214,6 +214,7 @@ private:
     }
     [[nodiscard]] std::uint8_t to_unorm(float value) const
     {
+        // NOLINTNEXTLINE(bugprone-incorrect-roundings): never below 0, and for every voxel.
         return static_cast<std::uint8_t>(std::min(value / value_scale_, 1.0f) * 255.0f + 0.5f);
     }
 

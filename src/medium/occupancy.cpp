@@ -167,6 +167,7 @@ Gap widest_gap(const std::vector<Bounds>& boxes)
     Gap widest;
     for (int axis = 0; axis < 3; ++axis) {
         std::vector<glm::dvec2> spans;
+        spans.reserve(boxes.size());
         for (const Bounds& box : boxes)
             spans.emplace_back(box.min[axis], box.max[axis]);
         std::sort(spans.begin(), spans.end(), [](glm::dvec2 a, glm::dvec2 b) { return a.x < b.x; });
@@ -221,6 +222,7 @@ std::vector<Bounds> islands(const std::vector<OccupiedBox>& boxes, std::size_t l
         explicit Group(std::vector<Bounds> of) : boxes(std::move(of)), gap(widest_gap(boxes)) {}
     };
     std::vector<Bounds> all;
+    all.reserve(boxes.size());
     for (const OccupiedBox& box : boxes)
         all.push_back(box.bounds);
     if (all.empty())

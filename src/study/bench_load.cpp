@@ -81,6 +81,7 @@ std::vector<BenchFigure> load_figures(const std::filesystem::path& vdb, gl::GetP
                                       int rounds)
 {
     std::vector<Stages> all;
+    all.reserve(static_cast<std::size_t>(rounds));
     for (int round = 0; round < rounds; ++round)
         all.push_back(load_once(vdb, get_proc));
     std::vector<BenchFigure> figures;

@@ -53,7 +53,7 @@ private:
         const auto wrap = [](int i) { return static_cast<std::size_t>(i & (kPeriod - 1)); };
         return values_[wrap(x) + kPeriod * (wrap(y) + kPeriod * wrap(z))];
     }
-    std::array<float, kPeriod * kPeriod * kPeriod> values_;
+    std::array<float, std::size_t(kPeriod) * kPeriod * kPeriod> values_;
 };
 
 /// Where the plume's axis is at a height 0..1, and how wide it is there, in heights.

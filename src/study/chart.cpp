@@ -512,6 +512,7 @@ std::vector<Step> plan(const std::vector<ChartPoint>& points, int rounds)
     std::mt19937 random(2017);
     for (int round = 0; round < rounds; ++round) {
         std::vector<Step> turn;
+        turn.reserve(points.size());
         for (const ChartPoint& point : points)
             turn.push_back({&point, round});
         std::shuffle(turn.begin(), turn.end(), random);

@@ -39,7 +39,7 @@ class Search {
 public:
     Search(const PlanGoal& goal, const std::vector<PlanRow>& rows, PlanTry start,
            const TrySettings& attempt)
-        : goal_{goal}, rows_{rows}, attempt_{attempt}, here_{std::move(start)}
+        : goal_{goal}, rows_{rows}, attempt_{attempt}, here_{start}
     {
     }
 

@@ -200,6 +200,7 @@ private:
         if (along.breaks().empty())
             return parts;
         std::vector<double> splits;
+        splits.reserve(hits.size());
         for (const TransparentHit& hit : hits)
             splits.push_back(hit.t);
         glm::dvec3 known(0);
@@ -501,7 +502,7 @@ Darkness darkness(const Reference& reference, const Scene& scene, double floor,
                   const OfMedia& of_media)
 {
     constexpr int kColumns = 16, kRows = 9;
-    std::vector<Darkness> found(kColumns * kRows);
+    std::vector<Darkness> found(std::size_t(kColumns) * kRows);
     oneapi::tbb::parallel_for(0, kColumns * kRows, [&](int i) {
         const glm::dvec2 share((i % kColumns + 0.5) / kColumns, (i / kColumns + 0.5) / kRows);
         const ReferenceSample s =

@@ -410,7 +410,7 @@ Picture StabilityBench::gathered(const Scene& scene, const Settings& with, int f
 }
 
 StabilityView::StabilityView(const StabilityBench& bench, Settings settings)
-    : renderer_{bench.renderer()}, view_{renderer_.make_view()}, settings_{std::move(settings)}
+    : renderer_{bench.renderer()}, view_{renderer_.make_view()}, settings_{settings}
 {
 }
 

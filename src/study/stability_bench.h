@@ -111,7 +111,7 @@ Scene full_scene(double unit, glm::dvec3 origin, bool surfaces);
 class StabilityBench {
 public:
     StabilityBench(SceneRenderer& renderer, Settings subject, std::filesystem::path scratch)
-        : settings{std::move(subject)}, renderer_{renderer}, scratch_{std::move(scratch)}
+        : settings{subject}, renderer_{renderer}, scratch_{std::move(scratch)}
     {
     }
 

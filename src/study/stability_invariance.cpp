@@ -133,8 +133,8 @@ Scene hollow_scene()
     auto grid = std::make_shared<VoxelGrid>(
         *make_grid({16, 1, 1}, voxels(0.03, {-1.9, -5, 0}), [](glm::ivec3) { return 1.0; }));
     grid->bricks = {{0, 0, 0}, {15, 0, 0}};
-    grid->values.resize(2 * VoxelGrid::kBrickVoxels);
-    grid->active_voxels = 2 * VoxelGrid::kBrickVoxels;
+    grid->values.resize(std::size_t(2) * VoxelGrid::kBrickVoxels);
+    grid->active_voxels = std::size_t(2) * VoxelGrid::kBrickVoxels;
     smoke.density = grid;
     smoke.sigma_a_per_density = {2, 6, 18};
     return scene;

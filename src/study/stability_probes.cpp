@@ -80,7 +80,7 @@ StabilityFigure under_a_sun(const StabilityBench& bench)
     auto map = std::make_shared<Environment>();
     map->width = 32;
     map->height = 16;
-    map->radiance.assign(32 * 16, glm::vec3(0));
+    map->radiance.assign(std::size_t(32) * 16, glm::vec3(0));
     map->radiance[3 * 32 + 5] = glm::vec3(1e5f);
     return bad_of_both(bench, [&](Scene& scene) { scene.world.environment = map; });
 }

@@ -785,6 +785,7 @@ gl::Texture make_ltc_texture(const gl::Device& device)
         gl::Texture::make_2d_array(device, "linearly transformed cosines",
                                    {LTC_COLUMNS, LTC_ROWS, 2}, GL_RGBA32F, gl::Filter::linear);
     std::vector<glm::vec4> texels;
+    texels.reserve(2 * kLtcTable.size());
     for (const LtcEntry& e : kLtcTable)
         texels.emplace_back(e.xx, e.xz, e.zx, e.zz);
     for (const LtcEntry& e : kLtcTable)

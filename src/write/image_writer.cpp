@@ -192,8 +192,8 @@ void write_exr(const Image& image, const fs::path& file, const ExrOptions& optio
         return;
     }
     for (const std::string& name : image.channels) {
-        spec.channelformats.push_back(name.starts_with("depth") ? OIIO::TypeDesc::FLOAT
-                                                                : OIIO::TypeDesc::HALF);
+        spec.channelformats.emplace_back(name.starts_with("depth") ? OIIO::TypeDesc::FLOAT
+                                                                   : OIIO::TypeDesc::HALF);
     }
     std::vector<float> pixels = image.pixels;
     for (std::size_t i = 0; i < pixels.size(); ++i) {

@@ -109,6 +109,7 @@ void BrowserPanel::draw_cell(const FileEntry& entry, const Thumbnail& thumbnail,
             const glm::vec2 size(thumbnail.picture.width, thumbnail.picture.height);
             const glm::vec2 drawn = size * std::min(picture.x / size.x, picture.y / size.y);
             const glm::vec2 corner = at + 0.5f * (picture - drawn);
+            // NOLINTNEXTLINE(performance-no-int-to-ptr): that is how Dear ImGui takes a texture.
             draw.AddImage(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(texture)),
                           im(corner), im(corner + drawn));
         } else if (!thumbnail.error.empty()) {

@@ -152,6 +152,7 @@ std::vector<FileEntry> with_sequences(const std::vector<FileEntry>& files)
         }
     }
     std::vector<std::vector<Frame>*> groups;
+    groups.reserve(alike.size());
     for (auto& [key, frames] : alike)
         groups.push_back(&frames);
     std::stable_sort(groups.begin(), groups.end(), [](const auto* a, const auto* b) {

@@ -54,7 +54,7 @@ std::string vector_of(const asset::GridInfo& grid, const std::vector<asset::Grid
     for (const std::string_view end : {".x", "_x", "x", ".r", "_r", "r"}) {
         if (!asset::lower_case(grid.name).ends_with(end) || grid.name.size() == end.size())
             continue;
-        const std::string whole = grid.name.substr(0, grid.name.size() - end.size());
+        std::string whole = grid.name.substr(0, grid.name.size() - end.size());
         if (const auto channels = asset::find_channels(names, whole);
             channels && names[channels->front()].address == grid.name)
             return whole;
@@ -226,6 +226,7 @@ std::map<GridRole, std::string> parts_of(const GridMedium& medium)
 std::optional<std::size_t> find_row(const std::vector<GridRow>& rows, const std::string& name)
 {
     std::vector<asset::GridName> names;
+    names.reserve(rows.size());
     for (const GridRow& row : rows)
         names.push_back({row.name, std::string(asset::without_number(row.name))});
     return asset::find_name(names, name);

@@ -37,7 +37,7 @@ fs::path cached_scene(const Scene& scene)
         throw Error(fmt::format("{}: {}; the scene of the command line can't be kept",
                                 folder.string(), error.message()));
     const std::string text = asset::scene_to_json(scene, folder);
-    const fs::path file = folder / (study::text_hash(text) + ".json");
+    fs::path file = folder / (study::text_hash(text) + ".json");
     asset::save_scene(scene, file);
     return file;
 }

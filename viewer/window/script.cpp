@@ -203,7 +203,7 @@ std::vector<ScriptAction> Script::step(const ScriptStatus& status, double second
         waited_ = 0;
         return {};
     }
-    const auto actions = std::get<std::vector<ScriptAction>>(steps_.front());
+    auto actions = std::get<std::vector<ScriptAction>>(std::move(steps_.front()));
     steps_.pop_front();
     return actions;
 }

@@ -57,6 +57,7 @@ public:
         const std::size_t row = png_get_rowbytes(png_, info_);
         picture.rgba.resize(row * static_cast<std::size_t>(picture.height));
         std::vector<png_bytep> rows;
+        rows.reserve(static_cast<std::size_t>(picture.height));
         for (int y = 0; y < picture.height; ++y)
             rows.push_back(&picture.rgba[row * static_cast<std::size_t>(y)]);
         png_read_image(png_, rows.data());
