@@ -66,18 +66,18 @@ void add_bilinear(inout Texel sum, vec2 position, float scene_z, float tolerance
     add(sum, lower_left, weights.w);
 }
 
-void add_tent(inout Texel sum, vec2 position, float scene_z, float tolerance)
+// taps: 16, or 0 to leave the sum as it is: llvmpipe jumps over a loop's rest, and over no branch.
+void add_tent(inout Texel sum, vec2 position, float scene_z, float tolerance, int taps)
 {
     ivec2 last = ivec2(u_frame.layer_size) - 1;
-    ivec2 first = ivec2(floor(position)) - (kUpsampleTaps / 2 - 1);
-    for (int y = 0; y < kUpsampleTaps; ++y)
-        for (int x = 0; x < kUpsampleTaps; ++x) {
-            ivec2 texel = first + ivec2(x, y);
-            vec2 tent = max(1.0 - abs(vec2(texel) - position) / float(kUpsampleTaps / 2), 0.0);
-            texel = clamp(texel, ivec2(0), last);
-            float layer_z = media_view_z(texelFetch(u_layer_depth_tx, texel, 0).r);
-            add(sum, texel, tent.x * tent.y * same_depth(layer_z, scene_z, tolerance));
-        }
+    ivec2 first = ivec2(floor(position)) - 1;
+    for (int i = 0; i < taps; ++i) {
+        ivec2 texel = first + ivec2(i & 3, i >> 2);
+        vec2 tent = max(1.0 - 0.5 * abs(vec2(texel) - position), 0.0);
+        texel = clamp(texel, ivec2(0), last);
+        float layer_z = media_view_z(texelFetch(u_layer_depth_tx, texel, 0).r);
+        add(sum, texel, tent.x * tent.y * same_depth(layer_z, scene_z, tolerance));
+    }
 }
 
 void add_texels(inout Texel sum, ivec2 pixel)
@@ -95,10 +95,15 @@ void add_texels(inout Texel sum, ivec2 pixel)
     float reach = u_frame.media_depth > 0.0 ? u_frame.media_depth : scene_z;
     float tolerance = u_frame.depth_threshold * reach;
     vec2 position = (vec2(pixel) + 0.5) / float(kLayerScale) - 0.5 - u_frame.layer_offset;
-    if (kUpsampleTaps == 2)
-        add_bilinear(sum, position, scene_z, tolerance);
-    else
-        add_tent(sum, position, scene_z, tolerance);
+    if (kUpsampleTaps == 4) {
+        add_tent(sum, position, scene_z, tolerance, 16);
+        return;
+    }
+    add_bilinear(sum, position, scene_z, tolerance);
+    // A pixel amid foliage may have no texel of its own depth among four, and has one among those around. One that
+    // is of it weighs 1/16 at least at half the picture's size, 1/64 at a quarter of it.
+    const float kNone = 0.25 / float(4 * kLayerScale * kLayerScale);
+    add_tent(sum, position, scene_z, tolerance, sum.weight < kNone ? 16 : 0);
 }
 
 Resolved resolve_pixel(ivec2 pixel)
