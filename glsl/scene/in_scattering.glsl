@@ -9,8 +9,8 @@ const bool kVolumeShadows = false;  // media dim the light on its way to the poi
 const bool kDepthAtPoint = false;   // light_depth() is the depth volume's at the point: all that scatters is in it
 const bool kWorldLight = false;     // the world's light scatters too: its mean, undimmed, isotropic, unless in a volume
 const int kShadowTaps = 1;          // of a step, by which a sun's shadow is looked up
-const bool kSteepSuns = false;      // around a sun in view, where a cosine has too few digits of how far it is
-const bool kShadeOverStep = false;  // a step takes the mean of what media dim of a sun, not that at its sample
+const bool kSteepSuns = false;      // around a sun in view, where a cosine has too few digits
+const bool kShadeOverStep = false;  // a step takes the mean of what media dim of suns and points
 const bool kExactFalloff = false;   // a step takes the mean of 1/d^2 over its length, not that at its sample
 
 // The media's optical depth between p and light i: a function of who includes this.
@@ -127,6 +127,26 @@ float place_of_light(int i, LightLine line, LightStep step, out Falloff over)
     return nearest.x + over.place / metres;
 }
 
+// Likewise of the phase times what the media let through, kShadeOverStep: past a light that is near, the way to it grows
+// and shrinks within a step as well. With what the step lets through of itself, over the mean that its slab has of that.
+vec3 seen_over(int i, LightLine line, LightStep step, Falloff falloff)
+{
+    // Gauss and Legendre's five points.
+    const float kPlaces[5] = float[](-0.9061798459, -0.5384693101, 0.0, 0.5384693101, 0.9061798459);
+    const float kWeights[5] = float[](0.1184634425, 0.2393143352, 0.2844444444, 0.2393143352, 0.1184634425);
+    vec2 nearest = line.placed[i - kSunCount];
+    float metres = length(line.ray.direction);
+    vec3 sum = vec3(0.0);
+    for (int k = 0; k < 5; ++k) {
+        float angle = falloff.begin + falloff.angle * (0.5 + 0.5 * kPlaces[k]);
+        float t = clamp(nearest.x + nearest.y * tan(angle) / metres, step.ends.x, step.ends.y);
+        vec3 p = line.ray.origin + line.ray.direction * t;
+        extinction_t depth = light_depth(i, p, point_sample(i, p)) + step.sigma_t * ((t - step.ends.x) * metres);
+        sum += kWeights[k] * phase_at(-sin(angle), step.g) * exp(-depth);
+    }
+    return sum / slab_weight(step.sigma_t * ((step.ends.y - step.ends.x) * metres));
+}
+
 // Of its irradiance there: times the phase, and, kExactFalloff, as the piece has them on average, times what sigma_t
 // leaves of a piece's light between where this light has its middle and the piece's own.
 vec3 scattered_of(LightSample light, LightLine line, LightStep step, Falloff over)
@@ -191,12 +211,19 @@ void add_point(inout vec3 sum, int i, LightLine line, LightStep step)
     float t = place_of_light(i, line, step, over);
     vec3 p = line.ray.origin + line.ray.direction * t;
     LightSample light = point_sample(i, p);
-    vec3 arriving = scattered_of(light, line, step, over);
+    const bool kSeenOver = kExactFalloff && kVolumeShadows && kShadeOverStep;
+    vec3 arriving;
+    if (kSeenOver)
+        arriving = light.irradiance * (over.mean * light.range * light.range) * seen_over(i, line, step, over);
+    else
+        arriving = scattered_of(light, line, step, over);
     if (kSurfaceShadows)
         arriving *= point_visibility(i, p, light);
     if (kLightFilters)
         arriving *= filter_in_medium(i, p);
-    sum += arriving * volume_shadow(i, line, t, light);
+    if (!kSeenOver)
+        arriving *= volume_shadow(i, line, t, light);
+    sum += arriving;
 }
 
 void add_spot(inout vec3 sum, int i, LightLine line, LightStep step)

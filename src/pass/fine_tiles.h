@@ -8,8 +8,9 @@
 namespace fumarole::pass {
 
 /// Which tiles of a frame's picture, StepTiles::kPictureTile pixels wide, are to have a ray for
-/// each pixel and the mean of a sun's light over each step: those around a sun in view, or around
-/// the point away from it, of media whose lobe changes within a texel. Row by row; empty: none.
+/// each pixel and the mean of light over each step: those around a sun in view, or around the point
+/// away from it, of media whose lobe changes within a texel, and those around a point light among
+/// media. Row by row; empty: none.
 std::vector<bool> fine_tiles(const Toolbox& tools, const PreparedFrame& frame);
 
 }  // namespace fumarole::pass

@@ -362,6 +362,70 @@ TEST_F(FineTiles, EndAtThePixelsOwnDepth)
     EXPECT_LT(error, 6e-3);
 }
 
+TEST_F(FineTiles, HaveTheLightAroundALamp)
+{
+    Scene scene = fog_ahead();
+    const glm::dvec3 at(0.31, 7.3, -0.12);
+    scene.lights = {PointLight{at, glm::vec3(10)}};
+    Settings settings = plain_settings(2);
+    settings.falloff = Settings::Falloff::exact;
+    for (const auto projection :
+         {Camera::Projection::perspective, Camera::Projection::orthographic}) {
+        scene.camera.projection = projection;
+        scene.camera.ortho_height = 3;
+        const double error = worst(scene, settings, [&](const PixelRay& ray) {
+            const Segment in = box_segment(ray, kLow, kHigh);
+            const double nearest = glm::dot(at - ray.origin, ray.direction);
+            const double d = glm::length(at - ray.origin - ray.direction * nearest);
+            return 1e-4 * 10 / (4 * M_PI) *
+                   (std::atan((in.end - nearest) / d) - std::atan((in.begin - nearest) / d)) / d;
+        });
+        figure("error", error);
+        // Farther out, of 16 pixels from it, a texel's disc and its neighbours differ by less.
+        EXPECT_LT(error, 0.02);
+    }
+}
+
+// Thick fog dims it on both ways, by most where a step is far from it.
+TEST_F(FineTiles, HaveTheMeanOfALampThatTheMediumDims)
+{
+    Scene scene = fog_ahead();
+    scene.resolution = {15, 15};
+    BoxMedium& fog = std::get<BoxMedium>(scene.media[0]);
+    fog.sigma_s = {0.2f, 0.5f, 1.0f};
+    fog.sigma_a = glm::vec3(0.1f);
+    fog.g = 0.5f;
+    const glm::dvec3 at(0.31, 7.3, -0.12);
+    scene.lights = {PointLight{at, glm::vec3(10)}};
+    Settings settings = plain_settings();
+    settings.falloff = Settings::Falloff::exact;
+    settings.steps = 16;
+    const Still still = render(scene, settings);
+    double worst = 0;
+    for (int i = 0; i < 15 * 15; ++i) {
+        const PixelRay ray = ray_of(scene, i % 15, i / 15);
+        const Segment in = box_segment(ray, kLow, kHigh);
+        const double nearest = glm::dot(at - ray.origin, ray.direction);
+        const double d = glm::length(at - ray.origin - ray.direction * nearest);
+        for (int c = 0; c < 3; ++c) {
+            const double sigma_t = double(fog.sigma_s[c]) + double(fog.sigma_a[c]);
+            // Over the angle that the lamp sees the ray under, in which 1/d^2 is even.
+            const double exact =
+                10 * double(fog.sigma_s[c]) / d *
+                integrate(std::atan((in.begin - nearest) / d), std::atan((in.end - nearest) / d),
+                          200, [&](double angle) {
+                              const double s = nearest + d * std::tan(angle);
+                              return henyey_greenstein(-std::sin(angle), 0.5) *
+                                     std::exp(-sigma_t * (s - in.begin + d / std::cos(angle)));
+                          });
+            worst = std::max(
+                worst, std::abs(still.scattering[static_cast<std::size_t>(3 * i + c)] / exact - 1));
+        }
+    }
+    figure("error", worst);
+    EXPECT_LT(worst, 0.01);
+}
+
 // A slab that dims the sun as it dims the eye: both grow evenly along a ray, and steps of half a
 // metre have the integral wherever they are sampled.
 TEST_F(FineTiles, HaveTheMeanOfASunThatTheirMediumDims)
