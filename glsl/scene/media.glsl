@@ -149,20 +149,12 @@ vec2 island_segment(Island island, vec3 p, vec3 d, float begin, float end)
 float island_step(vec3 p, vec3 d, float z, float z_end)
 {
     const float kSteps = 24.0;        // through an island
-    const float kShort = 2.0;         // voxels that a step may have whatever lies elsewhere
     const float kLeast = 1.0 + 2e-6;  // that a float shows
     for (int i = 0; i < u_media.island_count; ++i) {
         vec2 t = island_segment(u_media.islands[i], p, d, -1e30, z_end);
         if (!(t.x < t.y) || t.y <= z)
             continue;
-        if (t.x > z) {
-            z_end = min(z_end, t.x);
-            continue;
-        }
-        vec3 voxels = (u_media.media[u_media.islands[i].medium].bounds_from_world * vec4(d, 0.0)).xyz;
-        if ((z_end - z) * length(voxels) > kShort)
-            z_end = min(z_end, max(z + (t.y - t.x) / kSteps, z * kLeast));
-        z_end = min(z_end, t.y);
+        z_end = min(z_end, t.x > z ? t.x : min(t.y, max(z + (t.y - t.x) / kSteps, z * kLeast)));
     }
     return z_end;
 }

@@ -70,9 +70,8 @@ vec3 world_irradiance(vec3 p, vec3 n, vec3 open)
     vec3 off = on_own_side(u_walls_tx, ivec3(0), lattice.last, on + 0.5 * way, walls);
     vec3 light = irradiance_of_nodes(off, n);
     if (!is_walled_off(walls, n)) {
-        // From off the surface back to it, from no further than the place was meant to be: where it was moved, which node
-        // it went to changes from pixel to pixel, and edges would be seen.
-        float height = clamp(dot(off - on, way), 0.0, 0.5);
+        // From as far off the surface back to it.
+        float height = clamp(dot(off - on, way), 0.0, 1.5);
         light = clamp(light + height * (light - irradiance_of_nodes(off + way, n)), 0.5 * light, 2.0 * light);
     }
     return mix(open, light, inside);

@@ -37,7 +37,7 @@ public:
         if (averaged_)
             history_->replace(marched);
         upsample(frame, marched, layer, canvas, variant);
-        if (!fine_)
+        if (!fine_ || frames_without_fine_ > 0)
             return;
         tools_.bind_block(fine_->frame);
         upsample(fine_->frame, fine_->march.layer(), layer, canvas, variant);
@@ -105,9 +105,11 @@ private:
     void draw_fine(const PreparedFrame& frame)
     {
         if (frame.fine_tiles.empty()) {
-            fine_.reset();
+            if (++frames_without_fine_ > kKeepsFine)
+                fine_.reset();
             return;
         }
+        frames_without_fine_ = 0;
         if (!fine_)
             fine_.emplace(tools_);
         fine_->frame = fine_frame(frame);
@@ -118,7 +120,11 @@ private:
 
     const Toolbox& tools_;
     pass::RayMarch march_;
-    std::optional<Fine> fine_;             ///< while the frames have fine tiles
+    /// Frames without fine tiles that their layer is kept for: a look inside between two frames
+    /// must not make it anew, nor a sun that comes and goes at the picture's edge.
+    static constexpr int kKeepsFine = 64;
+    std::optional<Fine> fine_;  ///< where frames have fine tiles, or had some of late
+    int frames_without_fine_ = 0;
     std::optional<MarchHistory> history_;  ///< while the settings ask for it
     bool averaged_ = false;                ///< the last frame has a history
 };

@@ -143,41 +143,6 @@ TEST_F(Bounces, EmissionIsALight)
     figure("emission scattered, of what is seen at once", added / mean(off.scattering));
 }
 
-// What media send to a ball between the nodes of its volume: they are chosen pixel by pixel, and
-// no edge is to be seen where the choice changes.
-TEST_F(Bounces, LightOnABallHasNoEdges)
-{
-    double worst = 0;
-    for (int place = 0; place < 6; ++place) {
-        const double off = 0.05 * place;
-        Scene scene = empty_scene(64);
-        scene.camera.position = {off, -4, off};
-        scene.camera.look_at = {off, 0, off};
-        scene.camera.vfov_deg = 14;
-        scene.surfaces = {SphereSurface{{off, 0, off}, 0.6, glm::vec3(1)}};
-        BoxMedium glow;
-        glow.min = {-1.6, -1.6, -1.6};
-        glow.max = {-0.8, 1.6, 1.6};
-        glow.sigma_a = glm::vec3(0.5f);
-        glow.emission = glm::vec3(2);
-        scene.media = {glow};
-        Settings settings = plain_settings();
-        settings.bounces = 0;
-        const Still still = render(scene, settings);
-        const auto at = [&](int x, int y) {
-            return static_cast<double>(still.surface_lit[3 * static_cast<std::size_t>(64 * y + x)]);
-        };
-        // Within the ball's rim.
-        for (int y = 20; y < 44; ++y)
-            for (int x = 20; x < 44; ++x)
-                worst = std::max({worst, std::abs(at(x - 1, y) - 2 * at(x, y) + at(x + 1, y)),
-                                  std::abs(at(x, y - 1) - 2 * at(x, y) + at(x, y + 1))});
-    }
-    figure("a ball beside a fire: largest edge", worst);
-    // 0.01; 0.027 with an edge where light was taken back from more than half a node away.
-    EXPECT_LT(worst, 0.018);  // W/m^2/sr, of light of up to 0.6
-}
-
 // With no bounce it is direct light: a thin glowing box over a floor, against the integral over it.
 // Its light comes along 74 ways, of which one goes straight down: right under it is 6 % too much,
 // what is missing there is missing beside it.

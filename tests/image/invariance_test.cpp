@@ -193,30 +193,6 @@ TEST_F(Invariance, DenseOrBricks)
     }
 }
 
-// One more brick, 2^30 voxels above the view: a tree of bricks instead of one texture, and nothing
-// of what is seen but the rounding of its places.
-TEST_F(Invariance, ABrickFarAwayMovesNoSample)
-{
-    Scene scene = lit_scene();
-    GridMedium smoke = ragged_smoke();
-    scene.media = {smoke};
-    const Still alone = render(scene, plain_settings());
-    auto with = std::make_shared<VoxelGrid>(*smoke.density);
-    with->bricks.emplace_back(0, 0, 1 << 27);
-    with->values.insert(with->values.end(), VoxelGrid::kBrickVoxels, 0.5f);
-    with->active_voxels += VoxelGrid::kBrickVoxels;
-    with->index_max = glm::max(with->index_max, glm::ivec3(7, 7, (1 << 30) + 7));
-    smoke.density = with;
-    scene.media = {smoke};
-    const Still both = render(scene, plain_settings());
-    const double tipped = 2 * filter_rounding() * 1.5 * 2.7 / 64;  // as above
-    EXPECT_TRUE(images_near(picture_of(both, both.transmittance),
-                            picture_of(alone, alone.transmittance), 1e-5 + tipped,
-                            2e-6 + 0.1 * tipped, "32-bit texel coordinates"));
-    figure("far - near", max_difference(picture_of(both, both.transmittance),
-                                        picture_of(alone, alone.transmittance)));
-}
-
 TEST_F(Invariance, ADenseGridBesideOneOfBricks)
 {
     Scene scene = lit_scene();
