@@ -473,6 +473,46 @@ TEST_F(View, AFolderIsLookedThroughByPictures)
     EXPECT_EQ(recent["recent"][0], (data / "fire.json").string());
 }
 
+TEST_F(View, NamesOfAnyScriptHaveTheirLetters)
+{
+    // A row of files, each named by one letter, in their order; the first one is marked as chosen.
+    const auto letters = [&](const std::vector<std::string>& names) {
+        fs::remove_all(folder_.path() / "data");
+        fs::create_directory(folder_.path() / "data");
+        for (const std::string& name : names)
+            folder_.write("data/" + name + ".vdb", "no volume");
+        const Outcome run = view(R"([{"browse": "data"}, {"wait": "thumbnails", "seconds": 300},
+                                     {"frames": 2}, {"screenshot": "names.png"}])",
+                                 {}, "900x600");
+        EXPECT_EQ(run.code, 0) << run;
+        const Pixels window = shot("names.png");
+        std::vector<Pixels> shown;
+        for (std::size_t i = 0; i < names.size(); ++i)
+            shown.push_back(window.part(41 + static_cast<int>(i) * 166, 193, 8, 16));
+        return std::pair{shown, run};
+    };
+    // Latin beyond our own font, Greek, Cyrillic, kana; kanji, Korean, and a code that is no
+    // letter.
+    const auto [shown, run] = letters({"0", "ő", "λ", "д", "か"});
+    const auto [more, more_run] = letters({"0", "?", "\u0378", "煙", "연"});
+    for (std::size_t i = 2; i < 5; ++i)
+        for (std::size_t j = 1; j < i; ++j) {
+            EXPECT_GT(distance(shown[i], shown[j]), 5) << i << ' ' << j << run;
+            EXPECT_EQ(distance(more[i], more[j]) < 5, i == 2) << i << ' ' << j << more_run;
+        }
+    EXPECT_EQ(distance(more[2], more[1]), 0);
+    EXPECT_THAT(more_run.out, HasSubstr("no font of this computer has U+0378, and a question"));
+
+    // Where there are no fonts at all, each is a question mark.
+    folder_.write("none.conf", "<fontconfig></fontconfig>");
+    setenv("FONTCONFIG_FILE", (folder_.path() / "none.conf").c_str(), 1);
+    const auto [none, bare_run] = letters({"0", "ő", "д", "か", "煙"});
+    unsetenv("FONTCONFIG_FILE");
+    for (std::size_t i = 1; i < none.size(); ++i)
+        EXPECT_EQ(distance(none[i], more[1]), 0) << i << bare_run;
+    EXPECT_THAT(bare_run.out, HasSubstr("has U+0151 or 3 more"));
+}
+
 TEST_F(View, WithoutADisplayOrWithAnOldOpenGLItSaysWhatToDo)
 {
     setenv("MESA_GL_VERSION_OVERRIDE", "3.3", 1);

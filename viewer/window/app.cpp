@@ -45,8 +45,12 @@ AppReport App::run()
         screen_.check();
         if (!automation_.ends(settled() || !notices_.message().empty()))
             continue;
-        if (automation_.request_last_screenshot())
+        automation_.request_last_screenshot();
+        while (automation_.has_screenshots()) {  // the window's letters may take frames to come
             frame();
+            if (window.minimised())
+                break;
+        }
         window.close();
     }
     automation_.check_screenshots();
@@ -98,7 +102,7 @@ double App::poll_timeout() const
         (document_.whole() && !settled()))
         return viewport_.failed() ? kWorking : 0;
     const bool works = document_.loading() || document_.grids().busy() ||
-                       (browser_.is_open() && !browser_.settled()) ||
+                       (browser_.is_open() && !browser_.settled()) || !gui_.lettered() ||
                        viewport_.reference().busy() || planner_.busy();
     return works ? kWorking : kIdle;
 }
@@ -150,8 +154,11 @@ void App::draw(double seconds)
     draw_overlay({layout_, state(), document_, viewport_, pointer_, notices_});
     notices_.pass(seconds);
     gui_.end();
-    for (const std::string& file : automation_.take_screenshots())
-        screen_.take_screenshot(file);
+    if (const std::string note = gui_.take_note(); !note.empty())
+        hear(note);
+    if (gui_.lettered())
+        for (const std::string& file : automation_.take_screenshots())
+            screen_.take_screenshot(file);
     screen_.window().swap();
     log_.end_frame(document_.whole() && viewport_.sides().a().picture(), settled());
 }

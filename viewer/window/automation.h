@@ -36,6 +36,7 @@ public:
     void request_screenshot(const std::string& file) { screenshots_.push_back(file); }
     /// Asks for the last screenshot, if one was wanted. Returns whether one was.
     bool request_last_screenshot();
+    [[nodiscard]] bool has_screenshots() const { return !screenshots_.empty(); }
     /// The pictures that are to be taken of this frame.
     std::vector<std::string> take_screenshots() { return std::exchange(screenshots_, {}); }
     /// @throws Error if a picture could not be taken, since no frame was drawn

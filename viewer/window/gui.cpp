@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
+#include <utility>
 
 #include <GLFW/glfw3.h>
 
@@ -103,21 +104,27 @@ void Gui::scale_to(double content_scale)
     if (content_scale == scale_)
         return;
     scale_ = content_scale;
-    ImGuiIO& io = ImGui::GetIO();
-    ImFontConfig font;
-    font.SizePixels = kFontPixels * static_cast<float>(scale_);
-    io.Fonts->Clear();
-    io.Fonts->AddFontDefault(&font);
-    ImGui_ImplOpenGL3_DestroyFontsTexture();
     ImGui::GetStyle() = {};
     set_style();
     ImGui::GetStyle().ScaleAllSizes(static_cast<float>(scale_));
+}
+
+void Gui::update_letters()
+{
+    if (!lettering_.update(*ImGui::GetIO().Fonts, kFontPixels * static_cast<float>(scale_)))
+        return;
+    // The first texture is made with the shaders, by NewFrame; the others by nobody else.
+    if (std::exchange(has_texture_, true)) {
+        ImGui_ImplOpenGL3_DestroyFontsTexture();
+        ImGui_ImplOpenGL3_CreateFontsTexture();
+    }
 }
 
 void Gui::begin(const std::vector<Event>& events, double seconds)
 {
     ImGuiIO& io = ImGui::GetIO();
     scale_to(window_.content_scale());
+    update_letters();
     const glm::vec2 size(window_.size()), pixels(window_.pixels());
     io.DisplaySize = {size.x, size.y};
     io.DisplayFramebufferScale = {pixels.x / std::max(size.x, 1.0f),
@@ -149,6 +156,7 @@ void Gui::end()
         window_.set_cursor(0);
     }
     ImGui::Render();
+    lettering_.look_at(*ImGui::GetDrawData());
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
 

@@ -5,6 +5,7 @@
 
 #include "window/event.h"
 #include "window/glfw_window.h"
+#include "window/lettering.h"
 
 struct ImGuiContext;
 
@@ -27,9 +28,15 @@ public:
     [[nodiscard]] bool has_pointer() const;
     [[nodiscard]] bool has_keys() const;
 
+    /// Whether the last frame had all its letters. Those of other scripts come frames later.
+    [[nodiscard]] bool lettered() const { return lettering_.complete(); }
+    /// What a person should know about letters, once, or "".
+    std::string take_note() { return lettering_.take_note(); }
+
 private:
     void feed(const Event& event);
     void scale_to(double content_scale);
+    void update_letters();
 
     GlfwWindow& window_;
     ImGuiContext* context_;
@@ -38,6 +45,8 @@ private:
     /// Pressed and released within one frame is pressed in it, released in the next.
     bool down_[3]{}, pressed_[3]{};
     std::string clipboard_;
+    Lettering lettering_;
+    bool has_texture_ = false;  ///< of the letters
 };
 
 }  // namespace fumarole::window
