@@ -193,6 +193,76 @@ TEST_F(Bounces, FireLightsTheFloorUnderIt)
     EXPECT_NEAR(light, expected, 0.05 * expected);
 }
 
+// A ball beside a box that shines: its nodes lie on all sides of it and inside, and none of them is
+// taken up or left out at once from one pixel to the next.
+TEST_F(Bounces, LightOnABallHasNoEdges)
+{
+    constexpr double kEmission = 4, kRadius = 0.6;
+    const glm::dvec3 kMin(-0.5, -2.6, -0.5), kMax(0.9, -1.2, 0.9);
+    Scene scene = empty_scene(64);
+    scene.camera.position = {-3, -2, 1.5};
+    scene.camera.look_at = {0, 0, 0};
+    scene.camera.vfov_deg = 14;
+    BoxMedium fire;
+    fire.min = kMin;
+    fire.max = kMax;
+    fire.sigma_a = glm::vec3(1e-3f);
+    fire.emission = glm::vec3(kEmission);
+    scene.media = {fire};
+    scene.surfaces = {SphereSurface{{0, 0, 0}, kRadius, glm::vec3(1)}};
+    Settings settings = plain_settings();
+    settings.bounces = 0;
+    const Still still = render(scene, settings);
+    const auto of_ball = [&](glm::dvec2 at) {
+        const PixelRay ray = ray_at(scene, at);
+        const double along = -glm::dot(ray.origin, ray.direction);
+        const double inside = kRadius * kRadius - glm::dot(ray.origin, ray.origin) + along * along;
+        if (inside < 0.1 * kRadius * kRadius)
+            return glm::dvec3(0);  // beside it, or at its rim
+        const glm::dvec3 p = ray.origin + ray.direction * (along - std::sqrt(inside));
+        constexpr int kCells = 12;
+        const glm::dvec3 edge = (kMax - kMin) / double(kCells);
+        double irradiance = 0;
+        for (int i = 0; i < kCells * kCells * kCells; ++i) {
+            const glm::dvec3 cell(i % kCells, i / kCells % kCells, i / (kCells * kCells));
+            const glm::dvec3 way = kMin + (cell + 0.5) * edge - p;
+            irradiance += kEmission * edge.x * edge.y * edge.z *
+                          std::max(glm::dot(way, p) / kRadius, 0.0) /
+                          std::pow(glm::dot(way, way), 1.5);
+        }
+        return glm::dvec3(irradiance / std::numbers::pi);
+    };
+    const Image truth = ideal(scene, of_ball);
+    const auto at = [&](const std::vector<float>& rgb, int x, int y) {
+        return static_cast<double>(rgb[static_cast<std::size_t>(3 * (y * still.width + x))]);
+    };
+    double jump = 0, true_jump = 0, mean_light = 0, error = 0;
+    int count = 0;
+    for (int y = 0; y + 1 < still.height; ++y)
+        for (int x = 0; x + 1 < still.width; ++x) {
+            const glm::ivec2 by[2] = {{1, 0}, {0, 1}};
+            for (const glm::ivec2 d : by) {
+                const double here = at(truth.pixels, x, y),
+                             next = at(truth.pixels, x + d.x, y + d.y);
+                if (here <= 0 || next <= 0)
+                    continue;
+                jump = std::max(jump, std::abs(at(still.surface_lit, x + d.x, y + d.y) -
+                                               at(still.surface_lit, x, y)));
+                true_jump = std::max(true_jump, std::abs(next - here));
+                mean_light += here;
+                error += at(still.surface_lit, x, y) - here;
+                ++count;
+            }
+        }
+    mean_light /= count;
+    figure("ball beside a fire: largest step between pixels", jump / mean_light);
+    figure("ball beside a fire: truth's", true_jump / mean_light);
+    figure("ball beside a fire: bias", error / count / mean_light);
+    // Few directions cast shadows of their own; a node taken up at once is 7 of the truth.
+    EXPECT_LT(jump, 3 * true_jump);
+    EXPECT_NEAR(error / count / mean_light, 0, 0.05);
+}
+
 // Haze and soot: what would not show is not worked out.
 TEST_F(Bounces, AutoLeavesOutWhatWouldNotShow)
 {
