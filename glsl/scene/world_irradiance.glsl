@@ -83,24 +83,13 @@ Lookup lookup_above(vec3 q, vec3 way, vec3 n, vec3 heights)
     return Lookup(base + mix(t, sum.at * inverse, step(1e-4, sum.weight)), sum.weight, sum.open * inverse);
 }
 
-// Where none of them counts, as under a ball, what stands around the place does, not what lies behind the surface.
-vec3 light_around(vec3 at, vec3 n)
-{
-    const vec3 kWays[6] = vec3[6](vec3(-1.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, -1.0, 0.0), vec3(0.0, 1.0, 0.0),
-                                  vec3(0.0, 0.0, -1.0), vec3(0.0, 0.0, 1.0));
-    vec4 sum = vec4(0.0);
-    for (int i = 0; i < 6; ++i)
-        if (dot(kWays[i], n) > -0.5)
-            sum += sum_of_nodes(at + kWays[i], n);
-    // If those are inside too, it is dark.
-    return sum.rgb / max(sum.a, 1e-3);
-}
-
 // [W/m^2]; n: the normal at p. open: what arrives where nothing hides or dims, which is taken outside.
 vec3 world_irradiance(vec3 p, vec3 n, vec3 open)
 {
     const float kFade = 0.15;    // of the volume's edge, towards its faces
     const float kFewest = 0.05;  // of the nodes
+    const vec3 kWays[7] = vec3[7](vec3(0.0), vec3(-1.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, -1.0, 0.0),
+                                  vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, -1.0), vec3(0.0, 0.0, 1.0));
     LatticeParams lattice = u_volumes.surfaces;
     vec3 q = node_at(lattice, p);
     vec3 margin = min(q / lattice.last, 1.0 - q / lattice.last) / kFade;
@@ -110,16 +99,29 @@ vec3 world_irradiance(vec3 p, vec3 n, vec3 open)
     vec3 way = node_way(lattice, n) * lattice.spacing;  // a node's length
     vec3 heights = (vec4(n, 0.0) * lattice.world_from_node).xyz / lattice.spacing;
     Lookup above = lookup_above(q, way, n, heights);
-    vec4 low = sum_of_nodes(above.at, n);
+    // Where no node counts, as under a ball, what stands around the place does, and not what lies behind the surface.
+    // The place itself is the loop's first turn: llvmpipe works out both sides of a branch for all pixels, while a loop
+    // ends with the last pixel that goes on.
+    vec4 low = vec4(0.0), around = vec4(0.0);
+    float counts = 0.0;
+    for (int i = 0; i < 7; ++i) {
+        if (dot(kWays[i], n) > -0.5)
+            around += sum_of_nodes(above.at + kWays[i], n);
+        if (i > 0)
+            continue;
+        low = around;
+        around = vec4(0.0);
+        counts = clamp(min(above.weight, low.a) / kFewest, 0.0, 1.0);
+        if (counts == 1.0)
+            break;
+    }
     vec4 high = sum_of_nodes(above.at + way, n);
     vec3 light = low.rgb / max(low.a, 1e-3);
     // From as far off the surface back to it.
     float back = clamp(dot(above.at - q, heights), 0.0, 1.5) * above.open;
     back *= clamp(high.a / kFewest, 0.0, 1.0);
     light = clamp(light + back * (light - high.rgb / max(high.a, 1e-3)), 0.5 * light, 2.0 * light);
-    float counts = clamp(min(above.weight, low.a) / kFewest, 0.0, 1.0);
-    // A loop, since llvmpipe works out both sides of a branch for all pixels.
-    for (bool few = counts < 1.0; few; few = false)
-        light = mix(light_around(above.at, n), light, counts);
+    // If those around are inside too, it is dark.
+    light = mix(around.rgb / max(around.a, 1e-3), light, counts);
     return mix(open, max(light, vec3(0.0)), inside);
 }

@@ -614,7 +614,8 @@ void RadianceField::sample_medium()
         dispatch_nodes("light/field_medium.comp", defines);
         list_nodes();
     }
-    if (!medium.dims || !medium.marched || (medium.scatters && !medium.closed))
+    if (!medium.dims || !medium.marched || medium.scatters_again ||
+        (medium.scatters && !medium.closed))
         return;
     filling.marched = make("field: marched extinction", 1);
     gl::Defines defines = medium.defines;
@@ -961,7 +962,10 @@ gl::Texture RadianceField::scatter(int bands, FieldOrders orders, const gl::Text
         bind_image(0, slices, GL_WRITE_ONLY);
         dispatch("light/field_sum.comp", {}, {64, 1, slices_z}, {64, 1, 1});
     };
-    pass({{"kFirst", ""}}, filling.light_ways);
+    gl::Defines of_first{{"kFirst", ""}};
+    if (guess != nullptr)  // which is scattered in its place
+        of_first.emplace_back("kMean", "");
+    pass(of_first, filling.light_ways);
     sum(0);
     if (guess != nullptr) {
         source = spread(*guess, kNearWays);

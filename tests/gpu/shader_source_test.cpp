@@ -402,6 +402,9 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                              Defines{{"kKeeps", ""}, {"kListed", ""}});
         variants.add("light/field_scatter.comp",
                      of_bands + Defines{{"kFirst", ""}, {"kListed", ""}});
+        variants.add("light/field_scatter.comp",
+                     of_bands +
+                         Defines{{"kFirst", ""}, {"kMean", ""}, {"kKeeps", ""}, {"kListed", ""}});
         for (unsigned set = 0; set < 2; ++set)
             variants.add("light/field_finish.comp",
                          of_bands + Defines{{"kField", ""}} + flags(set, {"kWorld"}));
