@@ -14,10 +14,11 @@ layout(std140, binding = DRAW_BLOCK) uniform Draw { DrawParams u_draw; };
 layout(r32ui, binding = 0) uniform uimage3D u_crossed_img;
 in vec3 p_world;
 in vec3 normal;
+flat in int k;
 
 void main()
 {
-    FieldWay way = u_field.ways[0];
+    FieldWay way = u_field.ways[k];
     Meeting meeting = meeting_at(way, p_world, gl_FragCoord.xy);
     if (meeting.beyond != kBeyond || !meeting.is_met)
         return;
@@ -31,11 +32,12 @@ void main()
             bool is_open = u_draw.is_open != 0;
             word = pack_face(before, is_inside ? -normal : normal, is_inside && !is_open ? kNoSurface : u_draw.number);
         }
-        imageAtomicMin(u_crossed_img, meeting.node + layer_of(u_field.first), word);
+        imageAtomicMin(u_crossed_img, meeting.node + layer_of(k), word);
         return;
     }
-    ivec3 word = meeting.node + layer_of(u_field.first >> 5);
-    uint bit = 1u << uint(u_field.first & 31);
+    int number = u_field.first + k;
+    ivec3 word = meeting.node + layer_of(number >> 5);
+    uint bit = 1u << uint(number & 31);
     imageAtomicOr(u_crossed_img, word, bit);
     if (!kBeyond && dot(normal, way.wi) < 0.0)  // light goes the other way
         imageAtomicOr(u_crossed_img, word + layer_of(3 * FIELD_CROSSED_WORDS), bit);

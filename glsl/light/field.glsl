@@ -14,6 +14,7 @@ layout(binding = FIELD_CROSSED_UNIT) uniform usampler3D u_crossed_tx;
 // A place from its coordinate along an axis and those along the next two, and back.
 ivec3 from_axes(int axis, ivec3 q) { return axis == 0 ? q : axis == 1 ? q.zxy : q.yzx; }
 ivec3 to_axes(int axis, ivec3 q) { return axis == 0 ? q : axis == 1 ? q.yzx : q.zxy; }
+vec3 along_axes(int axis, vec3 q) { return axis == 0 ? q : axis == 1 ? q.yzx : q.zxy; }
 
 // Where media are looked up for a place in nodes. A medium may end at the lattice's faces, and on them it would be a
 // matter of rounding whether there is any.

@@ -24,10 +24,10 @@ Meeting meeting_at(FieldWay way, vec3 p, vec2 pixel)
     // A node that lies on a surface is behind it from both sides, whatever rounding says.
     const float kNear = 1e-3;
     meeting.beyond = any(lessThan(q, vec3(-2.0 * kNear))) || any(greaterThan(q, u_field.nodes.last + 2.0 * kNear));
-    float along = way.axis == 0 ? q.x : way.axis == 1 ? q.y : q.z;
+    float along = along_axes(way.axis, q).x;
     if (way.forward < 0.0)
         along = float(last.x) - along;
-    ivec2 start = ivec2(pixel) + u_field.columns;
+    ivec2 start = ivec2(pixel) + way.first_line;
     // The first slice in which the line is in the lattice, to within one for rounding.
     int to = 0;
     for (int i = 0; i < 2; ++i) {

@@ -39,7 +39,8 @@ struct FUM_STD140 FieldParams {
     int first;        // of the ways among all
     vec3 media_high;  // likewise
     int order;        // of scattering that is summed up: 0 the lights' and the world's own light
-    ivec2 columns;    // of the lines that surfaces are drawn along: the first, across
+    ivec2 lines;      // that surfaces are drawn along, across: pixels
+    float tilt;       // of them: nodes across a slice, about where they cross the middle one
     int slot;         // of the order that is kept, among those that the rest is guessed from
     int slots;        // how many those are
 };

@@ -103,31 +103,9 @@ Lines lines_of(const shared::FieldWay& way, glm::dvec3 last)
     return lines;
 }
 
-/// Clip space in which a line is a pixel and z grows from slice to slice, and holds all that may
-/// hide the world from the first.
-/// tilt: of the lines, nodes across a slice, about where they cross the middle one.
-glm::dmat4 clip_from_node(const shared::FieldWay& way, const Lines& lines, double last, double tilt)
-{
-    const int axis = way.axis;
-    const double forward = way.forward;
-    glm::dmat4 lines_from_node(0.0);  // x, y: the line, z: the slice
-    lines_from_node[axis][2] = forward;
-    lines_from_node[3][2] = forward > 0 ? 0 : last;
-    for (int i = 0; i < 2; ++i) {
-        const double slope = static_cast<double>(way.slope[i]) + tilt;
-        lines_from_node[(axis + 1 + i) % 3][i] = 1;
-        lines_from_node[axis][i] = -slope * forward;
-        lines_from_node[3][i] = -slope * lines_from_node[3][2] + tilt * last / 2 - lines.first[i];
-    }
-    lines_from_node[3][3] = 1;
-    return glm::translate(glm::dmat4(1.0), glm::dvec3(-1, -1, 0)) *
-           glm::scale(glm::dmat4(1.0), glm::dvec3(2.0 / glm::dvec2(lines.count), 1e-6)) *
-           glm::translate(glm::dmat4(1.0), glm::dvec3(0.5, 0.5, 0)) * lines_from_node;
-}
-
 /// Of the lines that what lies in the lattice is drawn along, and of the two that part from the way
 /// for what lies beyond it.
-constexpr std::array kTilts{0.0, 0.2, -0.2};
+constexpr std::array kTilts{0.0f, 0.2f, -0.2f};
 
 bool contains(const Bounds& outer, const Bounds& inner)
 {
@@ -334,6 +312,10 @@ void RadianceField::draw(const surface::SurfaceSet& surfaces)
     framebuffer_.set_empty(glm::ivec2(2 * std::max({count.x, count.y, count.z}) + 4));
     device_->BindBufferBase(GL_UNIFORM_BUFFER, DRAW_BLOCK, draw_block_.id());
     bind_image(0, filling_->crossed, GL_READ_WRITE, GL_R32UI);
+    glm::ivec2 lines(0);
+    const int ways = filling_->medium.ways;
+    for (int i = 0; i < ways; ++i)
+        lines = glm::max(lines, set_way(i, filling_->all.wi[static_cast<std::size_t>(i)]));
     // What lies beyond the lattice is seen along two lines that part from the way: of ways along a
     // plain, one of them meets it.
     for (const int part : {0, 1, 2}) {
@@ -342,12 +324,10 @@ void RadianceField::draw(const surface::SurfaceSet& surfaces)
         if (drawn.empty())
             continue;
         const gl::Defines defines = part == 0 ? gl::Defines{} : gl::Defines{{"kBeyond", ""}};
-        device_->UseProgram(
-            programs_.get({"pass/surface.vert", "light/crossed.frag"}, defines).id());
-        for (int i = 0; i < filling_->medium.ways; ++i)
-            draw_along(surfaces, drawn, filling_->all.wi[static_cast<std::size_t>(i)],
-                       i + 32 * FIELD_CROSSED_WORDS * part, kTilts[static_cast<std::size_t>(part)],
-                       framebuffer_);
+        device_->UseProgram(programs_.get({"light/line.vert", "light/crossed.frag"}, defines).id());
+        params_.first = 32 * FIELD_CROSSED_WORDS * part;
+        params_.tilt = kTilts.at(static_cast<std::size_t>(part));
+        draw_lines(surfaces, drawn, ways, lines, framebuffer_);
     }
     draw_walls(surfaces);
 }
@@ -383,33 +363,40 @@ RadianceField::beyond(const surface::SurfaceSet& surfaces) const
     return out;
 }
 
-void RadianceField::draw_along(const surface::SurfaceSet& surfaces,
-                               const std::vector<surface::SurfaceSet::Instance>& drawn,
-                               glm::dvec3 wi, int first, double tilt, const gl::Framebuffer& target)
+glm::ivec2 RadianceField::set_way(int slot, glm::dvec3 wi)
 {
     const FieldLattice& lattice = filling_->lattice;
-    shared::FieldWay& way = params_.ways[0];
+    shared::FieldWay& way = params_.ways[slot];
     set_course(way, wi, lattice);
     way.wi = glm::vec3(wi);
-    const glm::dvec3 last = to_axes(way.axis, glm::dvec3(lattice.count - 1));
-    const Lines lines = lines_of(way, last);
-    params_.columns = lines.first;
-    params_.first = first;
+    const Lines lines = lines_of(way, to_axes(way.axis, glm::dvec3(lattice.count - 1)));
+    way.first_line = lines.first;
+    return lines.count;
+}
+
+void RadianceField::draw_lines(const surface::SurfaceSet& surfaces,
+                               const std::vector<surface::SurfaceSet::Instance>& drawn, int ways,
+                               glm::ivec2 lines, const gl::Framebuffer& target)
+{
+    // A ball of so few nodes across is drawn coarsely: what bits tell of it is as coarse.
+    constexpr double kFewNodes = 12;
+    using Detail = surface::SurfaceSet::Detail;
+    params_.lines = lines;
     write_block();
-    target.bind(lines.count);
-    const glm::dmat4 clip = clip_from_node(way, lines, last.x, tilt) * lattice.node_from_eye;
+    target.bind(lines);
     for (const auto& instance : drawn) {
-        const glm::dmat4 eye_from_object =
-            glm::translate(glm::dmat4(1.0), -lattice.eye) * instance.world_from_object;
+        const glm::dvec3 nodes = glm::dmat3(filling_->lattice.node_from_eye) *
+                                 (instance.bounds.max - instance.bounds.min);
+        const bool small = glm::length(nodes) < kFewNodes * std::sqrt(3);
         shared::DrawParams params{};
-        params.clip_from_object = glm::mat4(clip * eye_from_object);
-        params.world_from_object = glm::mat4(eye_from_object);
+        params.world_from_object = glm::mat4(
+            glm::translate(glm::dmat4(1.0), -filling_->lattice.eye) * instance.world_from_object);
         params.albedo = instance.albedo;
         params.emission = instance.emission;
         params.number = static_cast<int>(&instance - drawn.data());
         params.is_open = instance.closed ? 0 : 1;
         draw_block_.write(params);
-        surfaces.draw(instance, surface::SurfaceSet::Detail::coarse);
+        surfaces.draw(instance, small ? Detail::coarsest : Detail::coarse, ways);
     }
 }
 
@@ -422,14 +409,18 @@ void RadianceField::draw_along_axes(const surface::SurfaceSet& surfaces, const g
     device_->BindBufferBase(GL_UNIFORM_BUFFER, DRAW_BLOCK, draw_block_.id());
     bind_image(0, to, GL_READ_WRITE, GL_R32UI);
     device_->UseProgram(
-        programs_.get({"pass/surface.vert", "light/crossed.frag"}, {{variant, ""}}).id());
+        programs_.get({"light/line.vert", "light/crossed.frag"}, {{variant, ""}}).id());
     const std::vector<surface::SurfaceSet::Instance> all(surfaces.instances().begin(),
                                                          surfaces.instances().end());
-    for (int layer = 0; layer < 6; ++layer) {
+    constexpr int kLayers = 6;
+    glm::ivec2 lines(0);
+    for (int layer = 0; layer < kLayers; ++layer) {
         // Light that goes up an axis meets a node's wall below it.
         const glm::dvec3 up = glm::normalize(metres_from_node[layer / 2]);
-        draw_along(surfaces, all, layer % 2 == 0 ? -up : up, layer, 0, framebuffer_);
+        lines = glm::max(lines, set_way(layer, layer % 2 == 0 ? -up : up));
     }
+    params_.tilt = 0;
+    draw_lines(surfaces, all, kLayers, lines, framebuffer_);
     wait_for_drawing();
 }
 
@@ -474,12 +465,8 @@ void RadianceField::draw_beyond(const gl::Defines& shading, const surface::Surfa
     const std::vector<surface::SurfaceSet::Instance> drawn = beyond(surfaces);
     const auto& ways = filling.all.wi;
     glm::ivec2 size(0);
-    for (const glm::dvec3& wi : ways) {
-        shared::FieldWay way{};
-        set_course(way, wi, filling.lattice);
-        size = glm::max(
-            size, lines_of(way, to_axes(way.axis, glm::dvec3(filling.lattice.count - 1))).count);
-    }
+    for (const glm::dvec3& wi : ways)
+        size = glm::max(size, set_way(0, wi));
     filling.beyond = gl::Texture::make_2d_array(device_, "field: light from beyond",
                                                 {size, 2 * static_cast<int>(ways.size())},
                                                 GL_RGBA16F, gl::Filter::nearest);
@@ -495,7 +482,7 @@ void RadianceField::draw_beyond(const gl::Defines& shading, const surface::Surfa
     device_->BindBufferBase(GL_UNIFORM_BUFFER, DRAW_BLOCK, draw_block_.id());
     gl::Defines defines = dimmed_defines();
     defines += shading;
-    device_->UseProgram(programs_.get({"pass/surface.vert", "light/beyond.frag"}, defines).id());
+    device_->UseProgram(programs_.get({"light/line.vert", "light/beyond.frag"}, defines).id());
     device_->Enable(GL_DEPTH_TEST);
     device_->DepthMask(GL_TRUE);
     device_->DepthFunc(GL_GREATER);  // what lies nearest to the lattice comes last
@@ -505,8 +492,8 @@ void RadianceField::draw_beyond(const gl::Defines& shading, const surface::Surfa
                                                    2 * static_cast<int>(i) + part);
             const GLfloat far = 0;
             device_->ClearNamedFramebufferfv(beyond_framebuffer_.id(), GL_DEPTH, 0, &far);
-            draw_along(surfaces, drawn, ways[i], static_cast<int>(i),
-                       kTilts[static_cast<std::size_t>(part + 1)], beyond_framebuffer_);
+            params_.tilt = kTilts.at(static_cast<std::size_t>(part) + 1);
+            draw_lines(surfaces, drawn, 1, set_way(0, ways[i]), beyond_framebuffer_);
         }
     device_->Disable(GL_DEPTH_TEST);
     beyond_framebuffer_.detach_color();
@@ -637,12 +624,9 @@ void RadianceField::set_batch(const Batch& batch)
     const Filling::Ways& set = batch.set == kNearWays ? filling_->near : filling_->all;
     for (int k = 0; k < batch.count; ++k) {
         const auto i = static_cast<std::size_t>(batch.first + k);
+        set_way(k, set.wi[i]);
         shared::FieldWay& way = params_.ways[k];
-        set_course(way, set.wi[i], filling_->lattice);
         way.entry = set.entry[i];
-        const glm::dvec3 last = to_axes(way.axis, glm::dvec3(filling_->lattice.count - 1));
-        way.first_line = lines_of(way, last).first;
-        way.wi = glm::vec3(set.wi[i]);
         way.solid_angle = static_cast<float>(set.ways[i].solid_angle);
         for (int j = 0; j < 16; ++j)
             way.harmonics[j / 4][j % 4] = shared::spherical_harmonic(j, way.wi);
@@ -863,13 +847,14 @@ gl::Texture RadianceField::fill(int ways, int bands, FieldOrders orders, const g
     own.inverse_size.z /= own.layers;
     // What is looked up is the light at the nodes, not the means that went from order to order.
     const gl::Texture light = make("field: light", bands * bands);
+    clear_unlisted(light);
     for (const Batch& batch : batches(ways)) {
         set_batch(batch);
         gl::Texture spread_out;
         if (source && ways != kNearWays)
             spread_out = spread({&scattered, nullptr, own, bands}, batch.count);
         sweep(medium.glows, spread_out ? &spread_out : source ? &source : nullptr, false);
-        gather(bands, batch.first > 0, Of::field, filling_->light_ways, light);
+        gather(bands, batch.first > 0, Of::field, filling_->light_ways, light, Nodes::listed);
     }
     if (bounced != nullptr)
         take_over(*bounced, bands, light);

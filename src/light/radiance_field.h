@@ -165,10 +165,12 @@ private:
     void draw_along_axes(const surface::SurfaceSet& surfaces, const gl::Texture& to,
                          const char* variant);
     void take_over(const OtherLight& other, int bands, const gl::Texture& to);
-    /// Along a way, into the image that is bound.
-    void draw_along(const surface::SurfaceSet& surfaces,
-                    const std::vector<surface::SurfaceSet::Instance>& drawn, glm::dvec3 wi,
-                    int first, double tilt, const gl::Framebuffer& target);
+    /// Sets the course of a way, and gives how many lines along it meet the lattice, across.
+    glm::ivec2 set_way(int slot, glm::dvec3 wi);
+    /// Along the lines of the first `ways` ways that are set, into the images that are bound.
+    void draw_lines(const surface::SurfaceSet& surfaces,
+                    const std::vector<surface::SurfaceSet::Instance>& drawn, int ways,
+                    glm::ivec2 lines, const gl::Framebuffer& target);
     /// The surfaces of which some lies within the lattice, and some beyond it.
     [[nodiscard]] std::vector<surface::SurfaceSet::Instance>
     within(const surface::SurfaceSet& surfaces) const;

@@ -28,10 +28,10 @@ GpuMesh::GpuMesh(const gl::Device& device, const Mesh& mesh, std::string_view la
     }
 }
 
-void GpuMesh::draw(const gl::Device& device) const
+void GpuMesh::draw(const gl::Device& device, int instances) const
 {
     device->BindVertexArray(vertex_array_.id());
-    device->DrawElements(GL_TRIANGLES, index_count_, GL_UNSIGNED_INT, nullptr);
+    device->DrawElementsInstanced(GL_TRIANGLES, index_count_, GL_UNSIGNED_INT, nullptr, instances);
 }
 
 }  // namespace fumarole::surface

@@ -15,8 +15,8 @@ public:
     GpuMesh() = default;
     GpuMesh(const gl::Device& device, const Mesh& mesh, std::string_view label);
 
-    /// Issues its draw; program and state are the caller's.
-    void draw(const gl::Device& device) const;
+    /// Issues its draw, of so many instances; program and state are the caller's.
+    void draw(const gl::Device& device, int instances = 1) const;
 
     [[nodiscard]] const Bounds& bounds() const { return bounds_; }
 

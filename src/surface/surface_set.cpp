@@ -13,12 +13,13 @@ namespace {
 constexpr int kSphereMesh = 0;
 constexpr int kCubeMesh = 1;
 constexpr int kCoarseSphereMesh = 2;
-constexpr int kOwnMeshes = 3;  ///< those of files come after them
+constexpr int kCoarsestSphereMesh = 3;
+constexpr int kOwnMeshes = 4;  ///< those of files come after them
 
 /// Of the unit sphere. A chord of 1/128 of a turn dips 3e-4 of the radius below the sphere: under a
 /// tenth of a pixel for a ball that fills a 480-pixel picture; one of 1/32 dips 5e-3, under a
-/// tenth of a node of the volumes of light.
-constexpr int kAroundSphere = 128, kAroundCoarseSphere = 32;
+/// tenth of a node of the volumes of light, as one of 1/16 with 2e-2 does of a ball of few nodes.
+constexpr int kAroundSphere = 128, kAroundCoarseSphere = 32, kAroundCoarsestSphere = 16;
 
 Mesh unit_sphere(int around)
 {
@@ -35,7 +36,7 @@ Mesh unit_sphere(int around)
         }
     }
     mesh.positions = mesh.normals;
-    if (around == kAroundCoarseSphere)
+    if (around != kAroundSphere)
         for (auto& position : mesh.positions)
             position *= static_cast<float>(radius);
     const auto a_row = static_cast<std::uint32_t>(around) + 1;
@@ -118,6 +119,7 @@ void SurfaceSet::set(const std::vector<Surface>& surfaces)
         meshes_.push_back(upload(unit_sphere(kAroundSphere), "unit sphere"));
         meshes_.push_back(upload(unit_cube(), "unit cube"));
         meshes_.push_back(upload(unit_sphere(kAroundCoarseSphere), "coarse unit sphere"));
+        meshes_.push_back(upload(unit_sphere(kAroundCoarsestSphere), "coarsest unit sphere"));
     }
     // Meshes that no surface names any more go with old_meshes_.
     old_meshes_.assign(std::make_move_iterator(meshes_.begin() + kOwnMeshes),
@@ -160,10 +162,12 @@ Bounds SurfaceSet::bounds() const
     return all;
 }
 
-void SurfaceSet::draw(const Instance& instance, Detail detail) const
+void SurfaceSet::draw(const Instance& instance, Detail detail, int times) const
 {
-    const bool coarse = detail == Detail::coarse && instance.mesh == kSphereMesh;
-    meshes_[static_cast<std::size_t>(coarse ? kCoarseSphereMesh : instance.mesh)].gpu.draw(device_);
+    int mesh = instance.mesh;
+    if (mesh == kSphereMesh && detail != Detail::full)
+        mesh = detail == Detail::coarse ? kCoarseSphereMesh : kCoarsestSphereMesh;
+    meshes_[static_cast<std::size_t>(mesh)].gpu.draw(device_, times);
 }
 
 }  // namespace fumarole::surface

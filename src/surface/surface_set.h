@@ -35,9 +35,9 @@ public:
     /// Meshes sent to the GPU so far.
     [[nodiscard]] int uploads() const { return uploads_; }
 
-    /// Issues the draw of one instance; program and state are the caller's.
-    enum class Detail { full, coarse };
-    void draw(const Instance& instance, Detail detail = Detail::full) const;
+    /// Issues the draw of one instance, so many times over; program and state are the caller's.
+    enum class Detail { full, coarse, coarsest };
+    void draw(const Instance& instance, Detail detail = Detail::full, int times = 1) const;
 
 private:
     struct HeldMesh {

@@ -439,8 +439,8 @@ TEST_F(ParamLayout, Field)
     Offsets expected{MEMBER(FieldParams, albedo),     MEMBER(FieldParams, count),
                      MEMBER(FieldParams, media_low),  MEMBER(FieldParams, first),
                      MEMBER(FieldParams, media_high), MEMBER(FieldParams, order),
-                     MEMBER(FieldParams, columns),    MEMBER(FieldParams, slot),
-                     MEMBER(FieldParams, slots)};
+                     MEMBER(FieldParams, lines),      MEMBER(FieldParams, tilt),
+                     MEMBER(FieldParams, slot),       MEMBER(FieldParams, slots)};
     add_struct(expected, "nodes", offsetof(FieldParams, nodes), kLattice);
     add_struct(expected, "other", offsetof(FieldParams, other), kLattice);
     add_array<FieldWay>(expected, "ways", offsetof(FieldParams, ways), FIELD_BATCH, way);

@@ -372,6 +372,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     for (const char* file :
          {"probe/shrink.comp", "probe/filter.comp", "probe/harmonics.comp", "probe/face.comp"})
         variants.add(file, {});
+    variants.add("light/line.vert", {});
     variants.add("light/crossed.frag", {});
     variants.add("light/crossed.frag", {{"kBeyond", ""}});
     variants.add("light/crossed.frag", {{"kWalls", ""}});
