@@ -58,7 +58,7 @@ vec4 sum_of_nodes(vec3 at, vec3 n)
 struct Lookup {
     vec3 at;
     float weight;  // of those that count
-    float open;    // part of them over which nothing stands
+    float open;    // part of their light that comes from the nodes over them, past surfaces and media
 };
 
 //   q  the place on the surface; it is looked up half a node above
@@ -76,7 +76,7 @@ Lookup lookup_above(vec3 q, vec3 way, vec3 n, vec3 heights)
         Walls walls = walls_of(u_walls_tx, ivec3(node), int(lattice.last.z) + 1);
         float weight = near.x * near.y * near.z * node_counts(walls, node - q, heights);
         sum.at += weight * is_high;
-        sum.open += weight * is_open(walls, n);
+        sum.open += weight * is_open(walls, n) * walls.through;
         sum.weight += weight;
     }
     float inverse = 1.0 / max(sum.weight, 1e-4);
@@ -117,7 +117,7 @@ vec3 world_irradiance(vec3 p, vec3 n, vec3 open)
     }
     vec4 high = sum_of_nodes(above.at + way, n);
     vec3 light = low.rgb / max(low.a, 1e-3);
-    // From as far off the surface back to it.
+    // From as far off the surface back to it, as far as light there tells of light here: a medium changes it on its way.
     float back = clamp(dot(above.at - q, heights), 0.0, 1.5) * above.open;
     back *= clamp(high.a / kFewest, 0.0, 1.0);
     light = clamp(light + back * (light - high.rgb / max(high.a, 1e-3)), 0.5 * light, 2.0 * light);

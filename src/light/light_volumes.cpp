@@ -218,7 +218,7 @@ FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& me
 /// by of the sky's, 2 % in thick media, is not seen.
 bool suns_outshine_the_sky(const Scene& scene)
 {
-    constexpr float kFewTimes = 4;
+    constexpr float kFewTimes = 3;
     glm::vec3 suns(0);
     for (const Light& light : scene.lights)
         if (const auto* sun = std::get_if<SunLight>(&light))

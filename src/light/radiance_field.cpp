@@ -138,12 +138,13 @@ struct RadianceField::Filling {
     Ways near, all;  ///< the kNearWays and the kAllWays directions
     int batch = 0;   ///< ways that there is room for
     gl::Texture sigma_t, albedo, emission;
-    gl::Buffer nodes;           ///< a FieldNodesHead and the nodes that light is scattered at
-    gl::Texture marched;        ///< sigma_t of the marched media, where there are others too
-    gl::Texture crossed;        ///< what surfaces cross, a bit a way; empty: none
-    gl::Texture walls;          ///< walls between nodes, as take_walls()
-    gl::Texture clear, dimmed;  ///< coefficients of the world's light
-    gl::Texture bounced;        ///< coefficients of what surfaces send on
+    gl::Buffer nodes;            ///< a FieldNodesHead and the nodes that light is scattered at
+    gl::Texture marched;         ///< sigma_t of the marched media, where there are others too
+    gl::Texture crossed;         ///< what surfaces cross, a bit a way; empty: none
+    gl::Texture steps_to_walls;  ///< as they are drawn
+    gl::Texture walls;           ///< walls between nodes, as take_walls()
+    gl::Texture clear, dimmed;   ///< coefficients of the world's light
+    gl::Texture bounced;         ///< coefficients of what surfaces send on
     gl::Texture bounced_before, bounced_before_that;  ///< a turn and two turns ago
     gl::Texture faces;       ///< light/faces.glsl, six layers; empty: surfaces send nothing on
     gl::Texture materials;   ///< each surface's albedo, and in row 1 its emission
@@ -289,6 +290,8 @@ void RadianceField::begin(const FieldLattice& lattice, FieldMedium medium,
     if (!surfaces.empty() && bounces)
         draw_faces(surfaces);
     sample_medium();
+    if (!surfaces.empty())
+        keep_walls();
 }
 
 void RadianceField::end()
@@ -427,16 +430,29 @@ void RadianceField::draw_along_axes(const surface::SurfaceSet& surfaces, const g
 void RadianceField::draw_walls(const surface::SurfaceSet& surfaces)
 {
     const glm::ivec3 count = filling_->lattice.count;
-    const gl::Texture steps =
+    filling_->steps_to_walls =
         gl::Texture::make_3d(device_, "field: steps to walls", count * glm::ivec3(1, 1, 6),
                              GL_R32UI, gl::Filter::nearest);
-    draw_along_axes(surfaces, steps, "kWalls");
-    filling_->walls =
+    draw_along_axes(surfaces, filling_->steps_to_walls, "kWalls");
+}
+
+void RadianceField::keep_walls()
+{
+    Filling& filling = *filling_;
+    const gl::Texture steps = std::move(filling.steps_to_walls);
+    const glm::ivec3 count = filling.lattice.count;
+    filling.walls =
         gl::Texture::make_3d(device_, "walls between nodes", count * glm::ivec3(1, 1, 2),
                              GL_RGBA16F, gl::Filter::nearest);
     steps.bind(FIELD_CROSSED_UNIT);
-    bind_image(0, filling_->walls, GL_WRITE_ONLY, GL_RGBA16F);
-    dispatch_nodes("light/walls.comp", {});
+    bind_image(0, filling.walls, GL_WRITE_ONLY, GL_RGBA16F);
+    gl::Defines defines;
+    const gl::Texture& sigma_t = filling.sigma_t ? filling.sigma_t : filling.marched;
+    if (sigma_t && filling.medium.dims) {
+        defines.emplace_back("kDims", "");
+        sigma_t.bind(FIELD_SIGMA_T_UNIT);
+    }
+    dispatch_nodes("light/walls.comp", defines);
 }
 
 void RadianceField::draw_faces(const surface::SurfaceSet& surfaces)

@@ -159,6 +159,7 @@ private:
     [[nodiscard]] gl::Texture make_sources(int ways) const;
     void draw(const surface::SurfaceSet& surfaces);
     void draw_walls(const surface::SurfaceSet& surfaces);
+    void keep_walls();
     void wait_for_drawing();
     void draw_faces(const surface::SurfaceSet& surfaces);
     void draw_beyond(const gl::Defines& shading, const surface::SurfaceSet& surfaces);

@@ -377,6 +377,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     variants.add("light/crossed.frag", {{"kBeyond", ""}});
     variants.add("light/crossed.frag", {{"kWalls", ""}});
     variants.add("light/walls.comp", {});
+    variants.add("light/walls.comp", {{"kDims", ""}});
     variants.add("light/crossed.frag", {{"kFaces", ""}});
     for (const char* bands : {"1", "3"})
         variants.add("light/field_other.comp", {{"kBands", bands}});

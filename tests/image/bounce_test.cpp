@@ -193,6 +193,30 @@ TEST_F(Bounces, FireLightsTheFloorUnderIt)
     EXPECT_NEAR(light, expected, 0.05 * expected);
 }
 
+// A layer that glows, two nodes of the field thick and opaque: a floor under it has the light of a
+// black body of its source. Above half of it the light falls off, which tells nothing of the floor.
+TEST_F(Bounces, LightOfAThickLayerIsNotCarriedOnToTheFloor)
+{
+    constexpr double kHeight = 1.2, kDepth = 5, kSource = 2;
+    Scene scene = empty_scene(24);
+    scene.camera.position = {0.2, 0.3, 12};
+    scene.camera.look_at = {0.2, 0.301, 0};
+    scene.camera.vfov_deg = 10;
+    BoxMedium layer;
+    layer.min = {-3, -3, 0};
+    layer.max = {3, 3, kHeight};
+    layer.sigma_a = glm::vec3(static_cast<float>(kDepth / kHeight));
+    layer.emission = layer.sigma_a * static_cast<float>(kSource);
+    scene.media = {layer};
+    scene.surfaces = {BoxSurface{{-3, -3, -0.5}, {3, 3, 0}, glm::vec3(1)}};
+    Settings settings = plain_settings();
+    settings.bounces = 0;
+    const Still still = render(scene, settings);
+    const double seen = mean(still.surface_lit) / kSource - 1;
+    figure("floor under a thick layer that glows: bias", seen);
+    EXPECT_NEAR(seen, 0, 0.06);  // its upper face lies between nodes
+}
+
 // A ball beside a box that shines: its nodes lie on all sides of it and inside, and none of them is
 // taken up or left out at once from one pixel to the next.
 TEST_F(Bounces, LightOnABallHasNoEdges)
