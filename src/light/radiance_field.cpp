@@ -280,9 +280,9 @@ void RadianceField::begin(const FieldLattice& lattice, FieldMedium medium,
         set->entry = entries(filling_->medium.world, set->ways, set->wi);
     }
     const std::int64_t nodes = std::int64_t{lattice.count.x} * lattice.count.y * lattice.count.z;
+    const std::int64_t most = std::max(filling_->medium.ways, kNearWays);
     filling_->batch = static_cast<int>(std::clamp(kMostBytes / (kWayBytes * nodes) / 2 * 2,
-                                                  std::int64_t{kNearWays},
-                                                  std::int64_t{FIELD_BATCH}));  // whole pairs
+                                                  std::int64_t{kNearWays}, most));  // whole pairs
     filling_->ways = make_ways("field: ways", filling_->batch, GL_RG32UI);
     filling_->light_ways = make_ways("field: light's ways", filling_->batch, light_format());
     if (!surfaces.empty())
