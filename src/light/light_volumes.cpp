@@ -215,9 +215,12 @@ FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& me
 }
 
 /// Whether suns bring media and surfaces so much more light than the sky that what 26 ways are out
-/// by of the sky's, 2 % in thick media, is not seen.
+/// by of the sky's, 2 % in thick media, is not seen. What panes take of a sun's is not known.
 bool suns_outshine_the_sky(const Scene& scene)
 {
+    const auto casts = [](const Transparent& transparent) { return look_of(transparent).casts; };
+    if (std::any_of(scene.transparents.begin(), scene.transparents.end(), casts))
+        return false;
     constexpr float kFewTimes = 3;
     glm::vec3 suns(0);
     for (const Light& light : scene.lights)
