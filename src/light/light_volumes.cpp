@@ -681,11 +681,15 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
         bounced_ = {};
     // Flames are small: along few ways they would throw a star.
     const int ways_on_surfaces = field.glows ? kAllWays : world_key_.ways_on_surfaces;
+    const FieldScene around{media, surfaces, lights};
     if (turns && (anew || fills_surfaces)) {
         const glm::dvec3 eye = centre_of(surface_lattice_);
         begin_fill(eye, media, lights);
-        begin_field(field_on_surfaces_, surface_lattice_, field.on_surfaces, media, surfaces,
-                    lights, shines, ways_on_surfaces, {}, true);
+        begin_field(field_on_surfaces_, surface_lattice_, around,
+                    {.scatters = field.on_surfaces,
+                     .world = shines,
+                     .bounces = true,
+                     .ways = ways_on_surfaces});
         field_on_surfaces_.fill_world(world_key_.ways_on_surfaces, kSurfaceBands, &on_surfaces_,
                                       on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr);
         bounced_ = make_volume(device_, "light of surfaces", surface_lattice_,
@@ -720,16 +724,20 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
             const int cycles = nodes == kCoarsestNodes ? kMostCycles : kFewerCycles;
             const gl::Texture light = make_volume(device_, "light that is not direct, coarsely",
                                                   coarse, bands_ * bands_, GL_RGBA16F);
-            begin_field(field_, coarse, true, media, surfaces, lights, shines, kNearWays,
-                        field.orders);
+            begin_field(
+                field_, coarse, around,
+                {.scatters = true, .world = shines, .ways = kNearWays, .orders = field.orders});
             gl::Texture finer =
                 fill(kNearWays, {FIELD_KEPT_ORDERS, cycles, true}, nullptr, light, true);
             field_.end();
             guessed = std::move(finer);
             guess = {&guessed, nullptr, to_shared(coarse, bands_ * bands_, eye), bands_};
         }
-        begin_field(field_, world_lattice_, fills_field, media, surfaces, lights, shines,
-                    world_key_.ways, field.orders);
+        begin_field(field_, world_lattice_, around,
+                    {.scatters = fills_field,
+                     .world = shines,
+                     .ways = world_key_.ways,
+                     .orders = field.orders});
         if (anew && shines)
             field_.fill_world(world_key_.ways, bands_, nullptr, &coefficients_);
         if (fills_field) {
@@ -754,8 +762,8 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
             light.bands = bands_;
         }
         if (!turns) {
-            begin_field(field_on_surfaces_, surface_lattice_, field.on_surfaces, media, surfaces,
-                        lights, shines, ways_on_surfaces);
+            begin_field(field_on_surfaces_, surface_lattice_, around,
+                        {.scatters = field.on_surfaces, .world = shines, .ways = ways_on_surfaces});
             field_on_surfaces_.fill_world(world_key_.ways_on_surfaces, kSurfaceBands, &on_surfaces_,
                                           on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr,
                                           field.on_surfaces ? &light : nullptr);
@@ -979,14 +987,13 @@ void LightVolumes::fill_depth(const gl::Texture& depth, int layer, const LightPo
              {columns, slices, 1});
 }
 
-void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice, bool scatters,
-                               const medium::MediaSet& media, const surface::SurfaceSet& surfaces,
-                               const LightSet& lights, bool world, int ways, FieldOrders orders,
-                               bool bounces)
+void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice,
+                               const FieldScene& scene, const FieldTask& task)
 {
+    const medium::MediaSet& media = scene.media;
     const medium::MediaTraits& traits = media.traits();
     const glm::dvec3 eye = centre_of(lattice);
-    gl::Defines defines = fill_defines(media, lights.defines());
+    gl::Defines defines = fill_defines(media, scene.lights.defines());
     if (depth_)
         defines.emplace_back("kDepthVolume", "");
     // Half a cell's voxels: samples are filtered over two of them.
@@ -996,24 +1003,24 @@ void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice, boo
     params_.samples = std::clamp(static_cast<int>(std::round(voxels / 2)), 2, kMostSamples);
     write_block(eye);
     depth_.bind(DEPTH_VOLUME_UNIT);
-    const bool marches = scatters && world_key_.dims && extinction_ && !depth_;
+    const bool marches = task.scatters && world_key_.dims && extinction_ && !depth_;
     field.begin({to_shared(lattice, 1, eye), eye,
                  lattice.node_from_world * glm::translate(glm::dmat4(1.0), eye), lattice.count},
                 {.defines = std::move(defines),
                  .colored = traits.colored_extinction,
-                 .ways = ways,
+                 .ways = task.ways,
                  .albedo = media.mean_albedo(),
-                 .scatters = scatters,
-                 .glows = scatters && traits.emission,
+                 .scatters = task.scatters,
+                 .glows = task.scatters && traits.emission,
                  .dims = world_key_.dims,
                  .marched = traits.marched > 0,
                  .closed = traits.media > traits.marched,
-                 .scatters_again = scatters && orders.count > 0,
-                 .thick = orders.coarse_first,
+                 .scatters_again = task.scatters && task.orders.count > 0,
+                 .thick = task.orders.coarse_first,
                  .bounds = media.bounds(),
-                 .world = world ? &world_key_.world : nullptr,
+                 .world = task.world ? &world_key_.world : nullptr,
                  .extinction = marches ? &extinction_ : nullptr},
-                surfaces, bounces);
+                scene.surfaces, task.bounces);
 }
 
 void LightVolumes::turn_world(const medium::MediaSet& media)

@@ -169,10 +169,21 @@ private:
     void plan_world(WorldKey& key, const medium::MediaSet& media,
                     const surface::SurfaceSet& surfaces, bool fire);
     void make_world(const WorldKey& key, bool surfaces);
-    void begin_field(RadianceField& field, const Lattice& lattice, bool scatters,
-                     const medium::MediaSet& media, const surface::SurfaceSet& surfaces,
-                     const LightSet& lights, bool world, int ways, FieldOrders orders = {},
-                     bool bounces = false);
+    struct FieldScene {
+        const medium::MediaSet& media;
+        const surface::SurfaceSet& surfaces;
+        const LightSet& lights;
+    };
+    /// What a lattice is filled for.
+    struct FieldTask {
+        bool scatters = false;  ///< light that the media scatter or emit is asked for
+        bool world = false;     ///< the world's is
+        bool bounces = false;   ///< surfaces send light on
+        int ways = 0;           ///< kNearWays or kAllWays
+        FieldOrders orders = {};
+    };
+    void begin_field(RadianceField& field, const Lattice& lattice, const FieldScene& scene,
+                     const FieldTask& task);
     /// @param noted what each of the last turns brought is kept, to tell what a further one would
     void turn_surfaces(int turns, const surface::SurfaceSet& surfaces, const LightSet& lights,
                        bool noted);
