@@ -9,10 +9,29 @@ float shadow_depth(ShadowDepth view, vec3 p)
     return clamp((is_sun_view(view) ? dot(from, view.travel) : length(from)) * view.inverse_range, 0.0, 1.0);
 }
 
-// How far a lit surface is moved before it looks itself up: about a texel of the view. [m]
+// As far as what a view keeps of a surface lies from a place on it, across: about a texel of the view. [m]
 float shadow_bias(ShadowDepth view, vec3 p)
 {
     return is_sun_view(view) ? view.bias : view.bias * length(p - view.origin);
+}
+
+// What is left between a lit surface and what a view keeps of it.
+struct ShadowSlack {
+    float nearer;  // taken off its depth [m]
+    float lift;    // that it is moved off along its normal [m]
+};
+
+// A place that is moved sees its shadow's edge elsewhere. So depth alone makes up for how steep the surface is to the
+// light, but where that would be too much for what stands on it.
+//   n  its normal, or 0: no surface
+ShadowSlack shadow_slack(ShadowDepth view, vec3 p, vec3 n)
+{
+    const float kSteepest = 4.0;
+    vec3 wi = is_sun_view(view) ? -view.travel : normalize(view.origin - p);
+    float cosine = dot(n, wi);
+    float slope = length(n - cosine * wi) / max(cosine, 1e-3);
+    float bias = shadow_bias(view, p);
+    return ShadowSlack(bias * min(slope, kSteepest), bias * max(1.0 - kSteepest / max(slope, 1e-3), 0.0));
 }
 
 // Which of six views of a point light holds direction d, +x -x +y -y +z -z, and where in it d is, -1..1 over a

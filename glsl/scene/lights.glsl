@@ -56,17 +56,18 @@ LightSample spot_sample(int i, vec3 p)
     return s;
 }
 
-// 1 where a view sees p, 0 where a surface hides it. n: the normal of the surface that p lies on, along which p is
-// moved by the view's bias.
+// 1 where a view sees p, 0 where a surface hides it. n: the normal of the surface that p lies on.
 float visibility_on_surface(int view, vec3 p, vec3 n)
 {
     if (!kSurfaceShadows)
         return 1.0;
     ShadowView shadow = u_lights.views[view];
-    p += n * shadow_bias(shadow.depth, p);
+    ShadowSlack slack = shadow_slack(shadow.depth, p, n);
+    p += n * slack.lift;
+    float depth = shadow_depth(shadow.depth, p) - slack.nearer * shadow.depth.inverse_range;
     vec4 clip = shadow.clip_from_world * vec4(p, 1.0);
     vec2 uv = clip.xy / clip.w * 0.5 + 0.5;
-    return texture(u_shadow_map_tx, vec4(uv, float(view), shadow_depth(shadow.depth, p)));
+    return texture(u_shadow_map_tx, vec4(uv, float(view), clamp(depth, 0.0, 1.0)));
 }
 
 float sun_on_surface(int i, vec3 p, vec3 n)

@@ -167,35 +167,61 @@ void ShadowPainter::draw(const gl::Texture& map, std::size_t layer, const View& 
 {
     if (!framebuffer_)
         framebuffer_ = {device_, "shadow map"};
-    device_->UseProgram(programs_.get({"pass/surface.vert", "light/shadow_map.frag"}, {}).id());
+    const glm::ivec2 size(map.size());
+    const auto& all = surfaces.instances();
+    const bool solids =
+        std::any_of(all.begin(), all.end(), [](const auto& instance) { return instance.closed; });
     device_->BindBufferBase(GL_UNIFORM_BUFFER, DRAW_BLOCK, block_.id());
     device_->Enable(GL_DEPTH_TEST);
     device_->DepthMask(GL_TRUE);
     device_->DepthFunc(GL_LESS);
+    if (solids) {
+        if (!backs_ || glm::ivec2(backs_.size()) != size)
+            backs_ = gl::Texture::make_2d(device_, "far sides in a shadow map", size,
+                                          GL_DEPTH_COMPONENT32F, gl::Filter::nearest);
+        framebuffer_.attach_depth(backs_.view());
+        clear(size);
+        device_->Enable(GL_CULL_FACE);
+        device_->CullFace(GL_FRONT);
+        draw_surfaces(view, surfaces, true, {});
+        device_->Disable(GL_CULL_FACE);
+        backs_.bind(SHADOW_MAP_UNIT);
+    }
     framebuffer_.attach_depth_layer(map.view(), static_cast<int>(layer));
-    framebuffer_.bind(glm::ivec2(map.size()));
-    const GLfloat clear = 1.0f;
-    device_->ClearNamedFramebufferfv(framebuffer_.id(), GL_DEPTH, 0, &clear);
+    clear(size);
+    if (solids)
+        draw_surfaces(view, surfaces, true, {{"kHalfway", ""}});
+    draw_surfaces(view, surfaces, false, {});
+    device_->Disable(GL_DEPTH_TEST);
+    device_->DepthMask(GL_FALSE);
+}
+
+void ShadowPainter::clear(glm::ivec2 size)
+{
+    framebuffer_.bind(size);
+    const GLfloat far = 1.0f;
+    device_->ClearNamedFramebufferfv(framebuffer_.id(), GL_DEPTH, 0, &far);
+}
+
+void ShadowPainter::draw_surfaces(const View& view, const surface::SurfaceSet& surfaces,
+                                  bool closed, const gl::Defines& variant)
+{
+    bool used = false;
     for (const auto& instance : surfaces.instances()) {
+        if (instance.closed != closed)
+            continue;
+        if (!used)
+            device_->UseProgram(
+                programs_.get({"pass/surface.vert", "light/shadow_map.frag"}, variant).id());
+        used = true;
         shared::DrawParams params{};
         params.clip_from_object = glm::mat4(view.clip_from_world * instance.world_from_object);
         params.world_from_object =
             glm::mat4(glm::translate(glm::dmat4(1.0), -view.origin) * instance.world_from_object);
         params.shadow_depth = depth_of(view, view.origin);
         block_.write(params);
-        // The far side of a closed surface throws the same shadow as its near side, and leaves
-        // the lit near side free of false shadow.
-        if (instance.closed) {
-            device_->Enable(GL_CULL_FACE);
-            device_->CullFace(GL_FRONT);
-        } else {
-            device_->Disable(GL_CULL_FACE);
-        }
         surfaces.draw(instance);
     }
-    device_->Disable(GL_CULL_FACE);
-    device_->Disable(GL_DEPTH_TEST);
-    device_->DepthMask(GL_FALSE);
 }
 
 }  // namespace fumarole::light

@@ -72,15 +72,22 @@ public:
     /// A texture array of map_size^2 texels, one layer a view, with nothing drawn yet.
     [[nodiscard]] gl::Texture make_map(std::size_t views, int map_size) const;
 
-    /// Draws surfaces as one view sees them, into its layer of the map. Changes GL state: call it
+    /// Draws surfaces as one view sees them, into its layer of the map: an open one where it is, a
+    /// solid halfway through, so that neither its lit side nor what touches its far side is near to
+    /// what the map holds (Woo 1992, "The Shadow Depth Map Revisited"). Changes GL state: call it
     /// under a StateGuard.
     void draw(const gl::Texture& map, std::size_t layer, const View& view,
               const surface::SurfaceSet& surfaces);
 
 private:
+    void clear(glm::ivec2 size);
+    void draw_surfaces(const View& view, const surface::SurfaceSet& surfaces, bool closed,
+                       const gl::Defines& variant);
+
     const gl::Device& device_;
     gl::ProgramCache& programs_;
     gl::Framebuffer framebuffer_;
+    gl::Texture backs_;  ///< of solids, the depths of their nearest far sides in a view
     gl::UniformBuffer<shared::DrawParams> block_;
 };
 

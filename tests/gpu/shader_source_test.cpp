@@ -296,6 +296,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     for (const char* file : {"study/texel_rate.frag", "study/texel_rate.comp"})
         variants.add(file, {{"kFetches", "64"}, {"kTexelPixels", "512"}});
     variants.add("light/shadow_map.frag", {});
+    variants.add("light/shadow_map.frag", {{"kHalfway", ""}});
     variants.add("light/filter.vert", {});
     for (unsigned set = 0; set < 4; ++set)
         variants.add("light/filter.frag", flags(set, {"kImage", "kBehind"}));

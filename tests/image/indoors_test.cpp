@@ -192,5 +192,77 @@ TEST_F(Indoors, NoRayOfAReducedLayerPassesACeiling)
     }
 }
 
+// A map of shadows has a surface a texel thick or so: light got in along the lines where walls and
+// ceilings meet, in dots, as edges are drawn to a part of a pixel.
+TEST_F(Indoors, NoSunGetsInWhereWallsMeet)
+{
+    Scene scene = room(true);
+    scene.resolution = {160, 90};
+    auto& clear = std::get<BoxMedium>(scene.media[0]);  // where the map has its detail
+    clear.sigma_s = clear.sigma_a = glm::vec3(1e-6f);
+    scene.world.radiance = glm::vec3(0);
+    Settings settings = plain_settings();
+    settings.shadow_map = 1024;
+    settings.surface_bounces = 0;  // what the sunlit outside sends on is not asked for
+    for (const glm::dvec3 to_light : {glm::dvec3(0.5, -0.9, 0.55), glm::dvec3(-0.5, 0.3, 0.9)}) {
+        scene.lights = {SunLight{glm::normalize(to_light), glm::vec3(1)}};
+        for (const glm::dvec3 look_at : {glm::dvec3(3, 2, 2.6), glm::dvec3(3, 2, 0)}) {
+            scene.camera.look_at = look_at;
+            const Still still = render(scene, settings);
+            const auto lit = std::count_if(still.surface.begin(), still.surface.end(),
+                                           [](float value) { return value > 1e-3f; });
+            EXPECT_EQ(lit, 0) << to_light.x << ", looking to " << look_at.z;
+        }
+    }
+}
+
+// What lies on a surface was looked up where a texel's width lifts it to: a shadow's edge moved by
+// that, times the light's slope.
+TEST_F(Indoors, ASunsShadowEndsWhereItsSlabDoes)
+{
+    constexpr double kHeight = 4;
+    Scene scene;
+    scene.resolution = {96, 96};
+    scene.camera.position = {-1.8, 0, 3.5};
+    scene.camera.look_at = {-1.8, 0, 0};
+    scene.camera.up = {0, 1, 0};
+    scene.camera.vfov_deg = 40;
+    scene.surfaces = {box({-6, -6, -1}, {6, 6, 0}), box({-6, -6, kHeight}, {0, 6, kHeight + 0.2})};
+    const glm::dvec3 to_light = glm::normalize(glm::dvec3(0.5, 0.35, 0.9));
+    scene.lights = {SunLight{to_light, glm::vec3(1)}};
+    Settings settings = plain_settings();
+    settings.shadow_map = 256;  // of 5 cm
+    const std::vector<float> surface = render(scene, settings).surface;
+    const double width = 2 * scene.camera.position.z * std::tan(glm::radians(20.0));
+    const double lit = mean(surface) / (0.5 / std::numbers::pi * to_light.z);
+    const double edge = scene.camera.position.x + width * (0.5 - lit);
+    figure("a shadow's edge, off [m]", edge - -kHeight * to_light.x / to_light.z);
+    EXPECT_NEAR(edge, -kHeight * to_light.x / to_light.z, 0.006);
+}
+
+// A plate thinner than a texel, in a sun from high to low.
+TEST_F(Indoors, ALitSideHasNoFalseShadow)
+{
+    Scene scene;
+    scene.resolution = {64, 64};
+    scene.camera.position = {0, 0, 6};
+    scene.camera.look_at = {0, 0, 0};
+    scene.camera.up = {0, 1, 0};
+    scene.camera.vfov_deg = 40;
+    scene.surfaces = {box({-4, -4, -0.02}, {4, 4, 0})};
+    Settings settings = plain_settings();
+    settings.shadow_map = 128;
+    for (const double elevation_deg : {80.0, 45.0, 20.0, 8.0, 3.0}) {
+        const double elevation = glm::radians(elevation_deg);
+        const glm::dvec3 to_light(0.8 * std::cos(elevation), 0.6 * std::cos(elevation),
+                                  std::sin(elevation));
+        scene.lights = {SunLight{to_light, glm::vec3(1)}};
+        const std::vector<float> surface = render(scene, settings).surface;
+        const float darkest = *std::min_element(surface.begin(), surface.end());
+        EXPECT_NEAR(double{darkest}, 0.5 / std::numbers::pi * to_light.z, 1e-4 * to_light.z)
+            << elevation_deg;
+    }
+}
+
 }  // namespace
 }  // namespace fumarole::test
