@@ -63,6 +63,7 @@ void LightSet::clear()
 {
     clear_lights();
     filters_.clear();
+    painter_.release();
 }
 
 void LightSet::clear_lights()
@@ -114,8 +115,10 @@ void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, cons
         throw Error(fmt::format("the scene's {} lights are {} points, and {} is the most at once; "
                                 "leave some out",
                                 lights_.size(), points_.size(), MAX_LIGHT_POINTS));
-    if (surfaces.empty() || lights_.empty())
+    if (surfaces.empty() || lights_.empty()) {
+        painter_.release();
         return;
+    }
     if (map_size == kAutomatic)
         map_size = automatic_map_size(detailed);
     if (const int most = device_.capabilities().max_texture_2d; map_size > most) {

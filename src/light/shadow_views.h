@@ -78,6 +78,8 @@ public:
     /// under a StateGuard.
     void draw(const gl::Texture& map, std::size_t layer, const View& view,
               const surface::SurfaceSet& surfaces);
+    /// Frees what it draws with: no map is wanted for now.
+    void release() { backs_ = {}; }
 
 private:
     void clear(glm::ivec2 size);
