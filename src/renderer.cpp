@@ -157,7 +157,7 @@ struct Renderer::Parts {
     /// All so far.
     [[nodiscard]] SceneWork work() const
     {
-        const light::LightVolumeFills& fills = volumes.fills();
+        const light::LightVolumeFills fills = volumes.fills();
         return {media.uploads(),    surfaces.uploads(), lights.views_drawn(), fills.extinction,
                 fills.depth_layers, fills.world,        fills.field,          probes.captures()};
     }

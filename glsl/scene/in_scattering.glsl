@@ -242,12 +242,23 @@ void add_spot(inout vec3 sum, int i, LightLine line, LightStep step)
 
 #include "written/scattering.glsl"
 
+// Variant. ISLAND_VOLUMES: parts of the media that lie far apart have volumes of the world's light of their own.
+#ifdef ISLAND_VOLUMES
+#include "scene/island_light.glsl"
+vec3 world_on(LightLine line, LightStep step)
+{
+    return island_in_scattering(line.ray.origin + line.ray.direction * step.t, step.g);
+}
+#else
+vec3 world_on(LightLine line, LightStep step) { return world_in_scattering(line.world + line.dworld * step.t, step.g); }
+#endif
+
 // Radiance scattered towards the eye, per metre of line and unit of sigma_s.
 vec3 in_scattering_on(LightLine line, LightStep step)
 {
     vec3 in_scattering = vec3(0.0);
     if (kWorldVolume)
-        in_scattering += world_in_scattering(line.world + line.dworld * step.t, step.g);
+        in_scattering += world_on(line, step);
     else if (kWorldLight)
         in_scattering += u_lights.world_radiance.rgb;  // 4 pi sr of it, times the isotropic 1 / (4 pi)
     add_lights(in_scattering, line, step);

@@ -34,6 +34,8 @@ constexpr int kExtinctionNodes = 128;
 /// Where the orders of thick media start: on a lattice of so many nodes along its longest edge,
 /// then on one of twice as many.
 constexpr int kCoarsestNodes = 4;
+/// Of media whose parts lie far apart: so many have lattices of the size that one would have.
+constexpr double kPartsOfFullSize = 4;
 /// Of orders, on the coarsest lattice and on those between it and the last.
 constexpr int kMostCycles = 6, kFewerCycles = 3;
 constexpr int kMostSamples =
@@ -182,8 +184,9 @@ std::string filled_in(std::optional<double> ms)
 }
 
 /// How often light that scatters is followed, and why so often.
+/// part: of the media that is asked about, or null.
 FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& media,
-                       std::string& why)
+                       const Bounds* part, std::string& why)
 {
     why = "as asked";
     if (settings.bounces != kAutomatic)
@@ -195,7 +198,7 @@ FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& me
     constexpr int kFewest = 3, kCyclesOfThick = 1;
     const glm::vec3 albedos = media.mean_albedo();
     const double albedo = std::max({albedos.r, albedos.g, albedos.b});
-    const double tau = std::max(media.mean_optical_depth(), 1e-9);
+    const double tau = std::max(media.mean_optical_depth(part), 1e-9);
     const double ratio = albedo * (1 + std::expm1(-tau) / tau);
     const double added = albedo * -std::expm1(-tau) * ratio;
     why =
@@ -247,6 +250,8 @@ void LightVolumes::clear()
     depth_ = {};
     depth_lights_.clear();
     clear_world();
+    islands_.clear();
+    island_light_ = {};
 }
 
 void LightVolumes::clear_world()
@@ -319,8 +324,96 @@ bool LightVolumes::is_same(const LightPosition& a, const LightPosition& b) const
                                           tolerance + 1e-14 * glm::length(depth_key_.origin)));
 }
 
+medium::VoxelFrame LightVolumes::frame_of(const medium::MediaSet& media) const
+{
+    return part_ ? part_->frame : media.voxel_frame();
+}
+
 void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium::MediaSet& media,
                        const surface::SurfaceSet& surfaces, LightSet& lights)
+{
+    set_volumes(scene, settings, media, surfaces, lights);
+    set_islands(scene, settings, media, surfaces, lights);
+}
+
+void LightVolumes::set_islands(const Scene& scene, const SceneSettings& settings,
+                               medium::MediaSet& media, const surface::SurfaceSet& surfaces,
+                               LightSet& lights)
+{
+    std::vector<medium::VoxelFrame> frames;
+    if (media.traits().islands > 0)
+        frames = media.island_frames();
+    islands_.resize(frames.size());
+    glm::ivec3 size(0);
+    island_first_.clear();
+    const auto add = [&](const LightVolumes& volumes) {
+        island_first_.push_back(volumes.world_ ? size.z : -1);
+        if (!volumes.world_)
+            return;
+        const glm::ivec3 own = volumes.world_.size();
+        size = glm::ivec3(glm::max(size.x, own.x), glm::max(size.y, own.y), size.z + own.z);
+    };
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        if (!islands_[i])
+            islands_[i] = std::make_unique<LightVolumes>(device_, programs_, timers_);
+        LightVolumes& island = *islands_[i];
+        const Bounds bounds =
+            frames[i].marched.transformed(glm::inverse(frames[i].voxel_from_world));
+        island.part_ = {frames[i], bounds, frames.size(), this};
+        island.set_volumes(scene, settings, media, surfaces, lights);
+        add(island);
+    }
+    if (size.z > 0)
+        add(*this);
+    if (size.z == 0) {
+        island_light_ = {};
+        return;
+    }
+    if (!island_light_ || island_light_.size() != size)
+        island_light_ = gl::Texture::make_3d(device_, "world's light in parts that lie far apart",
+                                             size, GL_RGBA16F, gl::Filter::linear);
+    island_turns_.assign(island_first_.size(), 0);  // where they stand may be new
+    if (island_block_.id() == 0)
+        island_block_ = {device_, "world's light in parts"};
+}
+
+void LightVolumes::copy_island(std::size_t island, const LightVolumes& from)
+{
+    if (island_first_[island] < 0 || island_turns_[island] == from.turns_to_eye_)
+        return;
+    island_turns_[island] = from.turns_to_eye_;
+    const glm::ivec3 size = from.world_.size();
+    device_->MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);  // after the stores that filled it
+    device_->CopyImageSubData(from.world_.id(), GL_TEXTURE_3D, 0, 0, 0, 0, island_light_.id(),
+                              GL_TEXTURE_3D, 0, 0, 0, island_first_[island], size.x, size.y,
+                              size.z);
+}
+
+void LightVolumes::bind_islands(glm::dvec3 eye, glm::dvec3 forward, bool perspective,
+                                const medium::MediaSet& media)
+{
+    shared::IslandLightParams params{};
+    params.count = static_cast<int>(island_first_.size());
+    params.inverse_size = 1.0f / glm::vec3(island_light_.size());
+    for (std::size_t i = 0; i < island_first_.size(); ++i) {
+        LightVolumes& from = i < islands_.size() ? *islands_[i] : *this;
+        if (&from != this)
+            from.bind(eye, forward, perspective, media);
+        copy_island(i, from);
+        shared::IslandLattice& lattice = params.lattices[i];
+        lattice.first = static_cast<float>(island_first_[i]);
+        // What has no light has a place all the same.
+        const Lattice& nodes = from.world_lattice_;
+        lattice.node_from_world =
+            glm::mat4(nodes.node_from_world * glm::translate(glm::dmat4(1.0), eye));
+        lattice.last = glm::vec3(nodes.count - 1);
+    }
+    island_block_.write(params);
+}
+
+void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings,
+                               medium::MediaSet& media, const surface::SurfaceSet& surfaces,
+                               LightSet& lights)
 {
     const medium::MediaTraits& traits = media.traits();
     const std::optional<glm::vec3> color = media.marched_color();
@@ -347,13 +440,14 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
     orders_why_.clear();
     if (settings.ambient_volume_size != 0 && (traits.scatters || traits.emission)) {
         if (traits.scatters)
-            field.orders = orders_for(settings, media, orders_why_);
+            field.orders =
+                orders_for(settings, media, part_ ? &part_->bounds : nullptr, orders_why_);
         field.glows = traits.emission;
         field.filled =
             traits.scatters && (field.glows || field.turns > 0 ||
                                 (field.orders.count > 0 && (world || lights.count() > 0)));
         field.on_surfaces =
-            (field.filled || field.glows) && settings.volume_shadows && !surfaces.empty();
+            (field.filled || field.glows) && settings.volume_shadows && !surfaces.empty() && !part_;
         field.media = scene.media;
         field.lights = scene.lights;
     }
@@ -361,7 +455,8 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
     const bool scatters = traits.scatters && (settings.world_light || has_field);
     if (settings.ambient_volume_size != 0 && traits.media > 0 &&
         ((world && (scatters || !surfaces.empty())) || has_field || field.on_surfaces ||
-         field.turns > 0)) {
+         field.turns > 0) &&
+        (!part_ || scatters)) {
         WorldKey key;
         key.dims = settings.volume_shadows;
         key.scatters_again = field.orders.count > 0;
@@ -464,7 +559,7 @@ void LightVolumes::set_depth(const SceneSettings& settings, medium::MediaSet& me
 {
     refill_frames_ = settings.shadow_fill;
     const int count = lights.count();
-    const medium::VoxelFrame frame = media.voxel_frame();
+    const medium::VoxelFrame frame = frame_of(media);
     const int nodes = settings.shadow_volume_size;
     const bool automatic = nodes == kAutomatic;
     const int most =
@@ -602,14 +697,20 @@ void LightVolumes::plan_world(WorldKey& key, const medium::MediaSet& media,
     const int nodes = automatic ? kAutoWorldNodes : key.nodes;
     if (key.bands > 0) {
         bands_ = key.bands;
-        const medium::VoxelFrame frame = media.voxel_frame();
-        const int in_media = automatic && key.thick ? kAutoWorldNodesOfThick : nodes;
-        world_lattice_ = make_cubes(frame.voxel_from_world, frame.scattering,
-                                    automatic ? kVoxelsPerWorldNode : 1e-9,
-                                    clamp_to(in_media, bands_ * bands_, device_));
+        const medium::VoxelFrame frame = frame_of(media);
+        int in_media = automatic && key.thick ? kAutoWorldNodesOfThick : nodes;
+        int layers = bands_ * bands_;
+        if (part_) {  // as much in all as of a few parts, and in one texture
+            const double share = std::cbrt(std::min(1.0, kPartsOfFullSize / double(part_->of)));
+            in_media = std::max(2, static_cast<int>(std::lround(in_media * share)));
+            layers = std::max(layers, bands_ * (static_cast<int>(part_->of) + 1));
+        }
+        world_lattice_ =
+            make_cubes(frame.voxel_from_world, frame.scattering,
+                       automatic ? kVoxelsPerWorldNode : 1e-9, clamp_to(in_media, layers, device_));
         key.in_media = key_of(world_lattice_);
     }
-    if (surfaces.empty())
+    if (surfaces.empty() || part_)
         return;
     Bounds around = media.bounds();
     for (const auto& instance : surfaces.instances())
@@ -668,7 +769,8 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
     const bool fills_surfaces = (lights_surfaces || lit_surfaces) && (anew || !same_field);
     gl::Texture scattered;
     if (anew) {
-        make_world(key, !surfaces.empty() && (shines || field.on_surfaces || field.turns > 0));
+        make_world(key,
+                   !surfaces.empty() && !part_ && (shines || field.on_surfaces || field.turns > 0));
         world_key_ = std::move(key);
         turned_ = false;
         ++fills_.world;
@@ -677,12 +779,12 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
         field_coefficients_ = {};
         turned_ = false;  // or what was turned to the eye would stay
     }
-    if (!turns)
+    if (!turns || part_)
         bounced_ = {};
     // Flames are small: along few ways they would throw a star.
     const int ways_on_surfaces = field.glows ? kAllWays : world_key_.ways_on_surfaces;
     const FieldScene around{media, surfaces, lights};
-    if (turns && (anew || fills_surfaces)) {
+    if (turns && !part_ && (anew || fills_surfaces)) {
         const glm::dvec3 eye = centre_of(surface_lattice_);
         begin_fill(eye, media, lights);
         begin_field(field_on_surfaces_, surface_lattice_, around,
@@ -705,9 +807,11 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
             fill_extinction(media, lights);
         const glm::dvec3 eye = centre_of(world_lattice_);
         begin_fill(eye, media, lights);
+        const LightVolumes& whole = part_ ? *part_->whole : *this;
         const OtherLight bounced{
-            &bounced_, field_on_surfaces_.is_open() ? &field_on_surfaces_.walls() : &walls_,
-            to_shared(surface_lattice_, kSurfaceBands * kSurfaceBands, eye), kSurfaceBands};
+            &whole.bounced_,
+            whole.field_on_surfaces_.is_open() ? &whole.field_on_surfaces_.walls() : &whole.walls_,
+            to_shared(whole.surface_lattice_, kSurfaceBands * kSurfaceBands, eye), kSurfaceBands};
         const OtherLight* sent_on = turns ? &bounced : nullptr;
         gl::Texture guessed;
         OtherLight guess;
@@ -747,7 +851,8 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
             turned_ = false;
             ++fills_.field;
         }
-        world_walls_ = turns && field_.has_walls(surfaces) ? field_.take_walls() : gl::Texture();
+        world_walls_ =
+            turns && !part_ && field_.has_walls(surfaces) ? field_.take_walls() : gl::Texture();
         copied_walls_ = false;
         field_.end();
     }
@@ -913,7 +1018,7 @@ Lattice LightVolumes::extinction_lattice(const medium::VoxelFrame& frame) const
 
 void LightVolumes::fill_extinction(medium::MediaSet& media, LightSet& lights)
 {
-    const medium::VoxelFrame frame = media.voxel_frame();
+    const medium::VoxelFrame frame = frame_of(media);
     extinction_lattice_ = extinction_lattice(frame);
     const GLenum format = rgb_ ? GL_RGBA32F : GL_R32F;
     extinction_ = make_volume(device_, "marched extinction", extinction_lattice_, 1, format);
@@ -998,7 +1103,7 @@ void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice,
         defines.emplace_back("kDepthVolume", "");
     // Half a cell's voxels: samples are filtered over two of them.
     const glm::dmat4 voxel_from_node =
-        media.voxel_frame().voxel_from_world * glm::inverse(lattice.node_from_world);
+        frame_of(media).voxel_from_world * glm::inverse(lattice.node_from_world);
     const double voxels = glm::length(glm::dvec3(voxel_from_node[0]));
     params_.samples = std::clamp(static_cast<int>(std::round(voxels / 2)), 2, kMostSamples);
     write_block(eye);
@@ -1035,7 +1140,7 @@ void LightVolumes::turn_world(const medium::MediaSet& media)
 void LightVolumes::bind(glm::dvec3 eye, glm::dvec3 forward, bool perspective,
                         const medium::MediaSet& media)
 {
-    if (!depth_ && !world_)
+    if (!depth_ && !has_world())
         return;
     params_.view_axis = perspective ? glm::vec3(0) : glm::vec3(forward);
     params_.orthographic = perspective ? 0.0f : 1.0f;
@@ -1045,9 +1150,16 @@ void LightVolumes::bind(glm::dvec3 eye, glm::dvec3 forward, bool perspective,
         turn_world(media);
         turned_ = true;
         turned_to_ = view;
+        ++turns_to_eye_;
     }
     depth_.bind(DEPTH_VOLUME_UNIT);
     world_.bind(WORLD_VOLUME_UNIT);
+    if (!island_light_)
+        return;
+    bind_islands(eye, forward, perspective, media);
+    write_block(eye);
+    device_->BindBufferBase(GL_UNIFORM_BUFFER, ISLAND_LIGHT_BLOCK, island_block_.id());
+    island_light_.bind(WORLD_VOLUME_UNIT);
 }
 
 void LightVolumes::bind_for_surfaces(glm::dvec3 eye, bool through_media)
@@ -1074,16 +1186,40 @@ gl::Defines LightVolumes::defines() const
         defines.emplace_back("kDepthVolume", "");
     if (depth_ && rgb_)
         defines.emplace_back("VOLUME_RGB", "");
-    if (world_)
+    if (has_world())
         defines.emplace_back("kWorldVolume", "");
+    if (island_light_)
+        defines.emplace_back("ISLAND_VOLUMES", "");
     if (world_ && world_walls_)
         defines.emplace_back("kWorldWalls", "");
     return defines;
 }
 
+LightVolumeFills LightVolumes::fills() const
+{
+    LightVolumeFills sum = fills_;
+    for (const auto& island : islands_) {
+        const LightVolumeFills own = island->fills();
+        sum.extinction += own.extinction;
+        sum.depth_layers += own.depth_layers;
+        sum.world += own.world;
+        sum.field += own.field;
+    }
+    return sum;
+}
+
 std::vector<std::string> LightVolumes::describe() const
 {
     std::vector<std::string> lines;
+    if (island_light_) {
+        double ms = 0;
+        for (const auto& island : islands_)
+            ms += island->world_ms_.value_or(0);
+        lines.push_back(fmt::format(
+            "world's light and what scatters again in {} parts that lie far apart: {}{}",
+            islands_.size(), size_of(island_light_, 1, 8),
+            filled_in(ms > 0 ? std::optional(ms) : std::nullopt)));
+    }
     if (depth_) {
         const int layers = static_cast<int>(depth_lights_.size());
         lines.push_back(

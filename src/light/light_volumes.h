@@ -16,6 +16,7 @@
 #include "light/surface_turns.h"
 #include "light_fields.h"
 #include "medium/media_set.h"
+#include "shared/island_light_params.h"
 #include "shared/light_volume_params.h"
 #include <fumarole/settings.h>
 
@@ -49,6 +50,10 @@ struct LightVolumeFills {
 ///
 /// Their lattices follow the voxels of the largest grid, sheared as those may be (the surfaces':
 /// the world's axes). All are filled from a volume of the media's extinction that is freed again.
+///
+/// Of media whose parts lie far apart one lattice has no node to spare for any of them. Each part
+/// then has volumes of the world's light of its own, in which the media's other parts throw shadows
+/// of lights but are not seen otherwise. Depths towards lights are marched.
 class LightVolumes {
 public:
     LightVolumes(const gl::Device& device, gl::ProgramCache& programs, const gl::PassTimers& timers)
@@ -85,9 +90,9 @@ public:
     /// Likewise for glsl/pass/surface.frag.
     [[nodiscard]] gl::Defines surface_defines() const;
 
-    [[nodiscard]] const LightVolumeFills& fills() const { return fills_; }
+    [[nodiscard]] LightVolumeFills fills() const;
     [[nodiscard]] bool has_depth() const { return static_cast<bool>(depth_); }
-    [[nodiscard]] bool has_world() const { return static_cast<bool>(world_); }
+    [[nodiscard]] bool has_world() const { return world_ || island_light_; }
 
 private:
     /// A surface without its albedo.
@@ -146,6 +151,14 @@ private:
         int slices = 0;           ///< number of that layer's slices that are filled
     };
 
+    /// What volumes of one part of the media are of.
+    struct Part {
+        medium::VoxelFrame frame;
+        Bounds bounds;                        ///< metres, world
+        std::size_t of = 1;                   ///< number of parts
+        const LightVolumes* whole = nullptr;  ///< those of all media, which have the surfaces'
+    };
+
     static DepthKey key_of(const Lattice& lattice);
     static Obstacle obstacle_of(const Surface& surface);
     /// Takes the places out of a key.
@@ -155,6 +168,15 @@ private:
     [[nodiscard]] bool is_same(const LightPosition& a, const LightPosition& b) const;
     void set_depth(const SceneSettings& settings, medium::MediaSet& media, LightSet& lights);
     void begin_refill();
+    /// Of all media, or of our part.
+    [[nodiscard]] medium::VoxelFrame frame_of(const medium::MediaSet& media) const;
+    void set_volumes(const Scene& scene, const SceneSettings& settings, medium::MediaSet& media,
+                     const surface::SurfaceSet& surfaces, LightSet& lights);
+    void set_islands(const Scene& scene, const SceneSettings& settings, medium::MediaSet& media,
+                     const surface::SurfaceSet& surfaces, LightSet& lights);
+    void bind_islands(glm::dvec3 eye, glm::dvec3 forward, bool perspective,
+                      const medium::MediaSet& media);
+    void copy_island(std::size_t island, const LightVolumes& from);
     void set_world(WorldKey key, FieldKey field, FieldPlaces places, medium::MediaSet& media,
                    const surface::SurfaceSet& surfaces, LightSet& lights);
     [[nodiscard]] Lattice extinction_lattice(const medium::VoxelFrame& frame) const;
@@ -247,6 +269,13 @@ private:
     std::optional<TurnsKey> turns_key_;
     SurfaceTurns turns_;
     std::string orders_why_;  ///< light is followed as often as it is; empty: nothing scatters
+    std::optional<Part> part_;
+    std::vector<std::unique_ptr<LightVolumes>> islands_;
+    gl::Texture island_light_;       ///< world_ of each island, and ours last, one behind the other
+    std::vector<int> island_first_;  ///< texel along z where each begins; -1 if it has none
+    std::vector<int> island_turns_;  ///< their turns_to_eye_ when they were copied
+    gl::UniformBuffer<shared::IslandLightParams> island_block_;
+    int turns_to_eye_ = 0;  ///< number of times that world_ was turned to the eye
     std::optional<double> depth_ms_,
         world_ms_;  ///< time that filling them took [ms], if it was measured
     LightVolumeFills fills_;

@@ -607,6 +607,25 @@ VoxelFrame MediaSet::voxel_frame() const
     return frame;
 }
 
+std::vector<VoxelFrame> MediaSet::island_frames() const
+{
+    constexpr double kSlack = 0.5;  // voxels
+    std::vector<VoxelFrame> frames;
+    const auto holds = [](const VoxelFrame& frame, const Bounds& world) {
+        const Bounds inside = world.transformed(frame.voxel_from_world);
+        return glm::all(glm::greaterThanEqual(inside.min, frame.marched.min - kSlack)) &&
+               glm::all(glm::lessThanEqual(inside.max, frame.marched.max + kSlack));
+    };
+    for (const Entry& entry : media_)
+        for (const Bounds& island : entry.islands) {
+            const Bounds world = island.transformed(glm::inverse(entry.bounds_from_world));
+            if (std::none_of(frames.begin(), frames.end(),
+                             [&](const VoxelFrame& frame) { return holds(frame, world); }))
+                frames.push_back({entry.bounds_from_world, island, island});
+        }
+    return frames;
+}
+
 std::optional<glm::vec3> MediaSet::marched_color() const
 {
     std::optional<glm::vec3> color;
@@ -716,18 +735,23 @@ std::vector<Occupied> MediaSet::kept_boxes() const
     return all;
 }
 
-double MediaSet::mean_optical_depth() const
+double MediaSet::mean_optical_depth(const Bounds* part) const
 {
     double sigma_t_volume = 0;
     for (const Occupied& occupied : kept_boxes()) {
         const double scale = std::abs(glm::determinant(glm::dmat3(occupied.world_from_box)));
         for (const OccupiedBox& box : occupied.boxes) {
             const glm::dvec3 extent = box.bounds.max - box.bounds.min;
+            const glm::dvec3 middle(occupied.world_from_box *
+                                    glm::dvec4(0.5 * (box.bounds.min + box.bounds.max), 1.0));
+            if (part != nullptr && (glm::any(glm::lessThan(middle, part->min)) ||
+                                    glm::any(glm::greaterThan(middle, part->max))))
+                continue;
             sigma_t_volume +=
                 static_cast<double>(box.most) * scale * extent.x * extent.y * extent.z;
         }
     }
-    const Bounds around = bounds();
+    const Bounds around = part != nullptr ? *part : bounds();
     const glm::dvec3 extent = glm::max(around.max - around.min, glm::dvec3(1e-12));
     const double volume = extent.x * extent.y * extent.z;
     return sigma_t_volume * (extent.x + extent.y + extent.z) / (3 * volume);

@@ -121,6 +121,8 @@ public:
     [[nodiscard]] double detail() const;
 
     [[nodiscard]] VoxelFrame voxel_frame() const;
+    /// The same of each part that lies far from the others, of all media that are there.
+    [[nodiscard]] std::vector<VoxelFrame> island_frames() const;
     /// The colour that all marched media's extinction has, its mean 1; nothing if they differ.
     [[nodiscard]] std::optional<glm::vec3> marched_color() const;
     /// Of all media where they have their full coefficients, each channel 0..1.
@@ -136,8 +138,8 @@ public:
     [[nodiscard]] std::vector<Occupied> kept_boxes() const;
 
     /// Optical depth through their bounds, the mean of the three axes, from what their boxes hold
-    /// at most.
-    [[nodiscard]] double mean_optical_depth() const;
+    /// at most. @param part metres, world: of what lies there alone
+    [[nodiscard]] double mean_optical_depth(const Bounds* part = nullptr) const;
 
     /// The lines that glsl/scene/media.glsl needs.
     [[nodiscard]] gl::Defines defines() const;

@@ -16,6 +16,7 @@
 #include "shared/froxel_params.h"
 #include "shared/host_transparent_params.h"
 #include "shared/inspect_params.h"
+#include "shared/island_light_params.h"
 #include "shared/light_filter_params.h"
 #include "shared/light_params.h"
 #include "shared/light_volume_params.h"
@@ -254,6 +255,7 @@ private:
         {"LightsParams", "u_params.world_radiance"},
         {"SpotParams", "u_params.cos_half_cone"},
         {"LightVolumesParams", "u_params.layer"},
+        {"IslandLightParams", "float(u_params.count)"},
         {"FieldParams", "u_params.order"},
         {"MediaParams", "u_params.media[1].g"},
         {"DisplayParams", "u_params.wipe"},
@@ -428,6 +430,17 @@ TEST_F(ParamLayout, LightVolumes)
                 sizeof(LightVolumesParams));
 }
 
+TEST_F(ParamLayout, IslandLight)
+{
+    const Offsets lattice{MEMBER(IslandLattice, node_from_world), MEMBER(IslandLattice, last),
+                          MEMBER(IslandLattice, first)};
+    Offsets expected{MEMBER(IslandLightParams, inverse_size), MEMBER(IslandLightParams, count)};
+    add_array<IslandLattice>(expected, "lattices", offsetof(IslandLightParams, lattices),
+                             MAX_ISLANDS + 1, lattice);
+    expect_same(layout("island_light_params.h", "IslandLightParams"), expected,
+                sizeof(IslandLightParams));
+}
+
 TEST_F(ParamLayout, Field)
 {
     const Offsets way{
@@ -549,6 +562,7 @@ TEST_F(ParamLayout, EveryBlockFitsTheSmallestLimit)
     EXPECT_LE(sizeof(LightsParams), 16384u);
     EXPECT_LE(sizeof(MediaParams), 16384u);
     EXPECT_LE(sizeof(LightVolumesParams), 16384u);
+    EXPECT_LE(sizeof(IslandLightParams), 16384u);
     EXPECT_LE(sizeof(FieldParams), 16384u);
     EXPECT_LE(sizeof(TransparentParams), 16384u);
     EXPECT_LE(sizeof(SplitParams), 16384u);

@@ -89,6 +89,48 @@ TEST_F(FarMedia, EachPuffOfTwoLooksAsItDoesAlone)
     }
 }
 
+TEST_F(FarMedia, EachPuffHasVolumesOfLightOfItsOwn)
+{
+    const std::shared_ptr<VoxelGrid> one = lump(ahead()), both = twice(*one);
+    const glm::dvec3 far = kVoxel * 8 * glm::dvec3(kFarBricks);
+    struct Case {
+        const char* name;
+        bool sky, two_phases;
+    };
+    for (const Case& c :
+         {Case{"sky and sun", true, false}, {"sun", false, false}, {"of two phases", true, true}}) {
+        SCOPED_TRACE(c.name);
+        Settings settings = plain_settings();
+        settings.bounces = Settings::kAutomatic;
+        const auto lit = [&](const std::shared_ptr<VoxelGrid>& grid, glm::dvec3 moved,
+                             const Settings& own) {
+            Scene scene = scene_of(grid, moved);
+            scene.world.radiance = c.sky ? glm::vec3(0.4f, 0.6f, 1.0f) : glm::vec3(0);
+            auto& smoke = std::get<GridMedium>(scene.media[0]);
+            smoke.sigma_s_per_density = glm::vec3(2.4f);
+            smoke.sigma_a_per_density = glm::vec3(0.05f);
+            if (c.two_phases) {
+                GridMedium ahead_of_it = smoke;
+                ahead_of_it.g = 0.7f;
+                scene.media.push_back(ahead_of_it);
+            }
+            const Still still = render(scene, own);
+            return picture_of(still, still.scattering);
+        };
+        const Image alone = lit(one, glm::dvec3(0), settings);
+        Settings without = settings;
+        without.ambient_volume_size = 0;
+        const double light = max_difference(lit(both, far, without), alone);
+        EXPECT_GT(light, 0.05) << "or there is nothing to see";
+        figure("what the volumes change", light);
+        for (const glm::dvec3 moved : {glm::dvec3(0), far}) {
+            const Image lit_both = lit(both, moved, settings);
+            EXPECT_TRUE(images_near(lit_both, alone, 2e-3, 5e-4, "midpoints of other steps"));
+            figure("scattering", max_difference(lit_both, alone));
+        }
+    }
+}
+
 TEST_F(FarMedia, APuffWithAnotherFarBehindIt)
 {
     // The eye looks from the one to the other, whose picture is far smaller than a pixel.
