@@ -542,6 +542,14 @@ TEST(Document, AnotherFrameBringsItsGridsAndLeavesEditsAlone)
     EXPECT_THAT(second.file, HasSubstr("0002"));
     EXPECT_EQ(second.g, 0.7f);
     EXPECT_EQ(document.scene().camera, moved);
+    // What is saved is the sequence, with the edits, and begins where it did.
+    const Scene saved = document.to_save();
+    const auto& saved_medium = std::get<GridMedium>(saved.media[0]);
+    EXPECT_THAT(saved_medium.file, HasSubstr("smoke_####.vdb"));
+    EXPECT_EQ(saved_medium.g, 0.7f);
+    EXPECT_EQ(saved.camera, moved);
+    EXPECT_EQ(saved.time, document.as_opened().time);
+    EXPECT_NE(saved.time, document.scene().time);
     // A camera that was not moved, or put back, is the scene's own.
     document.scene().camera = document.as_read().camera;
     show_next();

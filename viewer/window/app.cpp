@@ -331,7 +331,7 @@ void App::save(Action action)
                                                              : ".json";
         const std::string file = unused_name(document_.input().file, extension);
         if (action == Action::save_scene)
-            asset::save_scene(document_.scene(), file);
+            asset::save_scene(document_.to_save(), file);
         else
             save_picture(file, document_, state(), viewport_, pixels);
         notices_.show_note("wrote " + file);

@@ -137,6 +137,26 @@ Change Document::play(double seconds)
     return Change::frame;
 }
 
+Scene Document::to_save() const
+{
+    Scene scene = scene_;
+    scene.time = moving_.time;
+    if (scene.camera == as_read_.camera)
+        scene.camera = moving_.camera;
+    for (std::size_t i = 0; i < std::min(scene.media.size(), moving_.media.size()); ++i) {
+        const auto* moving = std::get_if<GridMedium>(&moving_.media[i]);
+        auto* shown = std::get_if<GridMedium>(&scene.media[i]);
+        if (moving != nullptr && shown != nullptr && is_sequence(moving->file))
+            shown->file = moving->file;
+    }
+    for (std::size_t i = 0; i < moving_.transparents.size(); ++i) {
+        const std::string& file = look_of(moving_.transparents[i]).image_file;
+        if (is_on(i) && is_sequence(file))
+            look_of(scene.transparents.at(place_of(i))).image_file = file;
+    }
+    return scene;
+}
+
 std::size_t Document::place_of(std::size_t i) const
 {
     return i - static_cast<std::size_t>(std::distance(off_.begin(), off_.lower_bound(i)));

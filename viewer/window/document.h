@@ -37,6 +37,8 @@ public:
     [[nodiscard]] const Scene& as_read() const { return as_read_; }
     /// The scene as it was read, with the #s of its sequences: what a command line would render.
     [[nodiscard]] const Scene& as_opened() const { return moving_; }
+    /// The scene as it is drawn, with the #s of its sequences: what is saved of it.
+    [[nodiscard]] Scene to_save() const;
     /// Whether all files of the scene are read; until then it can't be edited.
     [[nodiscard]] bool whole() const { return whole_; }
     /// Whether it is empty, with nothing on its way.
