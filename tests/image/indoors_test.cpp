@@ -216,6 +216,27 @@ TEST_F(Indoors, NoSunGetsInWhereWallsMeet)
     }
 }
 
+// Light that the sunlit outside sends on: nodes beyond a wall count on no surface within. Where
+// three walls meet a few pixels still see some of it.
+TEST_F(Indoors, LittleOfWhatIsSentOnOutsideGetsIn)
+{
+    Scene scene = room(true);
+    scene.resolution = {160, 90};
+    auto& clear = std::get<BoxMedium>(scene.media[0]);
+    clear.sigma_s = clear.sigma_a = glm::vec3(1e-6f);
+    scene.world.radiance = glm::vec3(0);
+    scene.camera.look_at = {3, 2, 0};
+    scene.lights = {SunLight{glm::normalize(glm::dvec3(0.5, -0.9, 0.55)), glm::vec3(1)}};
+    Settings settings = plain_settings();
+    settings.shadow_map = 1024;
+    settings.surface_bounces = 4;
+    const Still still = render(scene, settings);
+    const auto lit = std::count_if(still.surface.begin(), still.surface.end(),
+                                   [](float value) { return value > 1e-3f; });
+    figure("numbers above 1e-3", static_cast<double>(lit));
+    EXPECT_LE(lit, 3 * 8);
+}
+
 // What lies on a surface was looked up where a texel's width lifts it to: a shadow's edge moved by
 // that, times the light's slope.
 TEST_F(Indoors, ASunsShadowEndsWhereItsSlabDoes)
