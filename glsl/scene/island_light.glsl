@@ -21,15 +21,5 @@ vec3 island_in_scattering(vec3 p, float g)
         return vec3(0.0);
     node = clamp(node, vec3(0.0), lattice.last) + 0.5;
     node.z += lattice.first;
-    vec4 light = textureLod(u_world_volume_tx, node * u_islands.inverse_size, 0.0);
-    if (!kMixedG)
-        return light_of_root(light.rgb / max(light.a, 1e-3));
-    vec3 radiance = light.rgb;
-    float weight = 1.0;
-    for (int l = 1; l < 4; ++l) {
-        weight *= g;
-        node.z += lattice.last.z + 1.0;
-        radiance += weight * textureLod(u_world_volume_tx, node * u_islands.inverse_size, 0.0).rgb;
-    }
-    return max(radiance, vec3(0.0)) / max(light.a, 1e-3);
+    return light_towards_eye(node * u_islands.inverse_size, (lattice.last.z + 1.0) * u_islands.inverse_size.z, g);
 }

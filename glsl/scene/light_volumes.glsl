@@ -65,6 +65,23 @@ vec3 light_of_root(vec3 root)
 
 // The world's light scattered towards the eye at `uvw` of the first layer, per metre and unit of sigma_s. Alpha is 0 in
 // nodes that no light reaches, inside of surfaces: they are left out of the mean of eight.
+//   layer  from one layer to the next, along z
+vec3 light_towards_eye(vec3 uvw, float layer, float g)
+{
+    vec4 light = textureLod(u_world_volume_tx, uvw, 0.0);
+    if (!kMixedG)
+        return light_of_root(light.rgb / max(light.a, 1e-3));
+    vec3 radiance = light.rgb;
+    float weight = 1.0;
+    for (int l = 1; l < 4; ++l) {
+        weight *= g;
+        uvw.z += layer;
+        radiance += weight * textureLod(u_world_volume_tx, uvw, 0.0).rgb;
+    }
+    // What bands 0 to 3 leave of a sharp edge may dip below 0.
+    return max(radiance, vec3(0.0)) / max(light.a, 1e-3);
+}
+
 vec3 world_in_scattering(vec3 uvw, float g)
 {
     if (kWorldWalls) {
@@ -74,17 +91,7 @@ vec3 world_in_scattering(vec3 uvw, float g)
         uvw = on_own_side(u_world_volume_tx, first, lattice.last, uvw / lattice.inverse_size - 0.5, walls);
         uvw = (uvw + 0.5) * lattice.inverse_size;
     }
-    if (!kMixedG) {
-        vec4 root = textureLod(u_world_volume_tx, uvw, 0.0);
-        return light_of_root(root.rgb / max(root.a, 1e-3));
-    }
-    vec4 light = textureLod(u_world_volume_tx, in_layer(u_volumes.world, uvw, 0), 0.0);
-    vec3 radiance = light.rgb;
-    float weight = 1.0;
-    for (int l = 1; l < 4; ++l) {
-        weight *= g;
-        radiance += weight * textureLod(u_world_volume_tx, in_layer(u_volumes.world, uvw, l), 0.0).rgb;
-    }
-    // What bands 0 to 3 leave of a sharp edge may dip below 0.
-    return max(radiance, vec3(0.0)) / max(light.a, 1e-3);
+    if (kMixedG)
+        uvw = in_layer(u_volumes.world, uvw, 0);
+    return light_towards_eye(uvw, (u_volumes.world.last.z + 1.0) * u_volumes.world.inverse_size.z, g);
 }

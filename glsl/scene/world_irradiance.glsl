@@ -19,7 +19,7 @@ float node_counts(Walls walls, vec3 from, vec3 heights)
 {
     const float kHalfWay = 2.0;  // a node counts in full from half a node's height on
     const float kOther = 0.8;    // a wall that comes before this part of the way to the surface itself is another's
-    const float kSharp = 64.0;
+    const float kSharp = 64.0;   // a wall hides by parts within 1 / this of the way
     float height = dot(from, heights);
     vec3 falls = heights * sign(from);  // on the way back along each axis
     vec3 own = mix(vec3(1e4), kOther * height / max(falls, vec3(1e-4)), step(1e-4, falls));
