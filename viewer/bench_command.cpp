@@ -418,28 +418,33 @@ void add_bench(CLI::App& app)
     BenchOptions& o = *options;
     command->add_option("SCENE", o.inputs,
                         "scene files or .vdb files, besides the scenes made here");
-    command->add_option("-o,--output", o.output, "folder, made if need be [bench]");
+    command->add_option("-o,--output", o.output, "where all is written; made if need be [bench]")
+        ->type_name("FOLDER");
     command->add_flag("--quick", o.quick, "fewer cases, rounds and frames: two minutes");
     std::vector<std::string> groups;
     for (const std::string_view group : study::bench_groups())
         groups.emplace_back(group);
     command->add_option("--group", o.group, "one group of cases alone [all]")
+        ->type_name("GROUP")
         ->check(CLI::IsMember(groups));
     std::vector<std::string> presets;
     for (const auto& [name, settings] : fumarole::presets())
         presets.emplace_back(name);
-    command->add_option("--preset", o.presets, "these presets alone, in commas [all]")
+    command->add_option("--preset", o.presets, "these alone, with commas between [all]")
+        ->type_name("PRESET,...")
         ->delimiter(',')
         ->check(CLI::IsMember(presets));
     command->add_flag("--list", o.list, "say what the cases are, and measure nothing");
     command
         ->add_option("--time-limit", o.time_limit,
-                     "seconds, without --errors; what does not fit is named [900, with --quick "
-                     "120]")
+                     "without --errors; what does not fit is named [900, with --quick 120]")
+        ->type_name("SECONDS")
         ->check(within(1.0, 1e6));
     command->add_option("--rounds", o.rounds, "visits to each case, in turn [3, with --quick 2]")
+        ->type_name("N")
         ->check(within(1, 1000));
     command->add_option("--frames", o.frames, "frames timed at each visit [3, with --quick 2]")
+        ->type_name("N")
         ->check(within(1, 1000));
     command->add_flag(
         "--errors", o.errors,

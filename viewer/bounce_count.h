@@ -20,7 +20,8 @@ nlohmann::ordered_json bounces_json(int bounces);
 
 /// What stands in the help of `--surface-bounces`.
 inline constexpr const char* kSurfaceBouncesHelp =
-    "of the reference: times that surfaces reflect light on, after the place that is seen: 0, 1, "
-    "2, ..., all, or auto: all where pictures have such light by themselves, else 0 [auto]";
+    "of the reference: times that surfaces reflect light on, after the place that is seen; auto: "
+    "all where pictures have such light by themselves, else 0 [auto]";
+inline constexpr const char* kSurfaceBouncesValue = "auto|all|N";
 
 }  // namespace fumarole::command

@@ -11,6 +11,7 @@
 #include "command.h"
 #include "device_options.h"
 #include "gl/device.h"
+#include "input_options.h"
 #include "interruption.h"
 #include "kept_programs.h"
 #include "library_log.h"
@@ -469,10 +470,13 @@ void add_chart(CLI::App& app)
     ChartOptions& o = *options;
     command->add_option("INPUT", o.input, "a .vdb or .nvdb file, or a scene file (.json)")
         ->required();
-    command->add_option("-o,--output", o.output, "folder, made if need be [INPUT's name_chart]");
+    command
+        ->add_option("-o,--output", o.output,
+                     "where all is written; made if need be [INPUT's name_chart]")
+        ->type_name("FOLDER");
     command->add_flag("--quick", o.quick,
                       "fewer points and a coarser reference, for a minute instead of ten");
-    command->add_option("--target", o.target, "that the error is of [composite]")
+    command->add_option("--target", o.target, "what the error is of [composite]")
         ->check(CLI::IsMember({"composite", "scattering", "transmittance"}));
     command
         ->add_option(
@@ -480,29 +484,30 @@ void add_chart(CLI::App& app)
             "of the truth: all, or 0, with which light scatters once in it and in all that "
             "is measured [all]")
         ->check(CLI::IsMember({"0", "all"}));
-    command->add_option("--surface-bounces", o.surface_bounces, kSurfaceBouncesHelp);
-    command->add_option("--size", o.size, "WIDTHxHEIGHT in pixels [480x270, or the scene's]");
-    command->add_option("--grid", o.grid,
-                        "of a .vdb or .nvdb: the grid that is the medium, by its name, or name[n] "
-                        "where several have "
-                        "it [the first fog volume]");
-    command->add_option("--up", o.up, "of a .vdb or .nvdb: the axis that points up [auto]")
-        ->check(CLI::IsMember({"auto", "y", "z"}));
+    command->add_option("--surface-bounces", o.surface_bounces, kSurfaceBouncesHelp)
+        ->type_name(kSurfaceBouncesValue);
+    add_size_option(*command, o.size);
+    add_grid_options(*command, o.grid, o.up);
     command
         ->add_option("--tolerance", o.tolerance,
                      "relative error of the reference's pixels [0.1, with --quick 0.2; with "
                      "--bounces 0 1e-3 and 1e-2]")
+        ->type_name("ERROR")
         ->check(within(1e-6, 0.5));
     command
         ->add_option("--time-limit", o.time_limit,
-                     "seconds; reference, points and visits are cut to fit [600, with --quick 60]")
+                     "reference, points and visits are cut to fit [600, with --quick 60]")
+        ->type_name("SECONDS")
         ->check(within(1.0, 1e6));
     command->add_option("--frames", o.frames, "frames timed at each visit [3, with --quick 2]")
+        ->type_name("N")
         ->check(within(1, 1000));
     command->add_flag("--fresh", o.fresh, "measure again what an earlier run measured");
-    command->add_option("--shard", o.shard,
-                        "INDEX/COUNT, a share of the points, as 2/4; all into one folder and with "
-                        "a --tolerance, and then once without to merge them [1/1]");
+    command
+        ->add_option("--shard", o.shard,
+                     "a share of the points, as 2/4; all into one folder and with a --tolerance, "
+                     "and then once without to merge them [1/1]")
+        ->type_name("I/N");
     command->add_flag("--json", o.json, "print JSON");
     add_device_options(*command, o.device);
     command->footer("An interrupted chart goes on where it was; the reference and the points stay "

@@ -10,6 +10,7 @@
 #include "bounce_count.h"
 #include "command.h"
 #include "compare_modes.h"
+#include "input_options.h"
 #include "picture_distance.h"
 #include "picture_files.h"
 #include "study/false_color.h"
@@ -357,56 +358,60 @@ void add_compare(CLI::App& app)
             "the picture to judge; or a scene file (.json), a .vdb or a .nvdb, to be rendered")
         ->required();
     command->add_option("B.exr", o.reference, "the reference, of a picture");
-    command->add_option("-o,--output", o.output,
-                        "x.png: where and how much they differ, in colours with their scale; of a "
-                        "scene, its pictures too, and its reference is kept beside");
-    command->add_option("--target", o.target,
-                        "compare this one alone: composite, scattering, transmittance, ...; a file "
-                        "of R, G, B alone is taken to hold it [all that both have; -o composite]");
+    command
+        ->add_option("-o,--output", o.output,
+                     "a picture of where and how much they differ, in colours with their scale; of "
+                     "a scene, its pictures too, and its reference is kept beside")
+        ->type_name("FILE.png");
+    command
+        ->add_option("--target", o.target,
+                     "compare this one alone: composite, scattering, transmittance, ...; a file of "
+                     "R, G, B alone is taken to hold it [all that both have; -o composite]")
+        ->type_name("TARGET");
     command
         ->add_option("--max-relmse", o.max_relmse,
                      "exit with 1 if a compared target's relMSE is above")
+        ->type_name("NUMBER")
         ->check(within(0, 1e30));
-    command->add_option("--exposure", o.exposure,
-                        "stops at which FLIP sees both [auto: the reference's]");
+    command
+        ->add_option("--exposure", o.exposure,
+                     "at which FLIP sees both; auto: the reference's [auto]")
+        ->type_name("auto|STOPS");
     command
         ->add_option("--difference", o.difference,
-                     "in -o: magnitude, or sign (too dark or too bright) [magnitude]")
+                     "of -o: how much they differ, or also whether too dark or too bright "
+                     "[magnitude]")
         ->check(CLI::IsMember({"magnitude", "sign"}));
     command
         ->add_option("--scale", o.scale,
-                     "in -o: relative error at the end of the scale, to compare pictures [auto]")
+                     "of -o: relative error at the end of the scale, to compare pictures [auto]")
+        ->type_name("NUMBER")
         ->check(within(1e-30, 1e30));
     command->add_flag("--json", o.json, "print JSON");
     const std::string scenes = "Of a scene";
     ModesOptions& m = o.modes;
     command
         ->add_option("--modes", m.modes,
-                     "modes and presets, with commas between [raymarch,froxel]; the reference "
-                     "comes too")
+                     "modes and presets, with commas between; the reference comes too "
+                     "[raymarch,froxel]")
+        ->type_name("NAME,...")
         ->group(scenes);
-    command->add_option("--size", m.scene.size, "WIDTHxHEIGHT in pixels [480x270, or the scene's]")
-        ->group(scenes);
-    command
-        ->add_option("--grid", m.scene.grid,
-                     "of a .vdb or .nvdb: the grid that is the medium, by its name, or name[n] "
-                     "where several have "
-                     "it [the first fog volume]")
-        ->group(scenes);
-    command->add_option("--up", m.scene.up, "of a .vdb or .nvdb: the axis that points up [auto]")
-        ->check(CLI::IsMember({"auto", "y", "z"}))
-        ->group(scenes);
+    add_size_option(*command, m.scene.size, scenes);
+    add_grid_options(*command, m.scene.grid, m.scene.up, scenes);
     command->add_option("--aa", m.aa, "frames averaged over the pixel's square [1]")
+        ->type_name("N")
         ->check(within(1, 65536))
         ->group(scenes);
     command
         ->add_option("--frames", m.frames,
                      "frames timed; froxels gather over them, where none are averaged [16]")
+        ->type_name("N")
         ->check(within(1, 100000))
         ->group(scenes);
     command
         ->add_option("--tolerance", m.tolerance,
                      "of the reference: relative error of each pixel [0.2, with no bounces 0.01]")
+        ->type_name("ERROR")
         ->check(within(1e-6, 0.5))
         ->group(scenes);
     command
@@ -415,7 +420,9 @@ void add_compare(CLI::App& app)
                      "[all]")
         ->check(CLI::IsMember({"0", "all"}))
         ->group(scenes);
-    command->add_option("--surface-bounces", m.surface_bounces, kSurfaceBouncesHelp)->group(scenes);
+    command->add_option("--surface-bounces", m.surface_bounces, kSurfaceBouncesHelp)
+        ->type_name(kSurfaceBouncesValue)
+        ->group(scenes);
     command
         ->add_flag("--no-reference", m.no_reference,
                    "compare the modes with each other alone; the reference may take minutes")

@@ -21,6 +21,7 @@ void add_device_options(CLI::App& command, DeviceOptions& options, const std::st
     CLI::Option* device = command.add_option(
         "--device", options.device,
         "of several GPUs: a number or a part of a name, by info --devices [the first that works]");
+    device->type_name("N|NAME");
     if (!group.empty()) {
         backend->group(group);
         device->group(group);

@@ -12,6 +12,7 @@
 
 #include "asset/printable.h"
 #include "command.h"
+#include "help_text.h"
 #include "kept_programs.h"
 #include "pictures/ahead.h"
 #include "settings_input.h"
@@ -130,6 +131,7 @@ int main(int argc, char** argv)
     const std::vector<std::string> words = command::with_present_names({argv + 1, argv + argc});
     CLI::App app{"Fumarole: lit smoke, fire, cloud and fog from OpenVDB files, on OpenGL"};
     app.name("fumarole");
+    app.formatter(std::make_shared<command::HelpFormatter>());  // of the subcommands, too
     app.set_version_flag("--version", FUMAROLE_VERSION);
     app.require_subcommand(1);
     app.fallthrough();

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <memory>
@@ -9,7 +10,7 @@
 #include <vector>
 
 #include "command.h"
-#include <fumarole/settings.h>
+#include "help_text.h"
 
 namespace fumarole::command {
 
@@ -24,46 +25,15 @@ std::vector<const CLI::App*> commands_of(const CLI::App& app)
     return commands;
 }
 
-/// `--size`, `-o` and so on of an option; empty for a positional.
-std::vector<std::string> words_of(const CLI::Option& option)
+/// True if what an option takes is a file or a folder.
+bool takes_file(const std::string& value)
 {
-    std::vector<std::string> words;
-    for (const std::string& name : option.get_snames())
-        words.push_back("-" + name);
-    for (const std::string& name : option.get_lnames())
-        words.push_back("--" + name);
-    return words;
+    return value.starts_with("FILE") || value == "FOLDER";
 }
 
-std::vector<std::string> split(std::string text, char by)
+bool is_setting(const CLI::Option& option)
 {
-    std::vector<std::string> parts;
-    for (std::size_t end = 0; end != std::string::npos;) {
-        end = text.find(by);
-        parts.push_back(text.substr(0, end));
-        if (end != std::string::npos)
-            text.erase(0, end + 1);
-    }
-    return parts;
-}
-
-/// The words that an option takes, where it takes some of a list: TEXT:{a,b}, or a setting's a|b.
-std::vector<std::string> choices_of(const CLI::Option& option)
-{
-    const std::string type = option.get_type_name();
-    if (const auto begin = type.find('{'); begin != std::string::npos)
-        return split(type.substr(begin + 1, type.find('}') - begin - 1), ',');
-    for (const SettingInfo& info : setting_table())
-        if (option.check_lname(std::string(info.name)) &&
-            info.values.find('|') != std::string_view::npos &&
-            info.values.find("..") == std::string_view::npos)
-            return split(std::string(info.values), '|');
-    return {};
-}
-
-bool takes_value(const CLI::Option& option)
-{
-    return option.get_expected_max() > 0 && option.get_items_expected_max() > 0;
+    return option.get_group().starts_with("Settings");
 }
 
 std::string bash_completion(const CLI::App& app)
@@ -74,20 +44,29 @@ std::string bash_completion(const CLI::App& app)
     for (const CLI::App* command : commands)
         names.push_back(command->get_name());
     std::string values, options;
+    std::vector<std::string> others;  // a number or a name, of which a shell knows nothing
     for (const CLI::App* command : commands) {
         std::vector<std::string> all;
         for (const CLI::Option* option : command->get_options()) {
             const std::vector<std::string> words = words_of(*option);
             all.insert(all.end(), words.begin(), words.end());
-            const std::vector<std::string> choices = choices_of(*option);
-            if (choices.empty() || words.empty())
+            const std::string value = value_of(*option);
+            if (words.empty() || value.empty())
                 continue;
             std::vector<std::string> cases;
             cases.reserve(words.size());
             for (const std::string& word : words)
                 cases.push_back(command->get_name() + ":" + word);
-            values += fmt::format("    {}) words='{}' ;;\n", fmt::join(cases, "|"),
-                                  fmt::join(choices, " "));
+            const std::vector<std::string> choices = choices_of(*option);
+            if (!choices.empty())
+                values += fmt::format("    {}) words='{}' ;;\n", fmt::join(cases, "|"),
+                                      fmt::join(choices, " "));
+            else if (value == "FOLDER")
+                values +=
+                    fmt::format("    {}) COMPREPLY=($(compgen -d -- \"$current\")); return ;;\n",
+                                fmt::join(cases, "|"));
+            else if (!takes_file(value))
+                others.insert(others.end(), cases.begin(), cases.end());
         }
         options += fmt::format("    {}) words='{}' ;;\n", command->get_name(), fmt::join(all, " "));
     }
@@ -100,7 +79,8 @@ _fumarole()
         case $word in {}) command=$word; break ;; esac
     done
     case $command:$before in
-{}    esac
+{}    {}) COMPREPLY=(); return ;;
+    esac
     if [[ -n $words ]]; then
         COMPREPLY=($(compgen -W "$words" -- "$current"))
         return
@@ -116,7 +96,8 @@ _fumarole()
 }}
 complete -o filenames -F _fumarole fumarole
 )",
-                       fmt::join(names, "|"), values, fmt::join(names, " "), options);
+                       fmt::join(names, "|"), values, fmt::join(others, "|"), fmt::join(names, " "),
+                       options);
 }
 
 /// Within single quotes and the square brackets of _arguments.
@@ -134,6 +115,21 @@ std::string zsh_text(const std::string& text)
     return quoted;
 }
 
+/// What zsh is told of an option's value: the words, what kind of file, or what it is called.
+std::string zsh_value(const CLI::Option& option)
+{
+    const std::string value = value_of(option);
+    if (value.empty())
+        return "";
+    const std::vector<std::string> choices = choices_of(option);
+    const std::string what = ":" + zsh_text(value);
+    if (!choices.empty())
+        return fmt::format("{}:({})", what, fmt::join(choices, " "));
+    if (value == "FOLDER")
+        return what + ":_files -/";
+    return what + (takes_file(value) ? ":_files" : ": ");
+}
+
 std::string zsh_completion(const CLI::App& app)
 {
     std::string list, cases;
@@ -142,14 +138,9 @@ std::string zsh_completion(const CLI::App& app)
             fmt::format("    '{}:{}'\n", command->get_name(), zsh_text(command->get_description()));
         cases += fmt::format("  {})\n    _arguments", command->get_name());
         for (const CLI::Option* option : command->get_options())
-            for (const std::string& word : words_of(*option)) {
-                const std::vector<std::string> choices = choices_of(*option);
-                cases += fmt::format(
-                    " \\\n      '*{}[{}]{}'", word, zsh_text(option->get_description()),
-                    !takes_value(*option) ? ""
-                    : choices.empty()     ? ":value:_files"
-                                          : fmt::format(":value:({})", fmt::join(choices, " ")));
-            }
+            for (const std::string& word : words_of(*option))
+                cases += fmt::format(" \\\n      '*{}[{}]{}'", word, zsh_text(text_of(*option)),
+                                     zsh_value(*option));
         cases += " \\\n      '*:file:_files'\n    ;;\n";
     }
     return fmt::format(R"(#compdef fumarole
@@ -190,20 +181,60 @@ std::string roff(const std::string& text)
     return out;
 }
 
+std::string upper(std::string text)
+{
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](unsigned char c) { return char(std::toupper(c)); });
+    return text;
+}
+
+std::string roff_option(const CLI::Option& option)
+{
+    const std::vector<std::string> words = words_of(option);
+    const std::string value = value_of(option);
+    const std::string head =
+        words.empty()   ? fmt::format(".I {}", roff(option.get_name(true)))
+        : value.empty() ? fmt::format(".B {}", roff(fmt::format("{}", fmt::join(words, ", "))))
+                        : fmt::format(".BI \"{} \" \"{}\"",
+                                      roff(fmt::format("{}", fmt::join(words, ", "))), roff(value));
+    return fmt::format(".TP\n{}\n{}\n", head, roff(text_of(option)));
+}
+
+/// Those of a command, but for the settings, which several commands have.
 std::string roff_options(const CLI::App& app)
 {
     std::string text;
-    for (const CLI::Option* option : app.get_options()) {
-        const std::vector<std::string> words = words_of(*option);
-        std::string head =
-            words.empty() ? option->get_name(true) : fmt::format("{}", fmt::join(words, ", "));
-        if (!words.empty() && takes_value(*option)) {
-            const std::vector<std::string> choices = choices_of(*option);
-            const std::string type = option->get_type_name();
-            head += choices.empty() ? " " + type.substr(0, type.find_first_of(": "))
-                                    : fmt::format(" {}", fmt::join(choices, "|"));
+    for (const CLI::Option* option : app.get_options())
+        if (!is_setting(*option))
+            text += roff_option(*option);
+    return text;
+}
+
+/// The settings once, with the commands that have them.
+std::string roff_settings(const CLI::App& app)
+{
+    std::vector<std::string> names;
+    const CLI::App* one = nullptr;
+    for (const CLI::App* command : commands_of(app))
+        for (const CLI::Option* option : command->get_options())
+            if (is_setting(*option)) {
+                names.push_back(command->get_name());
+                one = command;
+                break;
+            }
+    if (one == nullptr)
+        return "";
+    std::string text =
+        fmt::format(".SH SETTINGS\nFurther options of {}.\n", fmt::join(names, ", "));
+    std::string group;
+    for (const CLI::Option* option : one->get_options()) {
+        if (!is_setting(*option))
+            continue;
+        if (option->get_group() != group) {
+            group = option->get_group();
+            text += fmt::format(".SS {}\n", roff(group.substr(group.rfind(' ') + 1)));
         }
-        text += fmt::format(".TP\n.B {}\n{}\n", roff(head), roff(option->get_description()));
+        text += roff_option(*option);
     }
     return text;
 }
@@ -217,15 +248,9 @@ std::string manual(const CLI::App& app)
         ".SH OPTIONS\n{}",
         FUMAROLE_VERSION, "lit smoke, fire, cloud and fog from OpenVDB files", roff_options(app));
     for (const CLI::App* command : commands_of(app))
-        text += fmt::format(
-            ".SH \"FUMAROLE {}\"\n{}.\n{}",
-            [&] {
-                std::string name = command->get_name();
-                std::transform(name.begin(), name.end(), name.begin(),
-                               [](unsigned char c) { return char(std::toupper(c)); });
-                return name;
-            }(),
-            roff(command->get_description()), roff_options(*command));
+        text += fmt::format(".SH \"FUMAROLE {}\"\n{}.\n{}", upper(command->get_name()),
+                            roff(command->get_description()), roff_options(*command));
+    text += roff_settings(app);
     text +=
         ".SH EXIT STATUS\n0: all went well. 1: something in the world was wrong, a file, a disk "
         "or a device. 2: the command line was.\n"

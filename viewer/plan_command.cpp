@@ -8,6 +8,7 @@
 
 #include "command.h"
 #include "device_options.h"
+#include "input_options.h"
 #include "interruption.h"
 #include "kept_programs.h"
 #include "library_log.h"
@@ -196,20 +197,14 @@ void add_plan(CLI::App& app)
     command->add_option("INPUT", o.input, "a .vdb or .nvdb file, or a scene file (.json)")
         ->required();
     add_plan_options(*command, o.wish);
-    command->add_option("--size", o.size, "WIDTHxHEIGHT in pixels [480x270, or the scene's]");
-    command->add_option("--grid", o.grid,
-                        "of a .vdb or .nvdb: the grid that is the medium, by its name, or name[n] "
-                        "where several have "
-                        "it [the first fog volume]");
-    command->add_option("--up", o.up, "of a .vdb or .nvdb: the axis that points up [auto]")
-        ->check(CLI::IsMember({"auto", "y", "z"}));
-    command
-        ->add_option("--time-limit", o.time_limit,
-                     "seconds; references and tries are cut to fit [10]")
+    add_size_option(*command, o.size);
+    add_grid_options(*command, o.grid, o.up);
+    command->add_option("--time-limit", o.time_limit, "references and tries are cut to fit [10]")
+        ->type_name("SECONDS")
         ->check(within(0.1, 1e6));
     command->add_flag("--json", o.json, "print JSON");
     add_device_options(*command, o.device);
-    command->add_option("--mode", o.words.mode, "raymarch or froxel alone [both are tried]")
+    command->add_option("--mode", o.words.mode, "one mode alone [both are tried]")
         ->check(CLI::IsMember({"raymarch", "froxel"}));
     add_settings(*command, o.words);
     command->footer("Settings that are given stay as they are; the others are searched.\nExit "

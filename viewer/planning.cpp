@@ -38,11 +38,12 @@ void add_plan_options(CLI::App& command, PlanWish& wish)
         "--max-error", wish.max_error,
         "plan the cheapest settings with at most this error: the root of relMSE of the composite, "
         "one frame; 0.01 is a relMSE of 1e-4");
-    error->check(within(1e-6, 10.0));
+    error->type_name("ERROR")->check(within(1e-6, 10.0));
     command
         .add_option("--budget", wish.budget,
                     "plan the most accurate settings for which the volume adds at most this to a "
                     "frame, e.g. 8ms")
+        ->type_name("TIME")
         ->excludes(error);
 }
 

@@ -15,6 +15,7 @@
 #include "device_options.h"
 #include "frame_claim.h"
 #include "gl/device.h"
+#include "input_options.h"
 #include "inspection_options.h"
 #include "interruption.h"
 #include "kept_programs.h"
@@ -1067,25 +1068,23 @@ void add_render(CLI::App& app, const std::string& line)
         ->add_option(
             "-o,--output", o.outputs,
             "x.exr: linear, all targets; x.deep.exr: samples in depth; x.png: for a screen; "
-            "may be repeated "
-            "[INPUT's name.png]")
+            "may be repeated [INPUT's name.png]")
+        ->type_name("FILE")
         ->allow_extra_args(false);
-    command->add_option("--size", o.size, "WIDTHxHEIGHT in pixels [480x270, or the scene's]");
-    command->add_option("--grid", o.grid,
-                        "of a .vdb or .nvdb: the grid that is the medium, by its name, or name[n] "
-                        "where several have "
-                        "it [the first fog volume]");
-    command->add_option("--up", o.up, "of a .vdb or .nvdb: the axis that points up [auto]")
-        ->check(CLI::IsMember({"auto", "y", "z"}));
-    command->add_option(
-        "--aa", o.aa_text,
-        "frames, or samples of the reference, averaged over the pixel's square; auto: "
-        "of a still as many as leave no grain in its format, 64 at most, of all else "
-        "1 [auto]");
-    command->add_option("--frames", o.frames,
-                        "N: frames timed; the table gives their median; froxels gather over them; "
-                        "A..B: a moving picture, into files named by #s as x.####.png; A..BxS: "
-                        "every S-th frame of it [1]");
+    add_size_option(*command, o.size);
+    add_grid_options(*command, o.grid, o.up);
+    command
+        ->add_option("--aa", o.aa_text,
+                     "frames, or samples of the reference, averaged over the pixel's square; auto: "
+                     "of a still as many as leave no grain in its format, 64 at most, of all else "
+                     "1 [auto]")
+        ->type_name("auto|N");
+    command
+        ->add_option("--frames", o.frames,
+                     "N: frames timed; the table gives their median; froxels gather over them; "
+                     "A..B: a moving picture, into files named by #s as x.####.png; A..BxS: every "
+                     "S-th frame of it [1]")
+        ->type_name("N|A..B|A..BxS");
     command
         ->add_option("--missing-frames", o.missing_frames,
                      "where a frame's file is missing or broken: fail, hold the one before it, or "
@@ -1094,33 +1093,46 @@ void add_render(CLI::App& app, const std::string& line)
     command->add_flag("--resume", o.resume,
                       "of --frames A..B: leave frames that are there and whole, and share the rest "
                       "with all who run the same");
-    command->add_option("--seed", o.seed,
-                        "number that the jitter is drawn from: another seed, other grain [0]");
+    command
+        ->add_option("--seed", o.seed,
+                     "number that the jitter is drawn from: another seed, other grain [0]")
+        ->type_name("N");
     command->add_option("--target", o.target, "write one target alone as RGB")
         ->check(CLI::IsMember({"composite", "scattering", "transmittance", "surface", "surface_lit",
-                               "transparents", "transparents_kept", "depth", "error"}));
-    std::string kinds;
-    for (const InspectionInfo& info : inspection_table())
+                               "transparents", "transparents_kept", "depth", "error"}))
+        ->type_name("TARGET");
+    std::string kinds, kind_names;
+    for (const InspectionInfo& info : inspection_table()) {
         kinds += fmt::format("{}{} ({})", kinds.empty() ? "" : ", ", info.name, info.help);
-    command->add_option("--show", o.inspection.show, "one frame's insides instead: " + kinds);
-    command->add_option("--slice", o.inspection.slice,
-                        "of --show density-slice: [x=|y=|z=]0..1 of the media's bounds; of "
-                        "froxel-slice: 0..1 of the slices, near to far [z=0.5; 0.5]");
-    command->add_option("--scale", o.inspection.scale,
-                        "of --show: the value where its colours end [one that suits]");
+        kind_names += fmt::format("{}{}", kind_names.empty() ? "" : ",", info.name);
+    }
+    command->add_option("--show", o.inspection.show, "one frame's insides instead: " + kinds)
+        ->type_name(fmt::format("KIND:{{{}}}", kind_names));
+    command
+        ->add_option("--slice", o.inspection.slice,
+                     "of --show density-slice: where, in shares of the media's bounds along x, y "
+                     "or z; of froxel-slice: in shares of the slices, near to far [z=0.5; 0.5]")
+        ->type_name("[x=|y=|z=]0..1");
+    command
+        ->add_option("--scale", o.inspection.scale,
+                     "of --show: the value where its colours end [one that suits]")
+        ->type_name("NUMBER");
     command->add_flag("--half", o.half,
                       "16-bit floats in an .exr, cut off at 65504; depth keeps 32 bits");
     command->add_flag("--alpha", o.alpha, "leave out the sky; its transmittance becomes alpha");
-    command->add_option("--exposure", o.exposure,
-                        "of a .png, in stops; auto: as suits the picture [auto]");
+    command
+        ->add_option("--exposure", o.exposure,
+                     "of a .png, in stops; auto: as suits the picture [auto]")
+        ->type_name("auto|STOPS");
     command
         ->add_option("--display", o.display,
                      "of a .png: a filmic curve, or srgb, which cuts off what is brighter than "
                      "white [filmic]")
         ->check(CLI::IsMember({"filmic", "srgb"}));
-    command->add_option(
-        "--save-scene", o.save_scene,
-        "write the scene that is rendered to a .json, to be changed and rendered again");
+    command
+        ->add_option("--save-scene", o.save_scene,
+                     "write the scene that is rendered, to be changed and rendered again")
+        ->type_name("FILE.json");
     command->add_flag("--explain", o.explain, "which variant was chosen for the scene, and why");
     command->add_flag("--json", o.json, "print JSON");
     add_device_options(*command, o.device);
@@ -1132,15 +1144,19 @@ void add_render(CLI::App& app, const std::string& line)
     command
         ->add_option("--tolerance", o.tolerance,
                      "of the reference: relative error of each pixel [0.02, with no bounces 0.001]")
+        ->type_name("ERROR")
         ->check(within(1e-6, 0.5));
     command
         ->add_option("--time-limit", o.time_limit,
-                     "seconds, of the reference: it ends then, and the same command line goes on "
-                     "with it [none]")
+                     "of the reference: it ends then, and the same command line goes on with it "
+                     "[none]")
+        ->type_name("SECONDS")
         ->check(within(0.1, 1e7));
-    command->add_option("--region", o.region,
-                        "this part alone: X,Y,WIDTH,HEIGHT in pixels from the top left; an .exr "
-                        "keeps the whole picture's display window");
+    command
+        ->add_option("--region", o.region,
+                     "this part alone, in pixels from the top left; an .exr keeps the whole "
+                     "picture's display window")
+        ->type_name("X,Y,WIDTH,HEIGHT");
     add_plan_options(*command, o.wish);
     add_settings(*command, o.words);
     command->footer("A reference that is interrupted or killed stays in OUTPUT.unfinished, and the "

@@ -26,15 +26,20 @@ CLI::Validator within(double least, double most)
 
 void add_settings(CLI::App& command, SettingsInput& input)
 {
-    command.add_option("--preset", input.preset,
-                       "default, eevee2017, froxel or eevee2017-froxel [default]");
+    std::string names;
+    for (const auto& [name, settings] : presets())
+        names += fmt::format("{}{}", names.empty() ? "" : "|", name);
+    command.add_option("--preset", input.preset, "the settings to begin with [default]")
+        ->type_name(names);
     for (const SettingInfo& info : setting_table()) {
         const std::string name(info.name);
         command
             .add_option_function<std::string>(
                 "--" + name, [&input, name](const std::string& v) { input.changed[name] = v; },
-                fmt::format("{} ({}{}{}) [{}]", info.help, info.values,
-                            info.unit.empty() ? "" : " ", info.unit, info.get(Settings{})))
+                fmt::format("{}{} [{}]", info.help,
+                            info.unit.empty() ? "" : fmt::format(" ({})", info.unit),
+                            info.get(Settings{})))
+            ->type_name(std::string(info.values))
             ->group("Settings: " + std::string(info.group));
     }
 }

@@ -300,14 +300,19 @@ void add_stability(CLI::App& app)
                      "for every mode and preset");
     auto options = std::make_shared<StabilityOptions>();
     StabilityOptions& o = *options;
-    command->add_option("-o,--output", o.output,
-                        "folder, made if need be, for stability.csv and pictures of what falls "
-                        "short [stability]");
+    command
+        ->add_option("-o,--output", o.output,
+                     "where stability.csv and pictures of what falls short are written; made if "
+                     "need be [stability]")
+        ->type_name("FOLDER");
     command->add_flag("--quick", o.choice.quick, "fewer cases, under a minute");
-    command->add_option("--case", o.choice.pattern, "a group's number, or a part of a case's name");
-    command->add_option("--mode", o.choice.mode, "one mode alone [all]");
-    command->add_option("--preset", o.choice.preset,
-                        "one preset alone, or what is asked for by hand, as single [all]");
+    command->add_option("--case", o.choice.pattern, "a group's number, or a part of a case's name")
+        ->type_name("N|NAME");
+    command->add_option("--mode", o.choice.mode, "one mode alone [all]")->type_name("NAME");
+    command
+        ->add_option("--preset", o.choice.preset,
+                     "one preset alone, or what is asked for by hand, as single [all]")
+        ->type_name("NAME");
     command->add_flag("--list", o.list, "say what the cases are, and measure nothing");
     command->add_flag("--explain", o.explain, "say with each figure what it is, and why its bound");
     CLI::Option* held =
@@ -315,17 +320,21 @@ void add_stability(CLI::App& app)
             ->add_option("--held", o.held,
                          "an earlier stability.csv: fail if a case that held there no longer does "
                          "or lost half its margin, or if one that fell short is 1.25 times worse")
+            ->type_name("FILE.csv")
             ->check(CLI::ExistingFile);
     command
         ->add_flag("--accept", o.accept,
                    "write this run's figures into the file given to --held instead of failing")
         ->needs(held);
-    command->add_option("--shard", o.shard,
-                        "INDEX/COUNT, a share of the cases, as 2/4; each share to a folder of its "
-                        "own, and then --merge [1/1]");
+    command
+        ->add_option("--shard", o.shard,
+                     "a share of the cases, as 2/4; each share to a folder of its own, and then "
+                     "--merge [1/1]")
+        ->type_name("I/N");
     command
         ->add_option("--merge", o.merge,
                      "measure nothing, and make one stability.csv of those that all shards wrote")
+        ->type_name("FILE.csv...")
         ->check(CLI::ExistingFile)
         ->excludes(held)
         ->excludes("--shard");

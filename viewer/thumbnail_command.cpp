@@ -62,6 +62,7 @@ void add_thumbnail(CLI::App& app)
     command->add_option("INPUT", options->input, "a .vdb or .nvdb file, or a scene")->required();
     command->add_option("OUTPUT", options->output, "a .png, whatever its name")->required();
     command->add_option("-s,--size", options->size, "the larger side in pixels [256]")
+        ->type_name("N")
         ->check(within(1, 4096));
     command->group("");
     command->callback([options] { run(*options); });

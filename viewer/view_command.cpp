@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
+#include "input_options.h"
 #include "picture_files.h"
 #include "planning.h"
 #include "scene_input.h"
@@ -130,57 +131,63 @@ void add_view(CLI::App& app)
     command->add_option(
         "INPUT", o.scene.file,
         "a .vdb or .nvdb file, smoke_####.vdb, or a scene file (.json) [an empty window]");
-    command->add_option("--size", o.size, "WIDTHxHEIGHT of the window [the last one's]");
-    command->add_option("--grid", o.scene.grid,
-                        "of a .vdb or .nvdb: the grid that is the medium, by its name, or name[n] "
-                        "where several have "
-                        "it [the first fog volume]");
-    command->add_option("--up", o.scene.up, "of a .vdb or .nvdb: the axis that points up [auto]")
-        ->check(CLI::IsMember({"auto", "y", "z"}));
-    command->add_option("--aa", o.aa, "frames averaged at rest [16]")->check(within(1, 65536));
+    command->add_option("--size", o.size, "width and height of the window [the last one's]")
+        ->type_name("WxH");
+    add_grid_options(*command, o.scene.grid, o.scene.up);
+    command->add_option("--aa", o.aa, "frames averaged at rest [16]")
+        ->type_name("N")
+        ->check(within(1, 65536));
     command
         ->add_option("--frame-time", o.frame_time,
-                     "held while things move, by lower resolution and fewer steps (1..10000 ms) "
-                     "[33]")
+                     "of a frame, held while things move, by lower resolution and fewer steps "
+                     "(1..10000) [33]")
+        ->type_name("MILLISECONDS")
         ->check(within(1.0, 10000.0));
     command
         ->add_option("--compare", o.compare,
-                     "split the screen with a mode, a preset or "
-                     "`reference`")
+                     "split the screen with a mode, a preset or the reference")
+        ->type_name("NAME")
         ->check(CLI::IsMember(window::others()));
     command->add_flag("--difference", o.difference, "their difference instead of a split screen");
     std::vector<std::string> kinds;
     for (const InspectionInfo& info : inspection_table())
         kinds.emplace_back(info.name);
     command->add_option("--show", o.show, "see inside instead of the picture")
+        ->type_name("KIND")
         ->check(CLI::IsMember(kinds));
-    command->add_option("--exposure", o.exposure, "in stops [as suits the picture]")
+    command->add_option("--exposure", o.exposure, "of the picture [as suits it]")
+        ->type_name("STOPS")
         ->check(within(-40.0, 40.0));
     command
         ->add_option("--display", o.display,
                      "of the screen: a filmic curve, or srgb, which cuts off what is brighter than "
                      "white [filmic]")
         ->check(CLI::IsMember({"filmic", "srgb"}));
-    command->add_option("--mode", o.settings.mode, "raymarch or froxel [the preset's]")
+    command->add_option("--mode", o.settings.mode, "how media are drawn [the preset's]")
         ->check(CLI::IsMember({"raymarch", "froxel"}));
     add_settings(*command, o.settings);
     add_plan_options(*command, o.plan);
     command
         ->add_option("--frames", o.frames,
                      "close after so many frames, those of a script not counted")
+        ->type_name("N")
         ->check(within(1, 1000000));
     command
         ->add_option("--missing-frames", o.missing_frames,
                      "where a frame's file is missing or broken: fail, or hold the one before it "
                      "and play on [fail]")
         ->check(CLI::IsMember({"fail", "hold"}));
-    command->add_option("--screenshot", o.screenshot,
-                        "x.png of the window at its end; without --frames that is when the "
-                        "picture is sharp");
-    command->add_option(
-        "--save-scene", o.save_scene,
-        "write the scene of INPUT to a .json, as it was opened; Ctrl+S writes it as edited");
-    command->add_option("--script", o.script, "actions in a person's stead (.json)");
+    command
+        ->add_option("--screenshot", o.screenshot,
+                     "a picture of the window at its end; without --frames that is when the "
+                     "picture is sharp")
+        ->type_name("FILE.png");
+    command
+        ->add_option("--save-scene", o.save_scene,
+                     "write the scene of INPUT as it was opened; Ctrl+S writes it as edited")
+        ->type_name("FILE.json");
+    command->add_option("--script", o.script, "actions in a person's stead")
+        ->type_name("FILE.json");
     command->add_flag("--gl-debug", o.gl_debug, "an OpenGL error ends the program");
     command->add_flag("--json", o.json, "print JSON at the end");
     command->footer(window::key_help() +

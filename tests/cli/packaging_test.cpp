@@ -65,6 +65,15 @@ TEST(Packaging, ManualAndCompletionHaveEveryOptionOfEveryCommand)
     EXPECT_EQ(completed(script, "fumarole render --mod", 2), "--mode\n");
     EXPECT_EQ(completed(script, "fumarole render --mode \"\"", 3), "raymarch froxel reference\n");
     EXPECT_EQ(completed(script, "fumarole render --jitter b", 3), "blue\n");
+    // A number or a name is none of the folder's files.
+    folder.write("smoke.png", "");
+    EXPECT_EQ(completed(script, "fumarole render --size \"\"", 3), "\n");
+    EXPECT_EQ(completed(script, "fumarole render -o " + (folder.path() / "smo").string(), 3),
+              (folder.path() / "smoke.png").string() + "\n");
+    EXPECT_EQ(completed(script, "fumarole chart -o " + (folder.path() / "smo").string(), 3), "\n");
+    EXPECT_THAT(zsh, HasSubstr("'*--size[width and height"));
+    EXPECT_THAT(zsh, HasSubstr(":WxH: '"));
+    EXPECT_THAT(page, HasSubstr(".BI \"--size \" \"WxH\""));
     EXPECT_EQ(run_program(folder.path(), {"completion", "fish"}).code, 2);
     if (std::system("command -v zsh > /dev/null") == 0) {
         EXPECT_EQ(std::system(("zsh -n " + folder.write("_fumarole", zsh).string()).c_str()), 0);

@@ -1,7 +1,9 @@
 // The command line itself: help, versions, and what it refuses with exit code 2.
 
 #include <array>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <sstream>
 
 #include "cli/run_program.h"
 #include <fumarole/settings.h>
@@ -30,6 +32,36 @@ TEST(Help, GoesToStdoutAndNamesTheCommands)
     }
     EXPECT_EQ(std::count(runs[4].out.begin(), runs[4].out.end(), '.'), 2) << runs[4];
     EXPECT_EQ(list(folder.path()).size(), 0u);
+}
+
+/// As CLI11 has it, `--size TEXT` says nothing of what is asked for.
+TEST(Help, SaysWhatKindOfValueEachOptionTakes)
+{
+    const TempFolder folder;
+    const std::vector<Arguments> commands{
+        {"info", "--help"}, {"render", "--help"},    {"compare", "--help"}, {"chart", "--help"},
+        {"plan", "--help"}, {"stability", "--help"}, {"bench", "--help"},   {"view", "--help"}};
+    std::string all;
+    for (const Outcome& run : run_all(folder.path(), commands)) {
+        EXPECT_EQ(run.code, 0) << run;
+        std::istringstream lines(run.out);
+        for (std::string line; std::getline(lines, line);)
+            EXPECT_LE(line.size(), 100u) << line;
+        all += run.out;
+    }
+    for (const char* kind : {"TEXT", "INT", "FLOAT", "REQUIRED", "Excludes", "Needs"})
+        EXPECT_EQ(all.find(kind), std::string::npos) << kind;
+    for (const char* row :
+         {"\n  --size WxH ", "\n  --up auto|y|z ", "\n  --frames N|A..B|A..BxS ",
+          "\n  -o, --output FOLDER ", "\n  --save-scene FILE.json ", "\n  --time-limit SECONDS ",
+          "\n  --held FILE.csv ", "\n  --shard I/N ", "\n  --json    ",
+          "surface_lit, transparents, transparents_kept, depth, error\n", "(needs --held)",
+          "(not with --held, --shard)"})
+        EXPECT_NE(all.find(row), std::string::npos) << row;
+    for (const SettingInfo& setting : setting_table())
+        EXPECT_NE(all.find(fmt::format("\n  --{} {}", setting.name, setting.values)),
+                  std::string::npos)
+            << setting.name;
 }
 
 TEST(Usage, IsRefusedWithTwoAndTheNameOfWhatIsWrong)

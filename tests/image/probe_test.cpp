@@ -167,7 +167,6 @@ TEST_F(ProbeSurfaces, RoughnessIsTheBrdfsIntegral)
 {
     // A ground that fills the picture, so that the eye looks along all slants.
     const int size = 12;
-    const glm::dvec3 n(0, 0, 1);
     const auto map = environment_of(512, lamp_sky);
     for (const double metallic : {0.0, 1.0})
         for (const double roughness : {0.0, 0.1, 0.2, 0.35, 0.5, 0.7, 1.0}) {
