@@ -286,7 +286,8 @@ bool JsonObject::has(std::string_view key) const
 
 const Json* JsonObject::find(std::string_view key)
 {
-    asked_.emplace_back(key);
+    if (std::find(asked_.begin(), asked_.end(), key) == asked_.end())
+        asked_.emplace_back(key);  // once, as an error lists them
     const auto found = value_.find(key);
     return found == value_.end() ? nullptr : &*found;
 }

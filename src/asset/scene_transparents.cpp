@@ -66,11 +66,9 @@ TransparentLook read_look(JsonObject& object, bool may_have_image, const fs::pat
     object.read("depth_fade", kLengthOrNone, look.depth_fade);
     bool has_scale = false;
     if (may_have_image) {
-        if (object.has("image")) {
+        if (object.find("image") != nullptr) {
             object.need_file("image", look.image_file);
             look.image_file = resolved(folder, look.image_file).string();
-        } else {
-            object.ignore("image");
         }
         has_scale = object.read("scale", kScale, look.scale);
     }

@@ -589,6 +589,12 @@ std::vector<BadScene> bad_scenes()
         {"world_key",
          minimal(R"(, "world_radiance": {"environment": "a.exr", "rotate": 1})"),
          {"world_radiance: unknown key 'rotate' (known: environment, scale)"}},
+        // Keys that are looked at twice, and those that others leave room for, once each.
+        {"transparent_key",
+         minimal(R"(, "transparents": [{"type": "billboard", "center": [0,0,0], "size": [1,1],
+                                        "texture": "a.png"}])"),
+         {"transparents[0]: unknown key 'texture' (known: type, center, size, blend, radiance, "
+          "filter, alpha, depth_fade, image, scale, casts)"}},
 
         {"camera_keys", R"({"camera": [{"time": 0}]})", {"camera[0]: missing key 'position'"}},
         {"camera_no_keys", R"({"camera": []})", {"camera: expected a camera, or a list"}},
