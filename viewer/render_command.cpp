@@ -1062,7 +1062,9 @@ void add_render(CLI::App& app, const std::string& line)
     auto options = std::make_shared<RenderOptions>();
     RenderOptions& o = *options;
     o.line = line;
-    command->add_option("INPUT", o.input, "a .vdb or .nvdb file, or a scene file (.json)")
+    command
+        ->add_option("INPUT", o.input,
+                     "a .vdb or .nvdb file, smoke_####.vdb, or a scene file (.json)")
         ->required();
     command
         ->add_option(

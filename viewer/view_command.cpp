@@ -113,6 +113,7 @@ void run(const ViewOptions& options, const CLI::App& command)
                     {"settled_ms", report.settled_ms},
                     {"device", report.device},
                     {"message", report.message},
+                    {"plan", report.plan},
                     {"notes", report.notes},
                     {"grids", grids},
                     {"files", files},

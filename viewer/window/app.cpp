@@ -65,6 +65,7 @@ AppReport App::run()
                                 notices_.message()));
     AppReport report = log_.report();
     report.message = notices_.message();
+    report.plan = planner_.text();
     report.errors = viewport_.reference().errors();
     report_content(report);
     return report;

@@ -17,6 +17,7 @@ struct AppReport {
     double settled_ms = 0;        ///< until that was as sharp as it gets, 0 if never
     std::string device;
     std::string message;             ///< that stood in the window at the end
+    std::string plan;                ///< what the last plan chose; "" if there was none
     std::vector<std::string> notes;  ///< of what the library said, each once
     /// What the media's grids are taken for at the end, and what the browser shows if it is open.
     struct Grid {
