@@ -242,8 +242,13 @@ struct Renderer::Parts {
 FrameScene Renderer::Parts::frame_scene() const
 {
     const double detail = lights.has_edges() ? 0 : media.detail();
-    return {media.bounds(), detail,   static_cast<double>(media.traits().most_g),
-            scene_id,       media_id, life_id};
+    return {media.bounds(),
+            detail,
+            static_cast<double>(media.traits().most_g),
+            volumes.light_dimming(),
+            scene_id,
+            media_id,
+            life_id};
 }
 
 PreparedFrame Renderer::Parts::begin(const View::State& view, const Frame& frame,

@@ -23,8 +23,10 @@ vec3 dimmed(int i, vec3 p, LightSample light)
     if (!kDims)
         return vec3(1.0);
     vec3 way = light.wi * min(0.25 * u_field.nodes.spacing, 0.5 * light.range);
-    vec3 near = depth_at(i, p + way, light);
-    vec3 far = depth_at(i, p - way, light);
+    // What is scattered straight on does not dim.
+    float dims = 1.0 - u_field.straight_on;
+    vec3 near = dims * depth_at(i, p + way, light);
+    vec3 far = dims * depth_at(i, p - way, light);
     return exp(-near) * slab_weight(max(far - near, vec3(0.0)));
 }
 

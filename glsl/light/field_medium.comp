@@ -1,6 +1,8 @@
 // What the media are at each node of a lattice: means over its cell.
-//   out  sigma_t [1/m]; unless kMarched, albedo, and in alpha g; emission [W/m^2/sr per m]
+//   out  sigma_t [1/m]; unless kMarched, albedo, and in alpha g; emission [W/m^2/sr per m]; sigma_t and albedo without the
+//        forward peak
 #include "light/field.glsl"
+#include "light/forward_peak.glsl"
 #include "scene/light_volumes.glsl"
 
 // Variant
@@ -33,15 +35,16 @@ void main()
     }
     float share = 1.0 / float(max(n * n * n, 1));
     vec3 sigma_t = vec3(sum.sigma_t) * share;
-    imageStore(u_sigma_t_img, node, vec4(sigma_t, 0.0));
-    if (kMarched)
-        return;
     vec3 sigma_s = sum.sigma_s * share;
     // A place without a medium has the albedo that its neighbours have, as near as that is known.
     const float kLittle = 1e-9;
     vec3 albedo = (sigma_s + kLittle * u_field.albedo) / (max(sigma_t, sigma_s) + kLittle);
     float g = phase.y > 0.0 ? phase.x / phase.y : u_media.media[0].g;
-    imageStore(u_albedo_img, node, vec4(albedo, g));
+    vec3 peak = forward_peak(albedo, g, u_field.straight_on);
+    imageStore(u_sigma_t_img, node, vec4(sigma_t * rest_of_extinction(albedo, peak), 0.0));
+    if (kMarched)
+        return;
+    imageStore(u_albedo_img, node, vec4(rest_of_albedo(albedo, peak), g));
     if (kGlows)
         imageStore(u_emission_img, node, vec4(sum.emission * share, 0.0));
 }

@@ -5,6 +5,7 @@
 //   in   coefficients of the light that comes first; radiance of each way; albedo and g
 //   out  radiance that a thick medium of this light would have, of each way [W/m^2/sr]; the light's mean radiance
 #include "light/field_pairs.glsl"
+#include "light/forward_peak.glsl"
 
 // Variant
 const bool kFirst = false;  // no way has brought anything yet
@@ -98,12 +99,13 @@ void main()
         more = next_order(node, got, albedo.rgb) - got;
     if (kMean)
         return;
-    vec3 scattered = albedo.rgb;
+    vec3 peak = forward_peak_by_rest(albedo.rgb, albedo.a, u_field.straight_on);
+    float power = 1.0;
     int i = 0;
     for (int l = 0; l < kBands; ++l) {
         for (; i < kHarmonics[l]; ++i)
-            g_light[i] *= scattered;
-        scattered *= albedo.a;
+            g_light[i] *= albedo.rgb * rest_of_band(power, peak);
+        power *= albedo.a;
     }
     FOR_PAIRS_OF_26(SCATTER, 0)
     if (kKeeps) {

@@ -33,16 +33,17 @@ struct FUM_STD140 FieldParams {
     LatticeParams nodes;
     LatticeParams other;  // whose light this one takes over
     FieldWay ways[FIELD_BATCH];
-    vec3 albedo;      // of places that have no medium
-    int count;        // of the ways
-    vec3 media_low;   // nodes: of a box that holds all media
-    int first;        // of the ways among all
-    vec3 media_high;  // likewise
-    int order;        // of scattering that is summed up: 0 the lights' and the world's own light
-    ivec2 lines;      // that surfaces are drawn along, across: pixels
-    float tilt;       // of them: nodes across a slice, about where they cross the middle one
-    int slot;         // of the order that is kept, among those that the rest is guessed from
-    int slots;        // how many those are
+    vec3 albedo;        // of places that have no medium
+    int count;          // of the ways
+    vec3 media_low;     // nodes: of a box that holds all media
+    int first;          // of the ways among all
+    vec3 media_high;    // likewise
+    int order;          // of scattering that is summed up: 0 the lights' and the world's own light
+    ivec2 lines;        // that surfaces are drawn along, across: pixels
+    float tilt;         // of them: nodes across a slice, about where they cross the middle one
+    int slot;           // of the order that is kept, among those that the rest is guessed from
+    int slots;          // how many those are
+    float straight_on;  // share of the extinction that is scattered straight on: taken for none
 };
 
 FUM_SHARED_END

@@ -38,6 +38,9 @@ constexpr int kCoarsestNodes = 4;
 constexpr double kPartsOfFullSize = 4;
 /// Of orders, on the coarsest lattice and on those between it and the last.
 constexpr int kMostCycles = 6, kFewerCycles = 3;
+/// The least of the extinction that, scattered straight on, is taken for none: g 0.5 of albedo 0.8.
+/// Below it what is scattered is told from light that goes on.
+constexpr float kLeastStraightOn = 0.05f;
 constexpr int kMostSamples =
     4;  ///< most samples of the media along an edge of a cell that is larger than a voxel
 
@@ -196,6 +199,9 @@ FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& me
     constexpr double kUnseen = 0.01;    // of a white picture
     constexpr double kLeftOut = 0.005;  // of what the first orders left out
     constexpr int kFewest = 3, kCyclesOfThick = 1;
+    // What a guess from more orders is out by is seen where little light gets: by 11 % behind a
+    // slab of optical depth 6, from 7 of them.
+    constexpr double kMostOfOneCycle = 6;
     const glm::vec3 albedos = media.mean_albedo();
     const double albedo = std::max({albedos.r, albedos.g, albedos.b});
     const double tau = std::max(media.mean_optical_depth(part), 1e-9);
@@ -214,7 +220,7 @@ FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& me
     const double asked = std::log(kLeftOut) / std::log((1 - root) / (1 + root));
     if (asked > FIELD_KEPT_ORDERS)
         return {FIELD_KEPT_ORDERS, kCyclesOfThick, true};
-    return {std::max(static_cast<int>(std::ceil(asked)), kFewest), 1};
+    return {std::max(static_cast<int>(std::ceil(asked)), kFewest), asked > kMostOfOneCycle ? 2 : 1};
 }
 
 /// Whether suns bring media and surfaces so much more light than the sky that what 26 ways are out
@@ -294,7 +300,8 @@ bool LightVolumes::is_moved(const WorldKey& then, const WorldKey& now)
     if (then.world != now.world || then.nodes != now.nodes || then.ways != now.ways ||
         then.ways_on_surfaces != now.ways_on_surfaces || then.bands != now.bands ||
         then.dims != now.dims || then.scatters_again != now.scatters_again ||
-        !is_moved(then.in_media, now.in_media) || !is_moved(then.on_surfaces, now.on_surfaces))
+        then.straight_on != now.straight_on || !is_moved(then.in_media, now.in_media) ||
+        !is_moved(then.on_surfaces, now.on_surfaces))
         return false;
     const DepthKey &lattice = now.bands > 0 ? now.in_media : now.on_surfaces,
                    &lattice_then = now.bands > 0 ? then.in_media : then.on_surfaces;
@@ -442,6 +449,10 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
         if (traits.scatters)
             field.orders =
                 orders_for(settings, media, part_ ? &part_->bounds : nullptr, orders_why_);
+        // Orders that are counted are the media's own.
+        const float straight_on = media.straight_on();
+        if (field.orders.cycles > 0 && straight_on > kLeastStraightOn)
+            field.orders.straight_on = straight_on;
         field.glows = traits.emission;
         field.filled =
             traits.scatters && (field.glows || field.turns > 0 ||
@@ -461,6 +472,7 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
         key.dims = settings.volume_shadows;
         key.scatters_again = field.orders.count > 0;
         key.thick = field.orders.coarse_first;
+        key.straight_on = field.orders.straight_on;
         if (key.dims)
             key.media = media.extinction();
         for (const Surface& surface : scene.surfaces)
@@ -749,7 +761,6 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
     const medium::MediaTraits& traits = media.traits();
     const glm::dvec3 origin = key.in_media.origin;
     const bool shines = lights.world_radiance() != glm::vec3(0.0f);
-    const bool anew = !(coefficients_ || on_surfaces_) || !is_moved(world_key_, key);
     const DepthKey& lattice = key.bands > 0 ? key.in_media : key.on_surfaces;
     places.origin = lattice.origin;
     const double tolerance = kSameNode * spacing_of(lattice.edges);
@@ -760,6 +771,9 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
                        return medium::is_same_place(before + places.origin - field_places_.origin,
                                                     now, tolerance);
                    });
+    // The world's light is dimmed by what albedo and g leave of the extinction.
+    const bool anew = !(coefficients_ || on_surfaces_) || !is_moved(world_key_, key) ||
+                      (key.straight_on > 0 && !same_field);
     const bool fills_field =
         key.bands > 0 && field.filled && (anew || !field_coefficients_ || !same_field);
     const gl::Stopwatch watch(device_, timers_);
@@ -848,6 +862,8 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
             scattered =
                 fill(shines ? world_key_.ways : kNearWays, field.orders,
                      shines ? &coefficients_ : nullptr, field_coefficients_, field.on_surfaces);
+            if (scattered)
+                field_.make_whole(bands_, scattered);
             turned_ = false;
             ++fills_.field;
         }
@@ -1121,6 +1137,7 @@ void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice,
                  .marched = traits.marched > 0,
                  .closed = traits.media > traits.marched,
                  .scatters_again = task.scatters && task.orders.count > 0,
+                 .straight_on = task.scatters ? task.orders.straight_on : 0,
                  .thick = task.orders.coarse_first,
                  .bounds = media.bounds(),
                  .world = task.world ? &world_key_.world : nullptr,
@@ -1195,6 +1212,15 @@ gl::Defines LightVolumes::defines() const
     return defines;
 }
 
+float LightVolumes::light_dimming() const
+{
+    // Parts that lie far apart have fields of their own, and a thin one may have none.
+    float straight_on = field_coefficients_ ? field_key_.orders.straight_on : 0;
+    for (const auto& island : islands_)
+        straight_on = std::max(straight_on, 1 - island->light_dimming());
+    return 1 - straight_on;
+}
+
 LightVolumeFills LightVolumes::fills() const
 {
     LightVolumeFills sum = fills_;
@@ -1251,13 +1277,18 @@ std::vector<std::string> LightVolumes::describe() const
         lines.push_back(fmt::format("light that surfaces send on: none ({})", turns_.why));
     if (!orders_why_.empty())
         lines.push_back(
-            fmt::format("light that scatters again: {} order{}{} ({})", field_key_.orders.count,
+            fmt::format("light that scatters again: {} order{}{} ({}){}", field_key_.orders.count,
                         field_key_.orders.count == 1 ? "" : "s",
                         field_key_.orders.coarse_first
                             ? " and a guess at the rest, from where a coarser lattice gets"
                         : field_key_.orders.cycles > 0 ? " and a guess at the rest"
                                                        : "",
-                        orders_why_));
+                        orders_why_,
+                        field_key_.orders.straight_on > 0
+                            ? fmt::format("; {:.0f} % of the extinction scatters straight on, and "
+                                          "counts as light that goes on",
+                                          100 * field_key_.orders.straight_on)
+                            : ""));
     if (field_coefficients_) {
         const std::vector<glm::vec3> sums = field_.sums();
         const glm::vec3 all = std::accumulate(sums.begin(), sums.end(), glm::vec3(0));

@@ -91,6 +91,8 @@ public:
     [[nodiscard]] gl::Defines surface_defines() const;
 
     [[nodiscard]] LightVolumeFills fills() const;
+    /// Share of an optical depth that dims lights on their way to where the media scatter them.
+    [[nodiscard]] float light_dimming() const;
     [[nodiscard]] bool has_depth() const { return static_cast<bool>(depth_); }
     [[nodiscard]] bool has_world() const { return world_ || island_light_; }
 
@@ -118,6 +120,7 @@ private:
         int ways = 0, ways_on_surfaces = 0;  ///< directions that the world's light comes along
         bool dims = true;                    ///< the media do
         bool scatters_again = false;         ///< what they scatter is followed
+        float straight_on = 0;               ///< FieldMedium's
         bool thick = false;                  ///< light hardly gets from node to node
         DepthKey in_media, on_surfaces;      ///< their lattices alone
     };

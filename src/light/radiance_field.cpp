@@ -270,6 +270,7 @@ void RadianceField::begin(const FieldLattice& lattice, FieldMedium medium,
     params_ = {};
     params_.nodes = lattice.params;
     params_.albedo = filling_->medium.albedo;
+    params_.straight_on = filling_->medium.straight_on;
     const Bounds media = filling_->medium.bounds.transformed(
         lattice.node_from_eye * glm::translate(glm::dmat4(1.0), -lattice.eye));
     params_.media_low = glm::vec3(media.min);
@@ -876,6 +877,15 @@ gl::Texture RadianceField::fill(int ways, int bands, FieldOrders orders, const g
         take_over(*bounced, bands, light);
     finish(bands, light, world, &first, field);
     return gives_scattered ? std::move(scattered) : gl::Texture();
+}
+
+void RadianceField::make_whole(int bands, const gl::Texture& scattered)
+{
+    if (filling_->medium.straight_on == 0)
+        return;
+    filling_->albedo.bind(FIELD_ALBEDO_UNIT);
+    bind_image(0, scattered, GL_READ_WRITE);
+    dispatch_listed("light/field_whole.comp", {{"kBands", fmt::format("{}", bands)}});
 }
 
 gl::Texture RadianceField::own_light()

@@ -35,6 +35,9 @@ struct FieldMedium {
     bool marched = true;   ///< some medium's optical depth has no closed form
     bool closed = false;   ///< some medium's has
     bool scatters_again = false;  ///< light that the media scatter is followed: then they scatter
+    /// Share of the extinction that is scattered straight on, and is taken for none:
+    /// glsl/light/forward_peak.glsl.
+    float straight_on = 0;
     bool thick = false;  ///< light hardly gets from node to node: it is kept with more digits
     Bounds bounds;       ///< metres, world: of all of them
     const World* world = nullptr;  ///< the world whose light comes in
@@ -51,6 +54,7 @@ struct FieldOrders {
     /// They start from what a coarser lattice has, and a node's own light is taken as if it had
     /// gone on for ever: in thick media light gets as far with fewer of them.
     bool coarse_first = false;
+    float straight_on = 0;  ///< FieldMedium's
     bool operator==(const FieldOrders&) const = default;
 };
 
@@ -126,6 +130,10 @@ public:
     gl::Texture fill(int ways, int bands, FieldOrders orders, const gl::Texture* world,
                      const gl::Texture& field, bool gives_scattered,
                      const OtherLight* bounced = nullptr, const OtherLight* guess = nullptr);
+
+    /// Makes what fill() gave of what is scattered that of the whole phase function and extinction,
+    /// where it was without what is scattered straight on. Before end().
+    void make_whole(int bands, const gl::Texture& scattered);
 
     /// How far from each node the nearest surface lies along each of the lattice's axes, down and
     /// then up, a layer each; empty where there is none. Before end().

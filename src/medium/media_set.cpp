@@ -721,6 +721,25 @@ bool is_moved(const Extinction& then, const Extinction& now, glm::dvec3 moved, d
     return true;
 }
 
+/// Optical depth of what lies in `around` (metres, world), from side to side, of the mean over it.
+static double mean_depth(const Occupied& occupied, const Bounds& around)
+{
+    double sigma_t_volume = 0;
+    const double scale = std::abs(glm::determinant(glm::dmat3(occupied.world_from_box)));
+    for (const OccupiedBox& box : occupied.boxes) {
+        const glm::dvec3 extent = box.bounds.max - box.bounds.min;
+        const glm::dvec3 middle(occupied.world_from_box *
+                                glm::dvec4(0.5 * (box.bounds.min + box.bounds.max), 1.0));
+        if (glm::any(glm::lessThan(middle, around.min)) ||
+            glm::any(glm::greaterThan(middle, around.max)))
+            continue;
+        sigma_t_volume += static_cast<double>(box.most) * scale * extent.x * extent.y * extent.z;
+    }
+    const glm::dvec3 extent = glm::max(around.max - around.min, glm::dvec3(1e-12));
+    const double volume = extent.x * extent.y * extent.z;
+    return sigma_t_volume * (extent.x + extent.y + extent.z) / (3 * volume);
+}
+
 std::vector<Occupied> MediaSet::kept_boxes() const
 {
     std::vector<Occupied> all;
@@ -737,24 +756,28 @@ std::vector<Occupied> MediaSet::kept_boxes() const
 
 double MediaSet::mean_optical_depth(const Bounds* part) const
 {
-    double sigma_t_volume = 0;
-    for (const Occupied& occupied : kept_boxes()) {
-        const double scale = std::abs(glm::determinant(glm::dmat3(occupied.world_from_box)));
-        for (const OccupiedBox& box : occupied.boxes) {
-            const glm::dvec3 extent = box.bounds.max - box.bounds.min;
-            const glm::dvec3 middle(occupied.world_from_box *
-                                    glm::dvec4(0.5 * (box.bounds.min + box.bounds.max), 1.0));
-            if (part != nullptr && (glm::any(glm::lessThan(middle, part->min)) ||
-                                    glm::any(glm::greaterThan(middle, part->max))))
-                continue;
-            sigma_t_volume +=
-                static_cast<double>(box.most) * scale * extent.x * extent.y * extent.z;
-        }
+    double tau = 0;
+    for (const Occupied& occupied : kept_boxes())
+        tau += mean_depth(occupied, part != nullptr ? *part : bounds());
+    return tau;
+}
+
+float MediaSet::straight_on() const
+{
+    constexpr double kThin = 0.2;  // optical depth: what is taken for none of it is hardly seen
+    float least = 1;
+    bool thick = false;
+    const std::vector<Occupied> boxes = kept_boxes();
+    for (std::size_t i = 0; i < media_.size(); ++i) {
+        if (mean_depth(boxes[i], media_[i].world_bounds) < kThin)
+            continue;
+        const auto& params = media_[i].params;
+        const float g = std::max(params.g, 0.0f);
+        const float scattered = std::min({params.sigma_s.r, params.sigma_s.g, params.sigma_s.b});
+        least = std::min(least, g * g * g * g * std::min(scattered / params.sigma_t.a, 1.0f));
+        thick = true;
     }
-    const Bounds around = part != nullptr ? *part : bounds();
-    const glm::dvec3 extent = glm::max(around.max - around.min, glm::dvec3(1e-12));
-    const double volume = extent.x * extent.y * extent.z;
-    return sigma_t_volume * (extent.x + extent.y + extent.z) / (3 * volume);
+    return thick ? least : 0;
 }
 
 gl::Defines MediaSet::defines() const

@@ -127,6 +127,9 @@ public:
     [[nodiscard]] std::optional<glm::vec3> marched_color() const;
     /// Of all media where they have their full coefficients, each channel 0..1.
     [[nodiscard]] glm::vec3 mean_albedo() const;
+    /// Share of their extinction that is scattered straight on, as glsl/light/forward_peak.glsl
+    /// has it, in the medium and channel that scatter the least so, thin ones left out: 0..1.
+    [[nodiscard]] float straight_on() const;
     /// Whether those that scatter are all marched: a point that does is in the volume of their
     /// optical depth.
     [[nodiscard]] bool marched_alone() const;

@@ -45,33 +45,21 @@ using Offsets = std::map<std::string, std::size_t>;
 #name, offsetof(type, name)                                                                \
     }
 
-const Offsets kFrame{MEMBER(FrameParams, ray_origin),
-                     MEMBER(FrameParams, ray_origin_dx),
-                     MEMBER(FrameParams, ray_origin_dy),
-                     MEMBER(FrameParams, ray_direction),
-                     MEMBER(FrameParams, ray_direction_dx),
-                     MEMBER(FrameParams, ray_direction_dy),
-                     MEMBER(FrameParams, view_z_from_depth),
-                     MEMBER(FrameParams, full_size),
-                     MEMBER(FrameParams, inverse_full_size),
-                     MEMBER(FrameParams, layer_size),
-                     MEMBER(FrameParams, inverse_layer_size),
-                     MEMBER(FrameParams, layer_offset),
-                     MEMBER(FrameParams, layer_offset_pixels),
-                     MEMBER(FrameParams, step_range),
-                     MEMBER(FrameParams, media_range),
-                     MEMBER(FrameParams, step_octaves),
-                     MEMBER(FrameParams, media_depth),
-                     MEMBER(FrameParams, steps),
-                     MEMBER(FrameParams, distribution),
-                     MEMBER(FrameParams, step_jitter),
-                     MEMBER(FrameParams, shadow_steps),
-                     MEMBER(FrameParams, min_transmittance),
-                     MEMBER(FrameParams, min_extinction),
-                     MEMBER(FrameParams, g_clamp),
-                     MEMBER(FrameParams, radiance_limit),
-                     MEMBER(FrameParams, depth_threshold),
-                     MEMBER(FrameParams, sky_depth)};
+const Offsets kFrame{
+    MEMBER(FrameParams, ray_origin),          MEMBER(FrameParams, ray_origin_dx),
+    MEMBER(FrameParams, ray_origin_dy),       MEMBER(FrameParams, ray_direction),
+    MEMBER(FrameParams, ray_direction_dx),    MEMBER(FrameParams, ray_direction_dy),
+    MEMBER(FrameParams, view_z_from_depth),   MEMBER(FrameParams, full_size),
+    MEMBER(FrameParams, inverse_full_size),   MEMBER(FrameParams, layer_size),
+    MEMBER(FrameParams, inverse_layer_size),  MEMBER(FrameParams, layer_offset),
+    MEMBER(FrameParams, layer_offset_pixels), MEMBER(FrameParams, step_range),
+    MEMBER(FrameParams, media_range),         MEMBER(FrameParams, step_octaves),
+    MEMBER(FrameParams, media_depth),         MEMBER(FrameParams, steps),
+    MEMBER(FrameParams, distribution),        MEMBER(FrameParams, step_jitter),
+    MEMBER(FrameParams, shadow_steps),        MEMBER(FrameParams, min_transmittance),
+    MEMBER(FrameParams, min_extinction),      MEMBER(FrameParams, g_clamp),
+    MEMBER(FrameParams, radiance_limit),      MEMBER(FrameParams, depth_threshold),
+    MEMBER(FrameParams, sky_depth),           MEMBER(FrameParams, light_dimming)};
 const Offsets kDepth{MEMBER(ShadowDepth, origin), MEMBER(ShadowDepth, inverse_range),
                      MEMBER(ShadowDepth, travel), MEMBER(ShadowDepth, bias)};
 const Offsets kInspect{
@@ -453,7 +441,8 @@ TEST_F(ParamLayout, Field)
                      MEMBER(FieldParams, media_low),  MEMBER(FieldParams, first),
                      MEMBER(FieldParams, media_high), MEMBER(FieldParams, order),
                      MEMBER(FieldParams, lines),      MEMBER(FieldParams, tilt),
-                     MEMBER(FieldParams, slot),       MEMBER(FieldParams, slots)};
+                     MEMBER(FieldParams, slot),       MEMBER(FieldParams, slots),
+                     MEMBER(FieldParams, straight_on)};
     add_struct(expected, "nodes", offsetof(FieldParams, nodes), kLattice);
     add_struct(expected, "other", offsetof(FieldParams, other), kLattice);
     add_array<FieldWay>(expected, "ways", offsetof(FieldParams, ways), FIELD_BATCH, way);

@@ -413,6 +413,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                          of_bands + Defines{{"kField", ""}} + flags(set, {"kWorld"}));
         variants.add("light/field_finish.comp", of_bands);
         variants.add("light/field_scatter.comp", of_bands);
+        variants.add("light/field_whole.comp", of_bands + Defines{{"kListed", ""}});
         variants.add("light/field_scatter.comp", of_bands + Defines{{"kListed", ""}});
         for (const char* ways : {"0", "26", "74"})
             variants.add("light/field_spread.comp",

@@ -7,6 +7,7 @@
 
 #include "image_test.h"
 #include "study/metrics.h"
+#include "study/reference.h"
 #include <fumarole/asset/scene_file.h>
 
 namespace fumarole::test {
@@ -191,6 +192,40 @@ TEST_F(Bounces, FireLightsTheFloorUnderIt)
     }
     figure("floor under and beside a fire: bias", light / expected - 1);
     EXPECT_NEAR(light, expected, 0.05 * expected);
+}
+
+// A slab in a sun, from where it is lit and from behind, against the path tracer. Four bands of a
+// phase function of g 0.7 send too much light on and too little back, and light gets to the far
+// side in many orders.
+TEST_F(Bounces, ASlabSendsAsMuchLightBackAsItLetsThrough)
+{
+    Scene scene = empty_scene(2);
+    scene.camera.vfov_deg = 1;
+    BoxMedium slab;
+    slab.min = {-3, -3, -0.5};
+    slab.max = {3, 3, 0.5};
+    slab.sigma_s = glm::vec3(5.4f);
+    slab.sigma_a = glm::vec3(0.6f);
+    scene.lights = {SunLight{glm::normalize(glm::dvec3(0.3, 0.2, 1)), glm::vec3(3)}};
+    study::ReferenceOptions options;
+    options.tolerance = 0.02;
+    options.bounces = study::kAllBounces;
+    for (const float g : {0.0f, 0.7f})
+        for (const double side : {1.0, -1.0}) {
+            slab.g = g;
+            scene.media = {slab};
+            scene.camera.position = {0.5, 0.4, side * 6};
+            scene.camera.look_at = {0.5, 0.41, 0};
+            const double truth = mean(study::render_reference(scene, options).scattering);
+            for (Settings settings : plain_siblings()) {
+                settings.bounces = kAutomatic;
+                const double seen = mean(render(scene, settings).scattering);
+                const std::string where =
+                    fmt::format("{}, g {}", side > 0 ? "lit side" : "far side", g);
+                figure(where.c_str(), seen / truth - 1);
+                EXPECT_NEAR(seen / truth, 1, 0.06) << where;
+            }
+        }
 }
 
 // A layer that glows, two nodes of the field thick and opaque: a floor under it has the light of a
