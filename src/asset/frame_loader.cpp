@@ -75,6 +75,17 @@ void fill_absent(GridMedium& medium)
         medium.temperature = nothing(medium.temperature_grid);
 }
 
+/// Gives a transparent a picture and a blend by which nobody sees it.
+void show_nothing(TransparentLook& look)
+{
+    auto image = std::make_shared<TransparentImage>();
+    image->width = image->height = 1;
+    image->texels = {glm::vec4(0)};
+    look.image = image;
+    look.image_file.clear();
+    look.blend = {};
+}
+
 /// Whether a medium has a file a frame.
 bool is_moving(const Medium& medium)
 {
@@ -140,6 +151,15 @@ LoadedScene FrameLoader::held(int frame, const std::string& why) const
         medium.emission = nothing(medium.emission_grid);
         medium.color = nothing(medium.color_grid);
         medium.temperature = nothing(medium.temperature_grid);
+    }
+    for (std::size_t i = 0; i < loaded.scene.transparents.size(); ++i) {
+        if (!is_sequence(look_of(scene_.scene.transparents[i]).image_file))
+            continue;
+        TransparentLook& look = look_of(loaded.scene.transparents[i]);
+        if (!last_.transparents.empty())
+            look = look_of(last_.transparents[i]);
+        else
+            show_nothing(look);
     }
     load_scene_files(loaded);
     loaded.notes.push_back(why + "; held the one before it");

@@ -247,6 +247,33 @@ TEST_F(FrameLoaderTest, AMissingOrBrokenFrameIsHeldOrLeftOut)
     EXPECT_FALSE(skipped.next());
 }
 
+TEST_F(FrameLoaderTest, AMissingImageOfABillboardIsHeldOrLeftOutToo)
+{
+    folder_.write("b_2.ppm", "P3 1 1 255 255 0 0\n");
+    folder_.write("b_3.ppm", "no picture");
+    BillboardTransparent board;
+    board.look.image_file = (folder_.path() / "b_#.ppm").string();
+    board.look.blend = {Blend::Kind::factors, BlendFactor::one, BlendFactor::zero};
+    scene_.transparents = {board};
+    const auto look = [](const std::optional<asset::LoadedScene>& frame) {
+        return look_of(frame.value().scene.transparents.at(0));
+    };
+    asset::FrameLoader held({scene_, {}}, {1, 3}, asset::MissingFrames::hold);
+    const auto first = held.next(), second = held.next(), third = held.next();
+    EXPECT_EQ(look(first).image->texels, std::vector{glm::vec4(0)}) << "there is none before it";
+    EXPECT_EQ(look(first).blend.kind, Blend::Kind::alpha) << "which would be a black hole";
+    EXPECT_EQ(look(second).image->texels, std::vector{glm::vec4(1, 0, 0, 1)});
+    EXPECT_EQ(look(second).blend.kind, Blend::Kind::factors);
+    EXPECT_EQ(look(third).image, look(second).image);
+    EXPECT_EQ(medium(third).density, medium(second).density) << "all of the frame is held";
+    EXPECT_THAT(third->notes, testing::Contains(testing::HasSubstr("held the one before it")));
+
+    asset::FrameLoader skipped({scene_, {}}, {1, 3}, asset::MissingFrames::skip);
+    EXPECT_FALSE(skipped.next());
+    EXPECT_TRUE(look(skipped.next()).image);
+    EXPECT_FALSE(skipped.next());
+}
+
 /// A fire that is lit in frame 3: the files before have an empty flame, or none.
 class LitLater : public testing::Test {
 protected:
