@@ -13,6 +13,7 @@
 #include <regex>
 #include <sstream>
 
+#include "cli/fog_scene.h"
 #include "cli/run_program.h"
 #include <fumarole/settings.h>
 
@@ -285,23 +286,29 @@ TEST_F(View, SavesTheSceneThatItOpensAndNotItsEdits)
 
 TEST_F(View, APlanIsMadeBesideThePictureAndTaken)
 {
-    const Outcome run =
-        view(R"([{"wait": "settled"}, {"wait": "plan", "seconds": 120},
+    // Fog in a box, of which many settings are tried in a plan's ten seconds.
+    folder_.write("fog.json", fog_scene("[320, 240]", R"({"type": "box", "min": [-1, -1, 0],
+        "max": [1, 1, 2], "profile": "homogeneous", "sigma_s": [0.5, 0.5, 0.5],
+        "sigma_a": [0.1, 0.2, 0.3], "g": 0.2})"));
+    const Outcome run = view(R"([{"wait": "settled"}, {"wait": "plan", "seconds": 120},
         {"wait": "settled"}, {"key": "Ctrl+C"}, {"frames": 2}, {"clipboard": "command.txt"}])",
-             {sample("smoke_plume_sun.json"), "--aa=1", "--preset=eevee2017", "--max-error=0.5"});
+                             {"fog.json", "--aa=1", "--preset=eevee2017", "--max-error=0.5"});
     ASSERT_EQ(run.code, 0) << run;
-    // Which settings it finds, and whether any at all in its time, depends on the load.
     const std::string command = read_bytes(folder_.path() / "command.txt"),
                       plan = Json::parse(run.out)["plan"].get<std::string>();
     EXPECT_THAT(plan, testing::StartsWith("planned for error 0.5: "));
+    int settings = 0;  // that it finds; which ones depends on the load
     for (const SettingInfo& setting : setting_table()) {
         const std::regex words(fmt::format(" --{} ([^ ,]+)", setting.name));
         std::smatch planned, taken;
         if (std::regex_search(plan, planned, words)) {
+            ++settings;
             EXPECT_TRUE(std::regex_search(command, taken, words)) << plan << '\n' << command;
             EXPECT_EQ(planned.str(1), taken.str(1)) << plan << '\n' << command;
         }
     }
+    if (settings == 0)
+        GTEST_SKIP() << "this machine had no time for a try: " << plan;
 }
 
 TEST_F(View, ASequencePlaysAndIsScrubbed)
