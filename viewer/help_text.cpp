@@ -65,6 +65,7 @@ std::string conditions_of(const CLI::Option& option)
         if (others.empty())
             return;
         std::vector<std::string> names;
+        names.reserve(others.size());
         for (const CLI::Option* one : others)
             names.push_back(one->get_name());
         std::sort(names.begin(), names.end());
