@@ -125,7 +125,8 @@ void main()
             mean.frames.x = max(mean.frames.x, kMiddleSource);
     }
     imageStore(u_counts_img, froxel, vec4(min(mean.frames, kMostCounted), 0.0, 0.0));
-    imageStore(u_source_img, froxel, vec4(mean.source, kExtinctionInAlpha ? mean.extinction.r : 0.0));
-    if (!kExtinctionInAlpha)
+    float number = has_one_extinction() ? extinction_number(mean.extinction) : 0.0;
+    imageStore(u_source_img, froxel, vec4(mean.source, number));
+    if (!has_one_extinction())
         imageStore(u_extinction_img, froxel, vec4(mean.extinction, 0.0));
 }

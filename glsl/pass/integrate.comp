@@ -11,6 +11,7 @@
 //
 #include "lib/slab.glsl"
 #include "scene/froxels.glsl"
+#include "scene/froxel_extinction.glsl"
 
 // Variant
 const bool kWronski = false;  // a slice's source is not dimmed within the slice, Wronski 2014: gains energy
@@ -57,7 +58,9 @@ void main()
         float thickness = (end - begin) * length_per_z / u_froxels.slices.depth;
         begin = end;
         vec4 source = texelFetch(u_source_tx, ivec3(column, k), 0) * thickness;
-        volume_depth_t slice_tau = volume_depth(source, texelFetch(u_extinction_tx, ivec3(column, k), 0) * thickness);
+        vec4 extinction =
+            kOneColor ? extinction_of_number(source) : texelFetch(u_extinction_tx, ivec3(column, k), 0) * thickness;
+        volume_depth_t slice_tau = volume_depth(source, extinction);
         vec3 added = exp(-tau) * source.rgb;
         if (!kWronski)
             added *= slab_weight(slice_tau);

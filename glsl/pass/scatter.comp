@@ -34,8 +34,8 @@ extinction_t grid_depth(vec3 p, LightSample light)
                               u_froxels.view_z_from_world, u_froxels.slices);
         if (!is_inside(uvw))
             continue;
-        if (kExtinctionInAlpha) {
-            sum += extinction_t(textureLod(u_sigma_s_tx, uvw, 0.0).a);
+        if (has_one_extinction()) {
+            sum += extinction_of(extinction_of_number(textureLod(u_sigma_s_tx, uvw, 0.0)));
         } else {
             vec3 sigma_t = textureLod(u_sigma_t_tx, uvw, 0.0).rgb;
             sum += extinction_of(vec4(sigma_t, sigma_t.r));
@@ -63,7 +63,8 @@ void add_history(ivec3 froxel, Medium medium, inout vec3 source, inout vec4 exti
     vec4 old_source, old_extinction;
     if (kHistoryStill) {
         old_source = texelFetch(u_history_tx, froxel, 0);
-        old_extinction = kExtinctionInAlpha ? old_source.aaaa : texelFetch(u_history_extinction_tx, froxel, 0);
+        old_extinction =
+            has_one_extinction() ? extinction_of_number(old_source) : texelFetch(u_history_extinction_tx, froxel, 0);
     } else {
         HistoryPlace place = history_place(froxel);
         if (!is_inside(place.uvw))
@@ -93,7 +94,7 @@ void main()
     }
     if (kHistory)
         add_history(froxel, medium, source, extinction);
-    imageStore(u_source_img, froxel, vec4(source, kExtinctionInAlpha ? extinction.a : 0.0));
-    if (!kExtinctionInAlpha)
+    imageStore(u_source_img, froxel, vec4(source, has_one_extinction() ? extinction.a : 0.0));
+    if (!has_one_extinction())
         imageStore(u_extinction_img, froxel, extinction);
 }

@@ -3,6 +3,7 @@
 //   out  sigma_s, sigma_t, emission   per slices.depth metres (shared/froxel_params.h)
 //        phase  x: g times its weight, y: the weight, the sum of sigma_s
 #include "scene/froxel_sample.glsl"
+#include "scene/froxel_extinction.glsl"
 
 layout(local_size_x = FROXEL_GROUP_X, local_size_y = FROXEL_GROUP_Y, local_size_z = FROXEL_GROUP_Z) in;
 layout(binding = V_BUFFER_SIGMA_S_IMAGE) writeonly uniform image3D u_sigma_s_img;
@@ -23,8 +24,8 @@ void main()
         medium = sample_media(at.p);
     vec3 sigma_s = held(medium.sigma_s * at.share);
     vec3 sigma_t = held(vec3(medium.sigma_t) * at.share);
-    imageStore(u_sigma_s_img, froxel, vec4(sigma_s, kExtinctionInAlpha ? sigma_t.r : 0.0));
-    if (!kExtinctionInAlpha)
+    imageStore(u_sigma_s_img, froxel, vec4(sigma_s, has_one_extinction() ? extinction_number(sigma_t) : 0.0));
+    if (!has_one_extinction())
         imageStore(u_sigma_t_img, froxel, vec4(sigma_t, 0.0));
     if (kEmission)
         imageStore(u_emission_img, froxel, vec4(held(medium.emission * at.share), 0.0));

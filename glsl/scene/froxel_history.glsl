@@ -25,8 +25,8 @@ vec4 history_source(vec3 uvw) { return textureLod(u_history_tx, uvw, 0.0) * u_fr
 
 vec4 history_extinction(vec3 uvw)
 {
-    if (kExtinctionInAlpha)
-        return history_source(uvw).aaaa;
+    if (has_one_extinction())
+        return extinction_of_number(history_source(uvw));
     return textureLod(u_history_extinction_tx, uvw, 0.0) * u_froxels.history_slices.rescale;
 }
 

@@ -1,5 +1,6 @@
 // The V-buffer: what each froxel holds of media, per slices.depth metres (shared/froxel_params.h).
 #include "scene/froxels.glsl"
+#include "scene/froxel_extinction.glsl"
 #include "scene/media.glsl"
 
 layout(binding = V_BUFFER_SIGMA_S_UNIT) uniform sampler3D u_sigma_s_tx;
@@ -9,8 +10,8 @@ layout(binding = V_BUFFER_PHASE_UNIT) uniform sampler3D u_phase_tx;
 
 vec4 kept_extinction(ivec3 froxel)
 {
-    if (kExtinctionInAlpha)
-        return vec4(texelFetch(u_sigma_s_tx, froxel, 0).a);
+    if (has_one_extinction())
+        return extinction_of_number(texelFetch(u_sigma_s_tx, froxel, 0));
     return texelFetch(u_sigma_t_tx, froxel, 0);
 }
 

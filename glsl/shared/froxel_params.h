@@ -35,7 +35,8 @@ struct FUM_STD140 FroxelParams {
     SliceParams history_slices;
     mat4 history_clip_from_world;
     vec4 history_view_z_from_world;
-    vec4 history_eye;  // xyz: where the eye was [m]; w 0: orthographic, the direction to it
+    vec4 history_eye;       // xyz: where the eye was [m]; w 0: orthographic, the direction to it
+    vec3 extinction_color;  // of all media, its brightest channel 1: scene/froxel_extinction.glsl
 };
 
 FUM_SHARED_END

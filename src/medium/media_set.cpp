@@ -626,6 +626,24 @@ std::vector<VoxelFrame> MediaSet::island_frames() const
     return frames;
 }
 
+std::optional<glm::vec3> MediaSet::extinction_color() const
+{
+    if (traits_.colored_density)
+        return std::nullopt;
+    std::optional<glm::vec3> color;
+    for (const Entry& entry : media_) {
+        const glm::vec3 sigma_t(entry.params.sigma_t);
+        const float most = std::max({sigma_t.r, sigma_t.g, sigma_t.b});
+        if (most == 0)
+            continue;
+        const glm::vec3 own = sigma_t / most;
+        if (color && glm::any(glm::greaterThan(glm::abs(own - *color), glm::vec3(1e-5f))))
+            return std::nullopt;
+        color = own;
+    }
+    return color;
+}
+
 std::optional<glm::vec3> MediaSet::marched_color() const
 {
     std::optional<glm::vec3> color;

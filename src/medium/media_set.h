@@ -125,6 +125,8 @@ public:
     [[nodiscard]] std::vector<VoxelFrame> island_frames() const;
     /// The colour that all marched media's extinction has, its mean 1; nothing if they differ.
     [[nodiscard]] std::optional<glm::vec3> marched_color() const;
+    /// The colour that all media's extinction has, its brightest channel 1; nothing if they differ.
+    [[nodiscard]] std::optional<glm::vec3> extinction_color() const;
     /// Of all media where they have their full coefficients, each channel 0..1.
     [[nodiscard]] glm::vec3 mean_albedo() const;
     /// Share of their extinction that is scattered straight on, as glsl/light/forward_peak.glsl

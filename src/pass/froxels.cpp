@@ -43,6 +43,8 @@ FroxelPlan make_plan(const Toolbox& tools, const PreparedFrame& frame)
     plan.source_format = plan.history ? gl_format(s.history_format) : plan.format;
     const bool alpha = plan.format != GL_R11F_G11F_B10F && plan.source_format != GL_R11F_G11F_B10F;
     plan.extinction_in_alpha = alpha && !media.colored_extinction;
+    plan.one_color = alpha && media.colored_extinction && tools.media.extinction_color();
+    plan.looked_through = s.froxel_shadows == Settings::FroxelShadows::grid;
     plan.emission = media.emission;
     plan.mixed_g = media.mixed_g;
     return plan;
@@ -98,6 +100,8 @@ gl::Defines storage_defines(const FroxelPlan& plan)
 {
     if (plan.extinction_in_alpha)
         return {{"EXTINCTION_IN_ALPHA", ""}};
+    if (plan.one_color)
+        return {{"kOneColor", ""}};
     return {};
 }
 
@@ -143,8 +147,9 @@ Froxels::View& Froxels::view_of(const PreparedFrame& frame)
         return gl::Texture::make_3d(tools_.device, label, size, format, gl::Filter::linear);
     };
     const glm::ivec3 integrated = plan.count + glm::ivec3(0, 0, kEndSlices);
-    view.sigma_s = make("V-buffer sigma_s", plan.format, plan.count);
-    view.scattering = make("integrated scattering", plan.format, integrated);
+    if (plan.looked_through)
+        view.own_sigma_s = make("V-buffer sigma_s", plan.format, plan.count);
+    view.scattering = make("V-buffer sigma_s, then integrated scattering", plan.format, integrated);
     if (plan.emission)
         view.emission = make("V-buffer emission", plan.format, plan.count);
     if (plan.mixed_g)
@@ -153,15 +158,19 @@ Froxels::View& Froxels::view_of(const PreparedFrame& frame)
         view.source.at(i) = make("froxel source", plan.source_format, plan.count);
     if (plan.extinction_in_alpha)
         return view;
-    view.sigma_t = make("V-buffer sigma_t", plan.format, plan.count);
-    view.transmittance = make("integrated transmittance", plan.format, integrated);
+    view.transmittance =
+        make("V-buffer sigma_t, then integrated transmittance", plan.format, integrated);
+    if (plan.one_color)
+        return view;
+    if (plan.looked_through)
+        view.own_sigma_t = make("V-buffer sigma_t", plan.format, plan.count);
     for (int i = 0; i < (plan.history ? 2 : 1); ++i)
         view.extinction.at(i) = make("froxel extinction", plan.source_format, plan.count);
     return view;
 }
 
 shared::FroxelParams Froxels::params(const PreparedFrame& frame, const View& view,
-                                     float history_weight)
+                                     float history_weight) const
 {
     const HistoryView now = make_history_view(frame);
     const HistoryView& last = view.last ? *view.last : now;
@@ -183,6 +192,7 @@ shared::FroxelParams Froxels::params(const PreparedFrame& frame, const View& vie
     params.history_slices.rescale =
         static_cast<float>((now.range.y - now.range.x) / (last.range.y - last.range.x));
     params.history_eye = eye_from_eye(last, frame.eye);
+    params.extinction_color = tools_.media.extinction_color().value_or(glm::vec3(1));
     return params;
 }
 
@@ -207,8 +217,8 @@ void Froxels::draw_v_buffer(const PreparedFrame& frame, const View& view) const
 {
     const gl::Device& gl = tools_.device;
     const FroxelPlan& plan = view.plan;
-    bind_image(gl, V_BUFFER_SIGMA_S_IMAGE, view.sigma_s, plan.format);
-    bind_image(gl, V_BUFFER_SIGMA_T_IMAGE, view.sigma_t, plan.format);
+    bind_image(gl, V_BUFFER_SIGMA_S_IMAGE, view.sigma_s(), plan.format);
+    bind_image(gl, V_BUFFER_SIGMA_T_IMAGE, view.sigma_t(), plan.format);
     bind_image(gl, V_BUFFER_EMISSION_IMAGE, view.emission, plan.format);
     bind_image(gl, V_BUFFER_PHASE_IMAGE, view.phase, GL_RG16F);
     dispatch("pass/v_buffer.comp", sampling_defines(tools_, frame.settings, plan), plan.count,
@@ -217,8 +227,8 @@ void Froxels::draw_v_buffer(const PreparedFrame& frame, const View& view) const
 
 void Froxels::bind_v_buffer(const View& view) const
 {
-    view.sigma_s.bind(V_BUFFER_SIGMA_S_UNIT);
-    view.sigma_t.bind(V_BUFFER_SIGMA_T_UNIT);
+    view.sigma_s().bind(V_BUFFER_SIGMA_S_UNIT);
+    view.sigma_t().bind(V_BUFFER_SIGMA_T_UNIT);
     view.emission.bind(V_BUFFER_EMISSION_UNIT);
     view.phase.bind(V_BUFFER_PHASE_UNIT);
 }
@@ -334,14 +344,25 @@ void Froxels::draw(const PreparedFrame& frame)
 
 IntegratedFroxels Froxels::integrated() const
 {
-    return {&view_.scattering, &view_.transmittance, storage_defines(view_.plan)};
+    gl::Defines storage;
+    if (view_.plan.extinction_in_alpha)
+        storage.emplace_back("EXTINCTION_IN_ALPHA", "");
+    return {&view_.scattering, &view_.transmittance, std::move(storage)};
 }
 
 gl::Texture Froxels::sample_counts(const PreparedFrame& frame)
 {
     const gl::Device& gl = tools_.device;
-    const View& view = view_of(frame);
+    View& view = view_of(frame);
     write_block(frame, view, 0);
+    // What is integrated is still looked up.
+    const auto make = [&](const char* label) {
+        return gl::Texture::make_3d(gl, label, view.plan.count, view.plan.format,
+                                    gl::Filter::nearest);
+    };
+    gl::Texture sigma_s = make("V-buffer sigma_s"), sigma_t = make("V-buffer sigma_t");
+    std::swap(view.scattering, sigma_s);
+    std::swap(view.transmittance, sigma_t);
     draw_v_buffer(frame, view);
     gl::Texture counts =
         gl::Texture::make_3d(gl, "sample counts", view.plan.count, GL_R32F, gl::Filter::nearest);
@@ -351,6 +372,8 @@ gl::Texture Froxels::sample_counts(const PreparedFrame& frame)
     defines.emplace_back("kCountSamples", "");
     dispatch("pass/scatter.comp", defines, view.plan.count, kFroxelGroup);
     gl->MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);  // for who reads it back
+    std::swap(view.scattering, sigma_s);
+    std::swap(view.transmittance, sigma_t);
     return counts;
 }
 
@@ -376,9 +399,13 @@ std::vector<std::string> explain_froxels(const Toolbox& tools, const FrameSettin
     lines.push_back(fmt::format("froxels: tiles of {} x {} pixels, {} slices over the depth of {}",
                                 s.tile, s.tile, s.slices,
                                 s.range == Settings::Range::media ? "the media" : "the view"));
-    const bool alpha = s.format != Settings::Format::r11g11b10f && !media.colored_extinction;
+    const bool alpha = s.format != Settings::Format::r11g11b10f &&
+                       (!media.colored_extinction || tools.media.extinction_color());
     lines.push_back(fmt::format(
-        "V-buffer: sigma_s, {}{}{}", alpha ? "grey sigma_t in its alpha" : "a volume for sigma_t",
+        "V-buffer: sigma_s, {}{}{}",
+        !alpha                     ? "a volume for sigma_t"
+        : media.colored_extinction ? "sigma_t, which has one colour, in its alpha"
+                                   : "grey sigma_t in its alpha",
         media.emission ? ", one for emission" : "", media.mixed_g ? ", one for the phase" : ""));
     return lines;
 }

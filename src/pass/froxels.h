@@ -20,7 +20,10 @@ struct FroxelPlan {
     GLenum format = 0;  ///< format of the V-buffer and of what is integrated
     GLenum source_format = 0;
     bool extinction_in_alpha =
-        false;  ///< one extinction for all channels, in the alpha of a colour
+        false;               ///< one extinction for all channels, in the alpha of a colour
+    bool one_color = false;  ///< likewise, but of what is integrated: it has one colour
+    /// The V-buffer is looked up between its froxels, so it has a volume of its own size.
+    bool looked_through = false;
     bool emission = false;
     bool mixed_g = false;
     bool history = false;
@@ -65,7 +68,7 @@ public:
 private:
     struct View {
         FroxelPlan plan;
-        gl::Texture sigma_s, sigma_t, emission, phase;
+        gl::Texture own_sigma_s, own_sigma_t, emission, phase;
         /// Two of each where there is a history: one is read while the other is written.
         std::array<gl::Texture, 2> source, extinction;
         /// Once the scene has changed under a history: this frame's source alone, and how many
@@ -74,14 +77,23 @@ private:
         std::array<gl::Texture, 2> counts;
         bool counted = false;                   ///< last frame's counts are there
         gl::Texture scattering, transmittance;  ///< integrated
-        int current = 0;                        ///< into those pairs: of the last frame
+        // The V-buffer's, which have had their use before anything is integrated.
+        [[nodiscard]] const gl::Texture& sigma_s() const
+        {
+            return plan.looked_through ? own_sigma_s : scattering;
+        }
+        [[nodiscard]] const gl::Texture& sigma_t() const
+        {
+            return plan.looked_through ? own_sigma_t : transmittance;
+        }
+        int current = 0;  ///< into those pairs: of the last frame
         std::optional<HistoryView> last;
         HistoryWeight weight;
     };
     /// The view, its volumes those that the frame needs.
     View& view_of(const PreparedFrame& frame);
-    static shared::FroxelParams params(const PreparedFrame& frame, const View& view,
-                                       float history_weight);
+    [[nodiscard]] shared::FroxelParams params(const PreparedFrame& frame, const View& view,
+                                              float history_weight) const;
     void write_block(const PreparedFrame& frame, const View& view, float history_weight) const;
     void draw_v_buffer(const PreparedFrame& frame, const View& view) const;
     void bind_v_buffer(const View& view) const;

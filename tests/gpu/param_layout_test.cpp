@@ -158,7 +158,8 @@ Offsets froxel_members()
                     MEMBER(FroxelParams, view_z_from_world),
                     MEMBER(FroxelParams, history_clip_from_world),
                     MEMBER(FroxelParams, history_view_z_from_world),
-                    MEMBER(FroxelParams, history_eye)};
+                    MEMBER(FroxelParams, history_eye),
+                    MEMBER(FroxelParams, extinction_color)};
     add_struct(members, "slices", offsetof(FroxelParams, slices), kSlices);
     add_struct(members, "history_slices", offsetof(FroxelParams, history_slices), kSlices);
     return members;

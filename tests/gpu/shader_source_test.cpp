@@ -432,8 +432,9 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                          flags(set, {"kEmits", "kScatters", "kMeans", "kSurfaces"}) +
                              Defines{{"extinction_t", type}});
 
-    for (unsigned set = 0; set < 4; ++set)
-        variants.add("pass/integrate.comp", flags(set, {"EXTINCTION_IN_ALPHA", "kWronski"}));
+    for (const char* extinction : {"EXTINCTION_IN_ALPHA", "kOneColor"})
+        for (unsigned set = 0; set < 4; ++set)
+            variants.add("pass/integrate.comp", flags(set, {extinction, "kWronski"}));
     for (unsigned set = 0; set < 8; ++set) {
         const Defines defines =
             flags(set, {"EXTINCTION_IN_ALPHA", "kTricubic", set >= 4 ? "kTransmittance" : "BOTH"});
@@ -491,7 +492,9 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
 
     // The froxels that sample: as the march below, with what is theirs alone.
     const auto froxels = [&](const Defines& media, const Defines& lights, unsigned set) {
-        const Defines sampling = flags(set, {"kVolumeShadows", "kWorldLight", "EXTINCTION_IN_ALPHA",
+        const bool colored = *media.value_of("extinction_t") == "vec3";
+        const char* extinction = colored ? "kOneColor" : "EXTINCTION_IN_ALPHA";
+        const Defines sampling = flags(set, {"kVolumeShadows", "kWorldLight", extinction,
                                              "kCameraRange", "kShadowToLight", "kMinExtinction"}) +
                                  flags(set >> 3, {"kWorldVolume", "kDepthVolume", "kWorldWalls"});
         variants.add("pass/v_buffer.comp", media + lights + sampling);

@@ -332,6 +332,52 @@ TEST_F(Froxel, AMovingViewIsReprojected)
     }
 }
 
+// Extinction of one colour is kept as one number in volumes that are there anyway. A medium of
+// another colour, out of view, has it kept as three: the same picture, of more bytes.
+TEST_F(Froxel, ExtinctionOfOneColorTakesOneNumber)
+{
+    Scene scene = empty_scene(32);
+    scene.camera.vfov_deg = 40;
+    BoxMedium fog;
+    fog.min = {-30, -30, -30};
+    fog.max = {30, 2, 30};
+    fog.profile = ExpHeightProfile{.scale_height = 3};
+    fog.sigma_s = {0.05f, 0.1f, 0.2f};
+    fog.sigma_a = {0.01f, 0.02f, 0.04f};
+    scene.media = {fog};
+    scene.lights = {SunLight{{0.5, 0.3, 0.8}, glm::vec3(4)}};
+    BoxMedium behind;
+    behind.min = {-1, 1, -1};
+    behind.max = {1, 1.5, 1};
+    behind.sigma_s = {0.1f, 0, 0};
+    Settings settings = gathering(4);
+    settings.format = settings.history_format = Settings::Format::rgba32f;
+    settings.bounces = 0;
+    const auto moved_view = [&] {
+        Renderer renderer(get_proc());
+        View view = renderer.make_view();
+        renderer.set_scene(scene, settings);
+        std::uint64_t bytes = 0;
+        for (int i = 0; i < 6; ++i) {
+            scene.camera.position = {0.02 * i, 0, 0};
+            scene.camera.look_at = scene.camera.position + glm::dvec3(0, -1, 0);
+            bytes = run(renderer, view, scene, settings, 1).gpu_bytes;
+        }
+        return bytes;
+    };
+    const std::uint64_t of_one = moved_view();
+    const LayerImages one = layers;
+    scene.media.emplace_back(behind);
+    const std::uint64_t of_three = moved_view();
+    for (std::size_t i = 0; i < one.scattering.size(); ++i) {
+        ASSERT_NEAR(layers.scattering[i], one.scattering[i], 1e-5f * (1 + one.scattering[i]));
+        ASSERT_NEAR(layers.transmittance[i], one.transmittance[i], 1e-5f);
+    }
+    // Two are kept from frame to frame, of 16 bytes a froxel.
+    const auto froxels = static_cast<std::uint64_t>(8 * 8 * settings.slices);
+    EXPECT_GE(of_three, of_one + 2 * 16 * froxels);
+}
+
 TEST_F(Froxel, ViewsKeepTheirOwnHistory)
 {
     const Scene scene = lump_scene(24);
