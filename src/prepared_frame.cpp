@@ -240,7 +240,6 @@ shared::FrameParams make_params(const PreparedFrame& frame)
     params.g_clamp = settings.g_clamp;
     params.radiance_limit = format_limit(settings.format);
     params.depth_threshold = settings.depth_threshold;
-    params.light_dimming = frame.light_dimming;
     return params;
 }
 
@@ -273,7 +272,6 @@ PreparedFrame prepare_frame(const Frame& frame, const FrameSettings& settings,
     out.scene_id = scene.id;
     out.media_id = scene.media_id;
     out.life_id = scene.life_id;
-    out.light_dimming = scene.light_dimming;
     out.eye = make_eye(frame);
     out.rays = camera_rays(frame, out.eye);
     out.media = scene.media;

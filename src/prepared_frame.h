@@ -36,7 +36,6 @@ struct FrameScene {
     Bounds media;                ///< world bounds of all media [m]; empty where there are none
     double detail = 0;           ///< metres within which the media, or the light in them, change
     double most_g = 0;           ///< the largest |g| of the media
-    float light_dimming = 1;     ///< FrameParams::light_dimming
     std::uint64_t id = 0;        ///< another whenever something of the scene changed
     std::uint64_t media_id = 0;  ///< another whenever that was how the media dim
     /// Another whenever there had been no media, or the scene's settings changed: nothing of what
@@ -62,7 +61,6 @@ struct PreparedFrame {
     FrameSettings settings;      ///< nothing in them is automatic any more that a frame decides
     bool keeps_history = false;  ///< something of the frame is kept for the next one of its view
     std::uint64_t scene_id = 0, media_id = 0, life_id = 0;  ///< FrameScene's
-    float light_dimming = 1;                                ///< likewise
 
     Eye eye;
     CameraRays rays;

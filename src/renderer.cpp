@@ -242,13 +242,8 @@ struct Renderer::Parts {
 FrameScene Renderer::Parts::frame_scene() const
 {
     const double detail = lights.has_edges() ? 0 : media.detail();
-    return {media.bounds(),
-            detail,
-            static_cast<double>(media.traits().most_g),
-            volumes.light_dimming(),
-            scene_id,
-            media_id,
-            life_id};
+    return {media.bounds(), detail,   static_cast<double>(media.traits().most_g),
+            scene_id,       media_id, life_id};
 }
 
 PreparedFrame Renderer::Parts::begin(const View::State& view, const Frame& frame,
@@ -643,7 +638,7 @@ void Renderer::Parts::composite(View& view, const Frame& frame, const FrameSetti
     parts.last_history = view.history();
     if (parts.volumes.has_more()) {
         const auto time = parts.timers.scope("light volumes, anew");
-        parts.volumes.go_on(prepared.eye.position);
+        parts.volumes.continue_refill(prepared.eye.position);
     }
 }
 

@@ -23,10 +23,8 @@ vec3 dimmed(int i, vec3 p, LightSample light)
     if (!kDims)
         return vec3(1.0);
     vec3 way = light.wi * min(0.25 * u_field.nodes.spacing, 0.5 * light.range);
-    // What is scattered straight on does not dim.
-    float dims = 1.0 - u_field.straight_on;
-    vec3 near = dims * depth_at(i, p + way, light);
-    vec3 far = dims * depth_at(i, p - way, light);
+    vec3 near = dimming_at(i, p + way, light);
+    vec3 far = dimming_at(i, p - way, light);
     return exp(-near) * slab_weight(max(far - near, vec3(0.0)));
 }
 

@@ -1,8 +1,8 @@
 // The part of what is scattered that four bands of harmonics cannot tell from light that goes straight on, f = g^4, is
 // taken for that: extinction and albedo are those of the rest, as are the phase function's bands. Joseph, Wiscombe and
 // Weinman 1976, "The delta-Eddington approximation for radiative flux transfer"; for any number of bands, Wiscombe 1977,
-// "The delta-M method". Of the extinction it is the same share in every channel and medium, where that is no more than
-// g^4 of what is scattered: lights are dimmed by all that is left.
+// "The delta-M method". Of the extinction it is the same share in every channel, where that is no more than g^4 of what
+// is scattered: lights are dimmed by all that is left, MediumParams::light_dimming.
 
 // f of a medium, where `straight_on` of the extinction is scattered straight on.
 vec3 forward_peak(vec3 albedo, float g, float straight_on)

@@ -24,7 +24,7 @@ const bool kMediaDepth = false;  // work out a depth that stands for the ray's m
 layout(binding = LAYER_DEPTH_UNIT) uniform sampler2D u_layer_depth_tx;
 layout(binding = BLUE_NOISE_UNIT) uniform sampler2D u_blue_noise_tx;
 
-extinction_t light_depth(int i, vec3 p, LightSample light) { return depth_to_light(i, p, light); }
+extinction_t light_depth(int i, vec3 p, LightSample light) { return dimming_to_light(i, p, light); }
 
 // Sums of weights, x, of weights times view depth from the nearest, y, and times its square, z. What is seen
 // of a medium is the light that comes from it, or, where none does, that it hides what is behind.

@@ -46,7 +46,7 @@ extinction_t grid_depth(vec3 p, LightSample light)
 
 extinction_t light_depth(int i, vec3 p, LightSample light)
 {
-    return kGridShadows ? grid_depth(p, light) : depth_to_light(i, p, light);
+    return kGridShadows ? u_media.marched_light_dimming * grid_depth(p, light) : dimming_to_light(i, p, light);
 }
 
 vec3 source_of(ivec3 froxel, Medium medium)

@@ -13,15 +13,8 @@ const bool kSteepSuns = false;      // around a sun in view, where a cosine has 
 const bool kShadeOverStep = false;  // a step takes the mean of what media dim of suns and points
 const bool kExactFalloff = false;   // a step takes the mean of 1/d^2 over its length, not that at its sample
 
-// The media's optical depth between p and light i: a function of who includes this.
+// The media's optical depth that dims light i at p: a function of who includes this.
 extinction_t light_depth(int i, vec3 p, LightSample light);
-
-// What of it dims the light that the media scatter: what is scattered straight on is taken for light that goes on where
-// the field has what is scattered again without it, light/forward_peak.glsl.
-extinction_t dimming_depth(int i, vec3 p, LightSample light)
-{
-    return u_frame.light_dimming * light_depth(i, p, light);
-}
 
 // A line, and all that its points are looked up by: what is the same along it, and what grows evenly with t,
 // as begin + t * slope. Worked out once a line: few compilers take it out of a loop by themselves.
@@ -95,9 +88,9 @@ vec3 volume_shadow(int i, LightLine line, float t, LightSample light)
         return vec3(1.0);
     vec3 p = line.ray.origin + line.ray.direction * t;
     if (kDepthAtPoint)
-        return vec3(exp(u_frame.light_dimming *
-                        (-closed_depth(p, light.wi, light.range) - stored_depth(i, line.depth + line.ddepth * t))));
-    return vec3(exp(-dimming_depth(i, p, light)));
+        return vec3(exp(-closed_dimming(p, light.wi, light.range) -
+                        u_media.marched_light_dimming * stored_depth(i, line.depth + line.ddepth * t)));
+    return vec3(exp(-light_depth(i, p, light)));
 }
 
 // The mean over a step of the phase of a light that has a place, weighted as its light is: evenly in the angle.
@@ -149,7 +142,7 @@ vec3 seen_over(int i, LightLine line, LightStep step, Falloff falloff)
         float angle = falloff.begin + falloff.angle * (0.5 + 0.5 * kPlaces[k]);
         float t = clamp(nearest.x + nearest.y * tan(angle) / metres, step.ends.x, step.ends.y);
         vec3 p = line.ray.origin + line.ray.direction * t;
-        extinction_t depth = dimming_depth(i, p, point_sample(i, p)) + step.sigma_t * ((t - step.ends.x) * metres);
+        extinction_t depth = light_depth(i, p, point_sample(i, p)) + step.sigma_t * ((t - step.ends.x) * metres);
         sum += kWeights[k] * phase_at(-sin(angle), step.g) * exp(-depth);
     }
     return sum / slab_weight(step.sigma_t * ((step.ends.y - step.ends.x) * metres));
@@ -171,8 +164,8 @@ vec3 sun_through_media(int i, LightLine line, LightStep step, LightSample light)
 {
     if (!kVolumeShadows || !kShadeOverStep)
         return volume_shadow(i, line, step.t, light);
-    extinction_t near = dimming_depth(i, line.ray.origin + line.ray.direction * step.ends.x, light);
-    extinction_t far = dimming_depth(i, line.ray.origin + line.ray.direction * step.ends.y, light);
+    extinction_t near = light_depth(i, line.ray.origin + line.ray.direction * step.ends.x, light);
+    extinction_t far = light_depth(i, line.ray.origin + line.ray.direction * step.ends.y, light);
     extinction_t own = step.sigma_t * ((step.ends.y - step.ends.x) * length(line.ray.direction));
     far += own;
     // From the end that is dimmed the less: the other's exp may be too large for a float.

@@ -41,17 +41,26 @@ extinction_t stored_depth(int i, vec3 node)
     return extinction_t(from_volume(volume_value(textureLod(u_depth_volume_tx, uvw, 0.0))));
 }
 
-// The media's optical depth between p and light i.
-extinction_t depth_to_light(int i, vec3 p, LightSample light)
+// The marched media's optical depth between p and light i.
+extinction_t marched_to_light(int i, vec3 p, LightSample light)
 {
     if (!kDepthVolume)
-        return optical_depth(p, light.wi, light.range, int(u_frame.shadow_steps));
-    extinction_t tau = closed_depth(p, light.wi, light.range);
-    // From outside, light goes the same way from where it enters the volume.
+        return marched_depth(p, light.wi, light.range, int(u_frame.shadow_steps));
+    // Outside the volume nothing is marched, so a point has the optical depth of its entry point.
     vec2 t = lattice_segment(u_volumes.depth, p, light.wi, light.range);
-    if (t.x < t.y)
-        tau += stored_depth(i, node_at(u_volumes.depth, p + light.wi * t.x));
-    return tau;
+    return t.x < t.y ? stored_depth(i, node_at(u_volumes.depth, p + light.wi * t.x)) : extinction_t(0.0);
+}
+
+// All media's.
+extinction_t depth_to_light(int i, vec3 p, LightSample light)
+{
+    return closed_depth(p, light.wi, light.range) + marched_to_light(i, p, light);
+}
+
+// What of it dims a light that the media scatter at p.
+extinction_t dimming_to_light(int i, vec3 p, LightSample light)
+{
+    return closed_dimming(p, light.wi, light.range) + u_media.marched_light_dimming * marched_to_light(i, p, light);
 }
 
 // The world's light towards the eye is kept by its fourth root: of light that falls off by e within a node a straight

@@ -44,8 +44,6 @@ struct FUM_STD140 FrameParams {
     float radiance_limit;     // largest value that the layer's format holds
     float depth_threshold;    // within which two depths are one surface, a part of the depth
     float sky_depth;          // what the host's buffer holds where nothing was drawn
-    float light_dimming;  // share of the optical depth to a light that dims it in the media: 1, or
-                          // less a forward peak
 };
 
 FUM_SHARED_END

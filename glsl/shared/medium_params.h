@@ -36,6 +36,9 @@ struct FUM_STD140 MediumParams {
     int noise_octaves;
     float kilokelvin_per_unit;  // of the temperature grid
     vec3 blackbody;             // W/m^2/sr per m, of what glows at 1000 K with a colour of 1
+    // Share of its optical depth that dims a light which the media scatter: 1, or less what is
+    // scattered straight on (light/forward_peak.glsl).
+    float light_dimming;
 };
 
 // A part of a medium that lies far from its others.
@@ -51,6 +54,7 @@ struct FUM_STD140 MediaParams {
     NoiseOctave octaves[MAX_MEDIA * MAX_OCTAVES];
     Island islands[MAX_ISLANDS];
     int island_count;
+    float marched_light_dimming;  // likewise, of all media whose depth has no closed form
 };
 
 FUM_SHARED_END

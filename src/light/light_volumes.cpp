@@ -341,6 +341,7 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
 {
     set_volumes(scene, settings, media, surfaces, lights);
     set_islands(scene, settings, media, surfaces, lights);
+    media.split_forward_peaks(splits_forward_peaks());
 }
 
 void LightVolumes::set_islands(const Scene& scene, const SceneSettings& settings,
@@ -453,6 +454,7 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
         const float straight_on = media.straight_on();
         if (field.orders.cycles > 0 && straight_on > kLeastStraightOn)
             field.orders.straight_on = straight_on;
+        media.split_forward_peaks(field.orders.straight_on > 0);
         field.glows = traits.emission;
         field.filled =
             traits.scatters && (field.glows || field.turns > 0 ||
@@ -671,7 +673,7 @@ void LightVolumes::begin_refill()
         copy_layer(device_, depth_, i, refill_->depth, i, depth_lattice_.count + kBeyondLattice);
 }
 
-void LightVolumes::go_on(glm::dvec3 eye)
+void LightVolumes::continue_refill(glm::dvec3 eye)
 {
     if (!refill_)
         return;
@@ -1145,7 +1147,7 @@ void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice,
                 scene.surfaces, task.bounces);
 }
 
-void LightVolumes::turn_world(const medium::MediaSet& media)
+void LightVolumes::project_to_view(const medium::MediaSet& media)
 {
     gl::Defines defines = fill_defines(media, write_lights({}));
     defines.emplace_back("kBands", fmt::format("{}", bands_));
@@ -1164,7 +1166,7 @@ void LightVolumes::bind(glm::dvec3 eye, glm::dvec3 forward, bool perspective,
     write_block(eye);
     const glm::dvec4 view = perspective ? glm::dvec4(eye, 0) : glm::dvec4(forward, 1);
     if (world_ && (!turned_ || (bands_ > 1 && view != turned_to_))) {
-        turn_world(media);
+        project_to_view(media);
         turned_ = true;
         turned_to_ = view;
         ++turns_to_eye_;
@@ -1212,13 +1214,11 @@ gl::Defines LightVolumes::defines() const
     return defines;
 }
 
-float LightVolumes::light_dimming() const
+bool LightVolumes::splits_forward_peaks() const
 {
-    // Parts that lie far apart have fields of their own, and a thin one may have none.
-    float straight_on = field_coefficients_ ? field_key_.orders.straight_on : 0;
-    for (const auto& island : islands_)
-        straight_on = std::max(straight_on, 1 - island->light_dimming());
-    return 1 - straight_on;
+    return (field_coefficients_ && field_key_.orders.straight_on > 0) ||
+           std::any_of(islands_.begin(), islands_.end(),
+                       [](const auto& island) { return island->splits_forward_peaks(); });
 }
 
 LightVolumeFills LightVolumes::fills() const

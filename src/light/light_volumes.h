@@ -82,7 +82,7 @@ public:
 
     /// Fills a part of what a moved light has left to be filled over several frames: call it once a
     /// frame, while the frame's media are bound for an eye at `eye`. Rebinds what it needs.
-    void go_on(glm::dvec3 eye);
+    void continue_refill(glm::dvec3 eye);
     [[nodiscard]] bool has_more() const { return refill_.has_value(); }
 
     /// Binds the world's light on surfaces instead of that in the media.
@@ -91,8 +91,6 @@ public:
     [[nodiscard]] gl::Defines surface_defines() const;
 
     [[nodiscard]] LightVolumeFills fills() const;
-    /// Share of an optical depth that dims lights on their way to where the media scatter them.
-    [[nodiscard]] float light_dimming() const;
     [[nodiscard]] bool has_depth() const { return static_cast<bool>(depth_); }
     [[nodiscard]] bool has_world() const { return world_ || island_light_; }
 
@@ -173,6 +171,8 @@ private:
     void begin_refill();
     /// Of all media, or of our part.
     [[nodiscard]] medium::VoxelFrame frame_of(const medium::MediaSet& media) const;
+    /// Whether the field, or that of a part, is without what is scattered straight on.
+    [[nodiscard]] bool splits_forward_peaks() const;
     void set_volumes(const Scene& scene, const SceneSettings& settings, medium::MediaSet& media,
                      const surface::SurfaceSet& surfaces, LightSet& lights);
     void set_islands(const Scene& scene, const SceneSettings& settings, medium::MediaSet& media,
@@ -213,7 +213,7 @@ private:
     void turn_surfaces(int turns, const surface::SurfaceSet& surfaces, const LightSet& lights,
                        bool noted);
     [[nodiscard]] std::string further_turn() const;
-    void turn_world(const medium::MediaSet& media);
+    void project_to_view(const medium::MediaSet& media);
     void begin_fill(glm::dvec3 eye, medium::MediaSet& media, LightSet& lights);
     void write_block(glm::dvec3 eye);
     void dispatch(const char* file, const gl::Defines& defines, const gl::Texture& image,

@@ -36,8 +36,8 @@ struct LightAxes {
     glm::dmat4 light_from_world{1.0};
 };
 
-/// Whether a surface gets a share of the detail that the media are given: a ground would spread it
-/// over itself.
+/// True if the surface is small enough for the inner, detailed shadow view: a ground plane would
+/// stretch it.
 bool is_detail(const surface::SurfaceSet::Instance& instance, const Bounds& media);
 
 /// Whether a surface within `surface` can stand between the media and a light: false is certain.

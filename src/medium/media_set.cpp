@@ -62,6 +62,7 @@ shared::MediumParams coefficients(glm::vec3 sigma_s, glm::vec3 sigma_a, glm::vec
     params.g = g;
     params.sigma_t = glm::vec4(sigma_t, is_grey(sigma_t) ? sigma_t.r : mean(sigma_t));
     params.emission = emission;
+    params.light_dimming = 1;
     return params;
 }
 
@@ -780,22 +781,45 @@ double MediaSet::mean_optical_depth(const Bounds* part) const
     return tau;
 }
 
-float MediaSet::straight_on() const
+float MediaSet::Entry::straight_on() const
+{
+    const float g = std::max(params.g, 0.0f);
+    const float least = std::min({params.sigma_s.r, params.sigma_s.g, params.sigma_s.b});
+    return g * g * g * g * std::min(least / std::max(params.sigma_t.a, 1e-20f), 1.0f);
+}
+
+MediaSet::StraightOn MediaSet::straight_on_by_depth() const
 {
     constexpr double kThin = 0.2;  // optical depth: what is taken for none of it is hardly seen
-    float least = 1;
-    bool thick = false;
+    StraightOn out;
+    if (traits_.most_g <= 0)
+        return out;
+    std::optional<float> marched;
     const std::vector<Occupied> boxes = kept_boxes();
     for (std::size_t i = 0; i < media_.size(); ++i) {
-        if (mean_depth(boxes[i], media_[i].world_bounds) < kThin)
+        const Entry& entry = media_[i];
+        if (mean_depth(boxes[i], entry.world_bounds) < kThin)
             continue;
-        const auto& params = media_[i].params;
-        const float g = std::max(params.g, 0.0f);
-        const float scattered = std::min({params.sigma_s.r, params.sigma_s.g, params.sigma_s.b});
-        least = std::min(least, g * g * g * g * std::min(scattered / params.sigma_t.a, 1.0f));
-        thick = true;
+        if (entry.is_marched())
+            marched = std::min(marched.value_or(1.0f), entry.straight_on());
+        else
+            out.closed = std::max(out.closed, entry.straight_on());
     }
-    return thick ? least : 0;
+    out.marched = marched.value_or(0.0f);
+    return out;
+}
+
+float MediaSet::straight_on() const
+{
+    const StraightOn by_depth = straight_on_by_depth();
+    return std::max(by_depth.closed, by_depth.marched);
+}
+
+void MediaSet::split_forward_peaks(bool split)
+{
+    for (Entry& entry : media_)
+        entry.params.light_dimming = split && !entry.is_marched() ? 1 - entry.straight_on() : 1;
+    marched_light_dimming_ = split ? 1 - straight_on_by_depth().marched : 1;
 }
 
 gl::Defines MediaSet::defines() const
@@ -848,6 +872,7 @@ void MediaSet::bind(glm::dvec3 eye)
 {
     const glm::dmat4 world_from_eye = glm::translate(glm::dmat4(1.0), eye);
     shared::MediaParams params{};
+    params.marched_light_dimming = marched_light_dimming_;
     for (std::size_t k = 0; k < placed_.size(); ++k) {
         const Grid& grid = grids_[static_cast<std::size_t>(placed_[k].texture)];
         shared::GridParams& out = params.grids[k];

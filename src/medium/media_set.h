@@ -130,8 +130,10 @@ public:
     /// Of all media where they have their full coefficients, each channel 0..1.
     [[nodiscard]] glm::vec3 mean_albedo() const;
     /// Share of their extinction that is scattered straight on, as glsl/light/forward_peak.glsl
-    /// has it, in the medium and channel that scatter the least so, thin ones left out: 0..1.
+    /// has it, 0..1: the most of any that is not thin.
     [[nodiscard]] float straight_on() const;
+    /// Whether that counts as light that goes on where the media scatter it.
+    void split_forward_peaks(bool split);
     /// Whether those that scatter are all marched: a point that does is in the volume of their
     /// optical depth.
     [[nodiscard]] bool marched_alone() const;
@@ -218,12 +220,22 @@ private:
         [[nodiscard]] bool is_marched() const { return depth == MediumSource::Depth::marched; }
         [[nodiscard]] bool is_noise() const { return profile == MediumSource::Profile::noise; }
         [[nodiscard]] bool scatters() const { return params.sigma_s != glm::vec3(0.0f); }
+        /// Share of its extinction that is scattered straight on, in the channel that scatters the
+        /// least.
+        [[nodiscard]] float straight_on() const;
         /// The value of its temperature grid up to which nothing is seen of it.
         [[nodiscard]] float dark() const
         {
             return shared::kDarkKilokelvin / params.kilokelvin_per_unit;
         }
     };
+
+    /// MediaSet::straight_on(), of media whose optical depth has a closed form and of others: these
+    /// have one volume for all, and so the least of any.
+    struct StraightOn {
+        float closed = 0, marched = 0;
+    };
+    [[nodiscard]] StraightOn straight_on_by_depth() const;
 
     [[nodiscard]] int most_grids() const;
     int place(const std::shared_ptr<const VoxelGrid>& grid, const glm::dmat4& world_from_grid,
@@ -260,6 +272,7 @@ private:
     std::vector<NoiseGrid>
         old_noise_grids_;  ///< old noise grids of the scene before, while set() runs
     MediaTraits traits_;
+    float marched_light_dimming_ = 1;
     int uploads_ = 0;
     std::uint64_t sent_bytes_ = 0;
     double time_ = 0;

@@ -199,6 +199,13 @@ private:
             zero, false, Depth::closed, end, [](std::size_t m) {
                 return fmt::format("    sum += medium_{}_depth(p, wi, range);\n", m);
             });
+        sum("// What of it dims a light that the media scatter.\n"
+            "extinction_t closed_dimming(vec3 p, vec3 wi, float range)",
+            zero, false, Depth::closed, end, [](std::size_t m) {
+                return fmt::format("    sum += u_media.media[{0}].light_dimming * "
+                                   "medium_{0}_depth(p, wi, range);\n",
+                                   m);
+            });
         sum("// Of the others.\n"
             "extinction_t marched_depth(vec3 p, vec3 wi, float range, int steps)",
             zero, false, Depth::marched, end, [](std::size_t m) {

@@ -360,7 +360,9 @@ gl::Texture Froxels::sample_counts(const PreparedFrame& frame)
         return gl::Texture::make_3d(gl, label, view.plan.count, view.plan.format,
                                     gl::Filter::nearest);
     };
-    gl::Texture sigma_s = make("V-buffer sigma_s"), sigma_t = make("V-buffer sigma_t");
+    gl::Texture sigma_s = make("V-buffer sigma_s"), sigma_t;
+    if (!view.plan.extinction_in_alpha && !view.plan.one_color)
+        sigma_t = make("V-buffer sigma_t");
     std::swap(view.scattering, sigma_s);
     std::swap(view.transmittance, sigma_t);
     draw_v_buffer(frame, view);

@@ -62,7 +62,7 @@ public:
     }
 
     /// Lets the next frame be a first one.
-    void forget() { view_.last.reset(); }
+    void drop_history() { view_.last.reset(); }
     [[nodiscard]] const char* history_use() const { return to_string(use_, change_); }
 
 private:

@@ -87,7 +87,7 @@ public:
     void reset_history() override
     {
         if (history_)
-            history_->forget();
+            history_->drop_history();
     }
     [[nodiscard]] const char* history_use() const override
     {
@@ -169,7 +169,7 @@ public:
         own.grey = !own.transmittance;
         return own;
     }
-    void reset_history() override { froxels_.forget(); }
+    void reset_history() override { froxels_.drop_history(); }
     [[nodiscard]] const char* history_use() const override { return froxels_.history_use(); }
 
 private:

@@ -26,7 +26,7 @@ public:
     void replace(pass::MarchedLayer& marched) const;
 
     /// Lets the next frame be a first one.
-    void forget() { view_.last.reset(); }
+    void drop_history() { view_.last.reset(); }
     /// What add() did with what was kept, in words.
     [[nodiscard]] const char* use() const { return to_string(use_, change_); }
 

