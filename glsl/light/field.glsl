@@ -5,6 +5,7 @@
 #include "shared/bindings.h"
 #include "shared/field_nodes.h"
 #include "shared/field_params.h"
+#include "shared/sky_map_params.h"
 #include "lib/lattice.glsl"
 #include "lib/walls.glsl"
 
@@ -99,6 +100,14 @@ float open_beyond(ivec3 node, int k)
     const int kPart = 32 * FIELD_CROSSED_WORDS;
     int bit = u_field.first + k;
     return 1.0 - 0.5 * (float(is_marked(node, bit + kPart)) + float(is_marked(node, bit + 2 * kPart)));
+}
+
+// What surfaces let through of the part of the sky that way k of the batch stands for: what light/sky_share.comp tells of
+// it, or `open`, where that tells nothing.
+float share_of_sky(usampler3D shares_tx, ivec3 node, int k, float open)
+{
+    uint share = texelFetch(shares_tx, node + way_of(u_field.first + k), 0).r;
+    return share == uint(SKY_UNKNOWN) ? open : float(share) / float(SKY_SHARES);
 }
 
 // Of nodes along a way: one in each slice.

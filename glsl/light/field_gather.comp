@@ -10,15 +10,25 @@ const bool kAdds = false;    // to what was there
 const bool kClear = false;   // of the world's light what surfaces let through
 const bool kDimmed = false;  // and beside that what media let through as well
 const bool kWorld = false;   // it is the world's or the surfaces': each way knows whether it ends inside of one
+const bool kShares = false;  // light/sky_share.comp tells what they let through
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
 layout(rgba32f, binding = 0) uniform image3D u_light_img;
 layout(rgba32f, binding = 1) uniform image3D u_dimmed_img;
+layout(binding = FIELD_EMISSION_UNIT) uniform usampler3D u_shares_tx;  // nothing is emitted here
 
 float g_outside = 0.0;
 vec3 g_dimmed[kCount];
 
-vec3 brought(vec4 way, int k) { return kClear ? u_field.ways[k].entry * (way.a == kInside ? 0.0 : way.a) : way.rgb; }
+vec3 brought(ivec3 node, vec4 way, int k)
+{
+    if (!kClear)
+        return way.rgb;
+    float open = way.a == kInside ? 0.0 : way.a;
+    if (kShares && way.a != kInside)
+        open = share_of_sky(u_shares_tx, node, k, open);
+    return u_field.ways[k].entry * open;
+}
 
 void gather_pair(ivec3 node, int k)
 {
@@ -29,7 +39,7 @@ void gather_pair(ivec3 node, int k)
     vec4 one = radiance_of_way(node, k), other = radiance_of_way(node, k + 1);
     float outside = float(one.a != kInside) + float(other.a != kInside);
     g_outside += outside * u_field.ways[k].solid_angle / (4.0 * 3.14159265);
-    add_pair(g_light, k, brought(one, k), brought(other, k + 1));
+    add_pair(g_light, k, brought(node, one, k), brought(node, other, k + 1));
     if (kDimmed)
         add_pair(g_dimmed, k, one.rgb, other.rgb);
 }

@@ -10,6 +10,7 @@ const bool kClear = false;     // the media don't dim it
 const bool kMarched = false;   // some dim it by their extinction at the nodes
 const bool kClosed = false;    // and some by a closed form
 const bool kSurfaces = false;  // surfaces stand in the way
+const bool kShares = false;    // light/sky_share.comp tells what they let through
 const bool kMeans = false;     // out: the mean over what lies between a node and its neighbours, by what dims there
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -17,6 +18,7 @@ layout(rg32ui, binding = 0) writeonly uniform uimage3D u_ways_img;
 layout(binding = 1) writeonly uniform uimage3D u_means_img;
 layout(binding = FIELD_SIGMA_T_UNIT) uniform sampler3D u_sigma_t_tx;
 layout(binding = WALLS_UNIT) uniform sampler3D u_walls_tx;
+layout(binding = FIELD_EMISSION_UNIT) uniform usampler3D u_shares_tx;  // nothing is emitted here
 
 // A line goes past a node at up to half a node. If a surface lies between the two, then what reaches the node is what the
 // line had before that surface, or nothing, if it comes from behind it. Nothing, too, if the line has met another one
@@ -52,6 +54,7 @@ void main()
     extinction_t old_depth = extinction_t(0.0);
     extinction_t old_through = extinction_t(0.0);
     extinction_t old_mean = extinction_t(0.0);
+    float old_share = 0.0;
     ivec3 old_node = ivec3(0);
     bool first = true, alone = true;
     for (; is_in(chain, way); go_on(chain, way)) {
@@ -67,13 +70,18 @@ void main()
             tau += 0.5 * way.metres * (sigma_t + old_sigma_t);
         }
         before = visible;
-        if (kSurfaces && is_crossed(node, k)) {
+        bool is_met = kSurfaces && is_crossed(node, k);
+        if (is_met) {
             visible = 0.0;
             inside = !is_left(node, k);
         }
         float open = kSurfaces && !kMeans ? visible_at_node(chain, way, k, visible, before) : visible;
+        bool is_inside = open == 0.0 && inside;
+        if (kShares && !is_inside)
+            open = share_of_sky(u_shares_tx, node, k, open);
+        float share = open;
         extinction_t through = extinction_t(open);
-        if (open == 0.0 && inside)
+        if (is_inside)
             open = kInside;
         extinction_t depth = tau;
         if (!kClear && kClosed)
@@ -81,10 +89,15 @@ void main()
         if (!kClear)
             through *= exp(-depth);
         if (kMeans) {
-            // Between two nodes light falls off evenly in optical depth, or is the one's before a surface.
-            bool is_cut = visible < before;
+            // Between two nodes light falls off evenly in optical depth, and what they see of the sky goes from the one's to
+            // the other's; or it is the one's before a surface.
+            bool is_cut = kShares ? is_met : visible < before;
             extinction_t mean =
                 chain.enters || is_cut ? through : old_through * slab_weight(max(depth - old_depth, 0.0));
+            if (kShares && !chain.enters && !is_cut)
+                mean = extinction_t(0.5 * (old_share + share)) * exp(-old_depth) *
+                       slab_weight(max(depth - old_depth, 0.0));
+            old_share = share;
             extinction_t begin = is_cut ? old_through : mean;
             if (!first)
                 imageStore(u_means_img, old_node + way_of(k),

@@ -17,6 +17,7 @@
 #define LIGHT_FILTERS_BLOCK 9
 #define PANES_BLOCK 10
 #define BLOCK_COUNT 11
+#define SKY_MAPS_BLOCK FROXEL_BLOCK      // no froxels are filled while a field is
 #define PROBE_FILTER_BLOCK FROXEL_BLOCK  // no froxels are filled meanwhile
 #define TRANSPARENT_BLOCK DRAW_BLOCK     // no surface is drawn meanwhile
 #define INSPECT_BLOCK DRAW_BLOCK         // no surface is drawn while a frame is inspected

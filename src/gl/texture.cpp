@@ -18,8 +18,10 @@ std::int64_t texel_bytes(GLenum format)
 {
     switch (format) {
     case GL_R8:
+    case GL_R8UI:
         return 1;
     case GL_R16F:
+    case GL_DEPTH_COMPONENT16:
     case GL_R16UI:
     case GL_R16:
         return 2;

@@ -109,6 +109,25 @@ Lattice make_cubes(const glm::dmat4& unit_from_world, const Bounds& bounds, doub
     return cubes;
 }
 
+/// Metres, world: of the media and what stands amid them.
+Bounds with_details(const Bounds& media, const surface::SurfaceSet& surfaces)
+{
+    Bounds around = media;
+    for (const auto& instance : surfaces.instances())
+        if (is_detail(instance, media))
+            around.add(instance.bounds);
+    return around;
+}
+
+/// Metres, world.
+Bounds bounds_of(const Lattice& lattice)
+{
+    Bounds nodes;
+    nodes.add(glm::dvec3(0));
+    nodes.add(glm::dvec3(lattice.count - 1));
+    return nodes.transformed(glm::inverse(lattice.node_from_world));
+}
+
 shared::LatticeParams to_shared(const Lattice& lattice, int layers, glm::dvec3 eye)
 {
     const glm::dmat4 node_from_eye = lattice.node_from_world * glm::translate(glm::dmat4(1.0), eye);
@@ -300,8 +319,8 @@ bool LightVolumes::is_moved(const WorldKey& then, const WorldKey& now)
     if (then.world != now.world || then.nodes != now.nodes || then.ways != now.ways ||
         then.ways_on_surfaces != now.ways_on_surfaces || then.bands != now.bands ||
         then.dims != now.dims || then.scatters_again != now.scatters_again ||
-        then.straight_on != now.straight_on || !is_moved(then.in_media, now.in_media) ||
-        !is_moved(then.on_surfaces, now.on_surfaces))
+        then.straight_on != now.straight_on || then.sky_in_parts != now.sky_in_parts ||
+        !is_moved(then.in_media, now.in_media) || !is_moved(then.on_surfaces, now.on_surfaces))
         return false;
     const DepthKey &lattice = now.bands > 0 ? now.in_media : now.on_surfaces,
                    &lattice_then = now.bands > 0 ? then.in_media : then.on_surfaces;
@@ -480,6 +499,7 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
         for (const Surface& surface : scene.surfaces)
             key.surfaces.push_back(obstacle_of(surface));
         key.world = scene.world;
+        key.sky_in_parts = world && !part_ && is_sky_in_parts(scene, media.bounds());
         key.nodes = settings.ambient_volume_size;
         const bool detailed = scene.world.environment || !suns_outshine_the_sky(scene);
         key.ways = ways_for(settings, detailed);
@@ -548,6 +568,17 @@ int LightVolumes::turns_for(const Scene& scene, const SceneSettings& settings)
         turns_key_ = std::move(key);
     }
     return turns_.turns;
+}
+
+bool LightVolumes::is_sky_in_parts(const Scene& scene, const Bounds& media)
+{
+    // Media that move or change leave it as it is: frames of a sequence have one.
+    SkyKey key{scene.surfaces, scene.media.size()};
+    if (sky_key_ != key) {
+        sky_ = sky_seen(scene.surfaces, media);
+        sky_key_ = std::move(key);
+    }
+    return sky_.in_parts;
 }
 
 LightVolumes::Obstacle LightVolumes::obstacle_of(const Surface& surface)
@@ -726,10 +757,7 @@ void LightVolumes::plan_world(WorldKey& key, const medium::MediaSet& media,
     }
     if (surfaces.empty() || part_)
         return;
-    Bounds around = media.bounds();
-    for (const auto& instance : surfaces.instances())
-        if (is_detail(instance, media.bounds()))
-            around.add(instance.bounds);
+    Bounds around = with_details(media.bounds(), surfaces);
     const glm::dvec3 margin =
         (fire ? kSurfaceMarginOfFire : kSurfaceMargin) * (around.max - around.min);
     around.min -= margin;
@@ -800,6 +828,7 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
     // Flames are small: along few ways they would throw a star.
     const int ways_on_surfaces = field.glows ? kAllWays : world_key_.ways_on_surfaces;
     const FieldScene around{media, surfaces, lights};
+    const Bounds near_surfaces = with_details(media.bounds(), surfaces);
     if (turns && !part_ && (anew || fills_surfaces)) {
         const glm::dvec3 eye = centre_of(surface_lattice_);
         begin_fill(eye, media, lights);
@@ -807,7 +836,8 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
                     {.scatters = field.on_surfaces,
                      .world = shines,
                      .bounces = true,
-                     .ways = ways_on_surfaces});
+                     .ways = ways_on_surfaces,
+                     .sky_box = near_surfaces});
         field_on_surfaces_.fill_world(world_key_.ways_on_surfaces, kSurfaceBands, &on_surfaces_,
                                       on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr);
         bounced_ = make_volume(device_, "light of surfaces", surface_lattice_,
@@ -857,7 +887,8 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
                     {.scatters = fills_field,
                      .world = shines,
                      .ways = world_key_.ways,
-                     .orders = field.orders});
+                     .orders = field.orders,
+                     .sky_box = bounds_of(world_lattice_)});
         if (anew && shines)
             field_.fill_world(world_key_.ways, bands_, nullptr, &coefficients_);
         if (fills_field) {
@@ -886,7 +917,10 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
         }
         if (!turns) {
             begin_field(field_on_surfaces_, surface_lattice_, around,
-                        {.scatters = field.on_surfaces, .world = shines, .ways = ways_on_surfaces});
+                        {.scatters = field.on_surfaces,
+                         .world = shines,
+                         .ways = ways_on_surfaces,
+                         .sky_box = near_surfaces});
             field_on_surfaces_.fill_world(world_key_.ways_on_surfaces, kSurfaceBands, &on_surfaces_,
                                           on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr,
                                           field.on_surfaces ? &light : nullptr);
@@ -1143,7 +1177,8 @@ void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice,
                  .thick = task.orders.coarse_first,
                  .bounds = media.bounds(),
                  .world = task.world ? &world_key_.world : nullptr,
-                 .extinction = marches ? &extinction_ : nullptr},
+                 .extinction = marches ? &extinction_ : nullptr,
+                 .sky_box = world_key_.sky_in_parts ? task.sky_box : Bounds()},
                 scene.surfaces, task.bounces);
 }
 
@@ -1262,9 +1297,12 @@ std::vector<std::string> LightVolumes::describe() const
                                     size_of(on_surfaces_, kSurfaceBands * kSurfaceBands, 8),
                                     on_surfaces_dimmed_ ? ", and again through the media" : ""));
     if (world_ || on_surfaces_)
-        lines.push_back(fmt::format("world's light: filled from {} directions, on surfaces {}{}",
-                                    world_key_.ways, world_key_.ways_on_surfaces,
-                                    filled_in(world_ms_)));
+        lines.push_back(fmt::format(
+            "world's light: filled from {} directions, on surfaces {}{}{}", world_key_.ways,
+            world_key_.ways_on_surfaces,
+            world_key_.sky_in_parts ? fmt::format(", of each what {} see ({})", SKY_MAPS, sky_.why)
+                                    : "",
+            filled_in(world_ms_)));
     if (bounced_)
         lines.push_back(fmt::format("light that surfaces send on: {} turn{} ({}){}{}",
                                     field_key_.turns, field_key_.turns == 1 ? "" : "s", turns_.why,

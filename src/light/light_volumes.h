@@ -13,6 +13,7 @@
 #include "light/light_set.h"
 #include "light/radiance_field.h"
 #include "light/shadow_views.h"
+#include "light/sky_seen.h"
 #include "light/surface_turns.h"
 #include "light_fields.h"
 #include "medium/media_set.h"
@@ -120,7 +121,8 @@ private:
         bool scatters_again = false;         ///< what they scatter is followed
         float straight_on = 0;               ///< FieldMedium's
         bool thick = false;                  ///< light hardly gets from node to node
-        DepthKey in_media, on_surfaces;      ///< their lattices alone
+        bool sky_in_parts = false;       ///< each way sees a part of what of the sky it stands for
+        DepthKey in_media, on_surfaces;  ///< their lattices alone
     };
     /// What the field of light was filled from besides the world's light, as if all of it lay at
     /// the origin, and the places of it, which may be moved as a whole with the lattice.
@@ -206,6 +208,7 @@ private:
         bool bounces = false;   ///< surfaces send light on
         int ways = 0;           ///< kNearWays or kAllWays
         FieldOrders orders = {};
+        Bounds sky_box = {};  ///< where it is told how much of the sky each way sees [m]
     };
     void begin_field(RadianceField& field, const Lattice& lattice, const FieldScene& scene,
                      const FieldTask& task);
@@ -268,6 +271,15 @@ private:
         int asked = kAutomatic;
         bool operator==(const TurnsKey&) const = default;
     };
+    /// What sky_seen() is asked of.
+    struct SkyKey {
+        std::vector<Surface> surfaces;
+        std::size_t media = 0;
+        bool operator==(const SkyKey&) const = default;
+    };
+    bool is_sky_in_parts(const Scene& scene, const Bounds& media);
+    std::optional<SkyKey> sky_key_;
+    SkySeen sky_;
     int turns_for(const Scene& scene, const SceneSettings& settings);
     std::optional<TurnsKey> turns_key_;
     SurfaceTurns turns_;

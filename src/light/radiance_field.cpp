@@ -143,6 +143,7 @@ struct RadianceField::Filling {
     gl::Texture crossed;         ///< what surfaces cross, a bit a way; empty: none
     gl::Texture steps_to_walls;  ///< as they are drawn
     gl::Texture walls;           ///< walls between nodes, as take_walls()
+    gl::Texture sky_shares;      ///< light/sky_share.comp, of all ways; empty: all or nothing
     gl::Texture clear, dimmed;   ///< coefficients of the world's light
     gl::Texture bounced;         ///< coefficients of what surfaces send on
     gl::Texture bounced_before, bounced_before_that;  ///< a turn and two turns ago
@@ -293,6 +294,8 @@ void RadianceField::begin(const FieldLattice& lattice, FieldMedium medium,
     sample_medium();
     if (!surfaces.empty())
         keep_walls();
+    if (!surfaces.empty() && filling_->medium.world != nullptr && !filling_->medium.sky_box.empty())
+        share_sky(surfaces);
 }
 
 void RadianceField::end()
@@ -454,6 +457,17 @@ void RadianceField::keep_walls()
         sigma_t.bind(FIELD_SIGMA_T_UNIT);
     }
     dispatch_nodes("light/walls.comp", defines);
+}
+
+void RadianceField::share_sky(const surface::SurfaceSet& surfaces)
+{
+    Filling& filling = *filling_;
+    const Filling::Ways& set = filling.medium.ways == kNearWays ? filling.near : filling.all;
+    filling.sky_shares = make_ways("field: the sky's shares", filling.medium.ways, GL_R8UI);
+    if (!sky_share_)
+        sky_share_ = std::make_unique<SkyShare>(device_, programs_);
+    write_block();
+    sky_share_->fill(filling.lattice, set.wi, filling.medium.sky_box, surfaces, filling.sky_shares);
 }
 
 void RadianceField::draw_faces(const surface::SurfaceSet& surfaces)
@@ -664,6 +678,10 @@ void RadianceField::gather(int bands, bool adds, Of of, const gl::Texture& ways,
         defines.emplace_back("kClear", "");
     if (of != Of::field)
         defines.emplace_back("kWorld", "");
+    if (of == Of::clear && filling_->sky_shares) {
+        defines.emplace_back("kShares", "");
+        filling_->sky_shares.bind(FIELD_EMISSION_UNIT);
+    }
     add_ways(defines);
     ways.bind(FIELD_WAYS_UNIT);
     bind_image(0, to, GL_READ_WRITE);
@@ -702,7 +720,9 @@ void RadianceField::carry_world(const Batch& batch, bool means)
     add(medium.dims && medium.closed && !alike, "kClosed");
     add(static_cast<bool>(filling_->crossed), "kSurfaces");
     add(means, "kMeans");
+    add(static_cast<bool>(filling_->sky_shares), "kShares");
     set_batch(batch);
+    filling_->sky_shares.bind(FIELD_EMISSION_UNIT);
     (filling_->marched && !alike ? filling_->marched : filling_->sigma_t).bind(FIELD_SIGMA_T_UNIT);
     filling_->walls.bind(WALLS_UNIT);
     walk("light/world.comp", defines, batch.count);

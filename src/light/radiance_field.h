@@ -12,6 +12,7 @@
 #include "gl/texture.h"
 #include "light/field_lattice.h"
 #include "light/lattice_ways.h"
+#include "light/sky_share.h"
 #include "shared/draw_params.h"
 #include "shared/field_params.h"
 #include "surface/surface_set.h"
@@ -43,6 +44,9 @@ struct FieldMedium {
     const World* world = nullptr;  ///< the world whose light comes in
     const gl::Texture* extinction =
         nullptr;  ///< extinction of the marched media, where no volume dims lights
+    /// Metres, world: where it is told how much of what a way stands for surfaces hide; elsewhere
+    /// they hide all of it or nothing.
+    Bounds sky_box;
 };
 
 /// How far scattering is followed.
@@ -167,6 +171,7 @@ private:
     [[nodiscard]] gl::Texture make_sources(int ways) const;
     void draw(const surface::SurfaceSet& surfaces);
     void draw_walls(const surface::SurfaceSet& surfaces);
+    void share_sky(const surface::SurfaceSet& surfaces);
     void keep_walls();
     void wait_for_drawing();
     void draw_faces(const surface::SurfaceSet& surfaces);
@@ -229,6 +234,7 @@ private:
     gl::UniformBuffer<shared::FieldParams> block_;
     gl::UniformBuffer<shared::DrawParams> draw_block_;
     gl::Framebuffer framebuffer_, beyond_framebuffer_;
+    std::unique_ptr<SkyShare> sky_share_;  ///< once it is asked for
     shared::FieldParams params_{};
     std::unique_ptr<Filling> filling_;
     gl::Texture sums_, guess_;

@@ -212,6 +212,14 @@ bool SurfaceRays::is_near(glm::dvec3 p, double metres) const
     return false;
 }
 
+// Roberts 2018, the sequence R3.
+glm::dvec3 spread_place(const Bounds& box, int i)
+{
+    constexpr double kRoot = 1.2207440846057596;  // of x^4 = x + 1
+    const glm::dvec3 at(1 / kRoot, 1 / (kRoot * kRoot), 1 / (kRoot * kRoot * kRoot));
+    return glm::mix(box.min, box.max, glm::fract(0.5 + (i + 1.0) * at));
+}
+
 std::vector<glm::dvec3> even_directions(int count)
 {
     std::vector<glm::dvec3> all;

@@ -43,6 +43,9 @@ private:
     std::vector<Bounds> bounds_;  ///< bounds of each surface, metres, world
 };
 
+/// The i-th of places that are spread evenly over a box (Roberts 2018, the sequence R3).
+glm::dvec3 spread_place(const Bounds& box, int i);
+
 /// Directions that are spread evenly (a Fibonacci lattice).
 std::vector<glm::dvec3> even_directions(int count);
 

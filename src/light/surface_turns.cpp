@@ -41,14 +41,6 @@ glm::dvec3 albedo_of(const Surface& surface)
     return std::visit([](const auto& one) { return glm::dvec3(one.albedo); }, surface);
 }
 
-/// Spread evenly over a box (Roberts 2018, the sequence R3).
-glm::dvec3 place_in(const Bounds& box, int i)
-{
-    constexpr double kRoot = 1.2207440846057596;  // of x^4 = x + 1
-    const glm::dvec3 at(1 / kRoot, 1 / (kRoot * kRoot), 1 / (kRoot * kRoot * kRoot));
-    return glm::mix(box.min, box.max, glm::fract(0.5 + (i + 1.0) * at));
-}
-
 /// What surfaces send onto each other in one turn, of a white picture all around, were all of them
 /// lit as a white one: the mean, as it is seen from places amid the media, of a surface's albedo
 /// times that of what it sees, of the colour that has most of it.
@@ -77,7 +69,7 @@ double seen_of_a_turn(const Scene& scene)
     glm::dvec3 sum(0);
     int places = 0, turned = 0;
     for (int i = 0; i < kPlaces; ++i) {
-        const glm::dvec3 place = place_in(media, i);
+        const glm::dvec3 place = spread_place(media, i);
         if (rays.is_near(place, 0))
             continue;
         ++places;

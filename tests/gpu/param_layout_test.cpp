@@ -24,6 +24,7 @@
 #include "shared/medium_params.h"
 #include "shared/pane_params.h"
 #include "shared/probe_params.h"
+#include "shared/sky_map_params.h"
 #include "shared/split_params.h"
 #include "shared/step_boxes.h"
 #include "shared/step_tile.h"
@@ -259,6 +260,7 @@ private:
         {"LightVolumesParams", "u_params.layer"},
         {"IslandLightParams", "float(u_params.count)"},
         {"FieldParams", "u_params.order"},
+        {"SkyMapParams", "float(u_params.way)"},
         {"MediaParams", "u_params.media[1].g"},
         {"DisplayParams", "u_params.wipe"},
         {"TransparentParams", "u_params.unused"},
@@ -461,6 +463,15 @@ TEST_F(ParamLayout, Field)
     add_struct(expected, "other", offsetof(FieldParams, other), kLattice);
     add_array<FieldWay>(expected, "ways", offsetof(FieldParams, ways), FIELD_BATCH, way);
     expect_same(layout("field_params.h", "FieldParams"), expected, sizeof(FieldParams));
+}
+
+TEST_F(ParamLayout, SkyMaps)
+{
+    Offsets expected{MEMBER(SkyMapParams, low), MEMBER(SkyMapParams, way),
+                     MEMBER(SkyMapParams, high), MEMBER(SkyMapParams, texels)};
+    add_array<SkyMap>(expected, "maps", offsetof(SkyMapParams, maps), SKY_MAPS,
+                      {MEMBER(SkyMap, across), MEMBER(SkyMap, up), MEMBER(SkyMap, toward)});
+    expect_same(layout("sky_map_params.h", "SkyMapParams"), expected, sizeof(SkyMapParams));
 }
 
 TEST_F(ParamLayout, Probes)

@@ -366,7 +366,8 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                           Defines{{"kWorldIrradiance", ""}});
         variants.add("light/world.comp",
                      media + kLights[0] + stored +
-                         flags(set >> 1, {"kMarched", "kSurfaces", "kMeans", "kClear", "kClosed"}));
+                         flags(set >> 1, {"kMarched", "kSurfaces", "kMeans", "kClear", "kClosed"}) +
+                         flags(set >> 2, {"kShares"}));
     };
     for (const Defines& source : {Defines{}, Defines{{"kSamples", "3"}}, Defines{{"FACES", ""}}})
         variants.add("probe/resolve.comp", source);
@@ -378,6 +379,8 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     variants.add("light/crossed.frag", {{"kBeyond", ""}});
     variants.add("light/crossed.frag", {{"kWalls", ""}});
     variants.add("light/walls.comp", {});
+    for (const char* file : {"light/sky_map.vert", "light/sky_map.frag", "light/sky_share.comp"})
+        variants.add(file, {});
     variants.add("light/walls.comp", {{"kDims", ""}});
     variants.add("light/crossed.frag", {{"kFaces", ""}});
     for (const char* bands : {"1", "3"})
@@ -396,7 +399,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
             for (const char* ways : {"0", "26", "74"})
                 variants.add(
                     "light/field_gather.comp",
-                    of_bands + flags(set, {"kAdds"}) +
+                    of_bands + flags(set, {"kAdds"}) + flags(set, {"kShares"}) +
                         Defines{{"kWorld", ""}, {"kClear", ""}, {"kDimmed", ""}, {"kWays", ways}});
         for (unsigned set = 0; set < 5; ++set)
             variants.add("light/field_scatter.comp",

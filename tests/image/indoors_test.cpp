@@ -192,6 +192,61 @@ TEST_F(Indoors, NoRayOfAReducedLayerPassesACeiling)
     }
 }
 
+// The sky through five gaps of a roof, on a floor and in haze. A node saw all of a gap or nothing
+// of it along each way: strips of light lay under the gaps, and the closer the nodes the sharper.
+TEST_F(Indoors, TheSkyThroughGapsIsSpreadOverTheFloor)
+{
+    constexpr double kLow = 4, kHigh = 4.2, kPitch = 2, kHalfGap = 0.2, kHalfWidth = 4;
+    Scene scene = room(false);
+    scene.resolution = {60, 40};
+    scene.camera.position = {0, 0, 3.9};
+    scene.camera.look_at = {0, 0, 0};
+    scene.camera.up = {0, 1, 0};
+    scene.camera.vfov_deg = 80;
+    constexpr double kEnd = 6.2;
+    double from = -kEnd;
+    for (int i = -2; i <= 3; ++i) {
+        const double to = i == 3 ? kEnd : kPitch * i - kHalfGap;
+        scene.surfaces.emplace_back(box({from, -4.2, kLow}, {to, 4.2, kHigh}));
+        from = kPitch * i + kHalfGap;
+    }
+    auto& clear = std::get<BoxMedium>(scene.media[0]);
+    clear.sigma_s = clear.sigma_a = glm::vec3(1e-6f);
+    // The part of a cosine's weight that gets through both ends of a gap.
+    const auto sky_at = [&](glm::dvec2 p) {
+        constexpr int kRings = 64, kAround = 128;
+        int seen = 0;
+        for (int ring = 0; ring < kRings; ++ring)
+            for (int k = 0; k < kAround; ++k) {
+                const double u = (ring + 0.5) / kRings,
+                             angle = 2 * std::numbers::pi * (k + 0.5 * (ring % 2)) / kAround,
+                             slope = std::sqrt(u / (1 - u));
+                const glm::dvec2 way = slope * glm::dvec2(std::cos(angle), std::sin(angle));
+                const glm::dvec2 low = p + kLow * way, high = p + kHigh * way;
+                for (int gap = -2; gap <= 2; ++gap)
+                    seen += std::abs(low.y) < kHalfWidth &&
+                                    std::abs(low.x - kPitch * gap) < kHalfGap &&
+                                    std::abs(high.x - kPitch * gap) < kHalfGap
+                                ? 1
+                                : 0;
+            }
+        return static_cast<double>(seen) / (kRings * kAround);
+    };
+    const Image truth = ideal(scene, [&](glm::dvec2 at) {
+        const PixelRay ray = ray_at(scene, at);
+        const glm::dvec3 p = ray.origin - ray.direction * (ray.origin.z / ray.direction.z);
+        return glm::dvec3(0.5 * 0.5 * sky_at(glm::dvec2(p)));
+    });
+    Settings settings = plain_settings();
+    settings.surface_bounces = 0;
+    const study::Metrics m = study::compare(render(scene, settings).surface_lit, truth.pixels);
+    figure("the sky through gaps: relMSE", m.relmse);
+    figure("the sky through gaps: bias", m.bias);
+    // A gap is as wide as the directions are apart. Without them it was 4.0 and +38 %.
+    EXPECT_LT(m.relmse, 0.05);
+    EXPECT_LT(std::abs(m.bias), 0.08);
+}
+
 // A map of shadows has a surface a texel thick or so: light got in along the lines where walls and
 // ceilings meet, in dots, as edges are drawn to a part of a pixel.
 TEST_F(Indoors, NoSunGetsInWhereWallsMeet)

@@ -1,0 +1,2 @@
+// Of a depth map the depth alone is kept.
+void main() {}
