@@ -17,18 +17,36 @@ double from_ray(StepLight light, dvec2 pixel)
     return max(light.least, metres);
 }
 
+// Metres, about, that a light is at least from all that a tile holds.
+double from_tile(StepLight light, dvec2 pixel, uvec2 slots)
+{
+    precise dvec2 off = pixel - light.pixel;
+    precise double square = off.x * off.x + off.y * off.y;
+    precise double beside = light.metres * (sqrt(square) - u_view.tile_radius);
+    precise double before = slot_end(first_slot(slots)) - light.view_z;
+    precise double behind = light.view_z - slot_end(end_of_slots(slots));
+    return max(max(light.least, beside), max(before, behind));
+}
+
 void main()
 {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, u_view.march_tiles)))
         return;
     SeenTile seen = u_seen[at.y * u_view.march_tiles.x + at.x];
-    HeldSlots held =
-        HeldSlots(uvec2(seen.slots_low, seen.slots_high), uvec2(0u), double(0.0), double(0.0), u_view.lit != 0);
+    HeldSlots held = HeldSlots(uvec2(seen.slots_low, seen.slots_high), uvec2(0u), double(0.0), double(0.0), double(0.0),
+                               u_view.lit != 0);
     if (u_view.shafts_anywhere != 0)
         held.shafts = all_slots();
+    precise dvec2 pixel = ((dvec2(at) + 0.5) * double(kLayerTile) + u_view.offset) * u_view.scale;
+    if (u_view.far_share > 0.0 && held.slots != uvec2(0u)) {
+        precise double nearest = from_tile(u_view.lights[0], pixel, held.slots);
+        for (int i = 1; i < u_view.light_count; ++i)
+            nearest = min(nearest, from_tile(u_view.lights[i], pixel, held.slots));
+        precise double far_from = u_view.far_share * nearest;
+        held.far_from = far_from;
+    }
     if (u_view.spaced != 0 && held.slots != uvec2(0u)) {
-        precise dvec2 pixel = ((dvec2(at) + 0.5) * double(kLayerTile) + u_view.offset) * u_view.scale;
         held.longest = double(uintBitsToFloat(~seen.not_longest));
         // Light has detail of its own beside where it comes from.
         for (int i = 0; i < u_view.light_count; ++i)

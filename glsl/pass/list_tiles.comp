@@ -10,6 +10,8 @@
 const int kTilePixels = 1;
 const bool kAllTiles = true;
 const bool kLitTiles = true;
+const bool kByDistance = false;
+const bool kFarTiles = false;
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = STEP_TILES_UNIT) uniform usampler2D u_tiles_tx;
@@ -51,7 +53,8 @@ void main()
     uvec4 tile = uvec4(0u);
     if (all(lessThan(at, textureSize(u_tiles_tx, 0))))
         tile = texelFetch(u_tiles_tx, at, 0);
-    bool listed = tile.x != 0u && (kAllTiles || tile_is_lit(tile.w) == kLitTiles);
+    bool listed = tile.x != 0u && (kAllTiles || tile_is_lit(tile.w) == kLitTiles) &&
+                  (!kByDistance || tile_is_far(tile.w) == kFarTiles);
     uint of_class = class_of(tile);
     uint place = 0u;
     if (listed)

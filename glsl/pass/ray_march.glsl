@@ -204,6 +204,7 @@ Marched march_texel(ivec2 texel, uvec4 tile)
     vec2 inside = vec2(u_frame.step_range.x, scene_z);
     if (!kCameraRange)
         inside = media_segment(ray.origin, ray.direction, u_frame.media_range.x, min(scene_z, u_frame.media_range.y));
+    g_shaded_points = tile_shaded_points(tile.w);
     Layer layer = Layer(vec3(0.0), extinction_t(1.0), MediaDepth(inside.x, vec3(0.0), vec3(0.0)), texel,
                         split_walk(ndc, kSplits && tile_keeps_depths(tile.w)),
                         SplitStep(vec2(0.0), vec3(0.0), vec3(0.0), extinction_t(0.0), extinction_t(1.0)));

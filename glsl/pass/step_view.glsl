@@ -1,4 +1,6 @@
-// A frame's step lattice as its tiles are worked out: src/pass/step_slots.cpp, in the same doubles.
+// A frame's step lattice, and the texel of a tile in it, for choose_steps.comp: StepSlots of src/pass/step_slots.cpp once
+// more, in the same doubles. That one is the rule, and serves frames whose tiles the CPU works out; this is its copy for
+// those whose tiles never leave the GPU. tests/gpu/step_tiles_test.cpp holds both equal to the bit: change them together.
 #include "lib/slot_set.glsl"
 #include "shared/bindings.h"
 #include "shared/step_boxes.h"
@@ -52,6 +54,7 @@ uvec2 joined_slots(int many, double longest)
 struct HeldSlots {
     uvec2 slots, shafts;
     double longest, longest_in_shaft;
+    double far_from;
     bool lit;
 };
 
@@ -75,7 +78,9 @@ uvec4 step_tile(HeldSlots held)
         width *= 2;
     int base = first * unit & -width;
     int slots = width / unit;
-    uvec4 texel = uvec4(0u, 0u, 0u, tile_place(base, findLSB(uint(width)), held.lit));
+    uvec4 texel = uvec4(0u, 0u, 0u, tile_place(base, findLSB(uint(width)), held.lit) | tile_shaded(~0u));
+    if (double(has_fours ? 4 : has_twos ? 2 : 1) * split_length(end - 1) <= held.far_from)
+        texel.w |= kTileIsFar;
     uint bit = 1u;
     for (int i = base / unit; i < end; i += slots, bit <<= 1u) {
         uvec2 these = slot_row(i, min(i + slots, STEP_SLOTS));

@@ -8,6 +8,8 @@
 const int kTilePixels = 1;    // along a tile's edge
 const bool kAllTiles = true;  // or else:
 const bool kLitTiles = true;  // only those that no surface shades; or only the others
+const bool kByDistance = false;
+const bool kFarTiles = false;  // kByDistance: only those that lights are far from; or only the others
 
 layout(binding = STEP_TILES_UNIT) uniform usampler2D u_tiles_tx;
 flat out uvec4 tile;
@@ -20,6 +22,8 @@ void main()
     bool drawn = tile.x != 0u;
     if (!kAllTiles)
         drawn = drawn && tile_is_lit(tile.w) == kLitTiles;
+    if (kByDistance)
+        drawn = drawn && tile_is_far(tile.w) == kFarTiles;
     gl_PointSize = float(kTilePixels);
     gl_Position = vec4(drawn ? (vec2(at) + 0.5) / vec2(count) * 2.0 - 1.0 : vec2(2.0), 0.0, 1.0);
 }

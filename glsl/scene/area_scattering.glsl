@@ -111,13 +111,23 @@ void add_area(inout vec3 sum, int first, bool is_disk, LightLine line, LightStep
     bool far = dot(to_center, to_center) > kFarAreas * area.area;
     vec3 arriving = vec3(0.0);
     float open = 0.0;
+    const bool kFetchesFour = kPackedDepths && kVolumeShadows && kDepthAtPoint;
+    vec4 stored = vec4(0.0);
+    if (kFetchesFour)
+        stored = packed_depths(first + quarter * kAsked, line.depth + line.ddepth * t);
     for (int j = 0; j < kAsked; ++j) {
         int point = quarter * kAsked + j;
         LightSample light = point_sample(first + point, p);
         float weight = area_weight(area, light) * phase_of(light, line.wo, step.g);
         float seen = kSurfaceShadows ? weight * area_visibility(area, first, point, light) : weight;
-        if (seen > 0.0)
-            arriving += seen * volume_shadow(first + point, line, t, light) * filter_in_medium(first + point, p);
+        if (seen > 0.0) {
+            vec3 shadow;
+            if (kFetchesFour)
+                shadow = through_depth(p, light, depth_of_packed(stored[j]));
+            else
+                shadow = volume_shadow(first + point, line, t, light);
+            arriving += seen * shadow * filter_in_medium(first + point, p);
+        }
         open += weight;
     }
     float scattered = area.area / float(kAsked);

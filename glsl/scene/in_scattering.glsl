@@ -1,6 +1,7 @@
 // Light that media scatter towards the eye at points of a line: every light and the world, once.
 #include "lib/phase.glsl"
 #include "lib/falloff.glsl"
+#include "shared/step_tile.h"
 #include "scene/frame.glsl"
 #include "scene/light_volumes.glsl"
 
@@ -12,6 +13,11 @@ const int kShadowTaps = 1;          // of a step, by which a sun's shadow is loo
 const bool kSteepSuns = false;      // around a sun in view, where a cosine has too few digits
 const bool kShadeOverStep = false;  // a step takes the mean of what media dim of suns and points
 const bool kExactFalloff = false;   // a step takes the mean of 1/d^2 over its length, not that at its sample
+const bool kShadedPoints = false;   // kFarPoints: g_shaded_points says which of them surfaces may hide from a line
+const bool kFarPoints = false;      // where every light that has a place is far from each step, against its length
+
+// As tile_shaded_points() of shared/step_tile.h has them, which are the same all over a tile.
+uint g_shaded_points;
 
 // The media's optical depth that dims light i at p: a function of who includes this.
 extinction_t light_depth(int i, vec3 p, LightSample light);
@@ -81,6 +87,12 @@ LightLine light_line(Ray ray, vec3 wo, vec2 spread)
     return line;
 }
 
+// What the media let through of a light to p, kDepthAtPoint: stored is the marched ones' depth.
+vec3 through_depth(vec3 p, LightSample light, extinction_t stored)
+{
+    return vec3(exp(-closed_dimming(p, light.wi, light.range) - u_media.marched_light_dimming * stored));
+}
+
 // What the media let through of light i to t of the line.
 vec3 volume_shadow(int i, LightLine line, float t, LightSample light)
 {
@@ -88,8 +100,7 @@ vec3 volume_shadow(int i, LightLine line, float t, LightSample light)
         return vec3(1.0);
     vec3 p = line.ray.origin + line.ray.direction * t;
     if (kDepthAtPoint)
-        return vec3(exp(-closed_dimming(p, light.wi, light.range) -
-                        u_media.marched_light_dimming * stored_depth(i, line.depth + line.ddepth * t)));
+        return through_depth(p, light, stored_depth(i, line.depth + line.ddepth * t));
     return vec3(exp(-light_depth(i, p, light)));
 }
 
@@ -225,6 +236,78 @@ void add_point(inout vec3 sum, int i, LightLine line, LightStep step)
     if (!kSeenOver)
         arriving *= volume_shadow(i, line, t, light);
     sum += arriving;
+}
+
+// The light of a point that is far from the step: kFarPoints. 1/d^2 over the step is a parabola around its middle, by the
+// second derivative, and the phase is the middle's. With x of half the step over the distance the next term is below
+// x^4, which is 2.5e-4 where a light counts as far. By cos^2 and no angle: no atan, log, sin or cos, which exact falloff has.
+vec3 scattered_far(int i, LightLine line, LightStep step)
+{
+    float middle = 0.5 * (step.ends.x + step.ends.y);
+    vec3 to_light = u_lights.lights[i].position - line.ray.origin - line.ray.direction * middle;
+    float half_step = 0.5 * (step.ends.y - step.ends.x) * length(line.ray.direction);
+    float inverse_range2 = 1.0 / max(dot(to_light, to_light), kLeastRange * kLeastRange);
+    float inverse_range = sqrt(inverse_range2);
+    float cosine = -dot(to_light, line.wo) * inverse_range;
+    float x2 = half_step * half_step * inverse_range2;
+    float mean = inverse_range2 * (1.0 + x2 * (4.0 * cosine * cosine - 1.0) / 3.0);
+    // How far the mean place of that light lies beyond the middle, towards the lamp.
+    float ahead = 2.0 / 3.0 * cosine * x2 / inverse_range;
+    return u_lights.lights[i].intensity * mean * phase_at(cosine, step.g) *
+           max(1.0 - vec3(step.sigma_t) * ahead, 0.0);  // of the exp, and of no step that is opaque
+}
+
+// What surfaces let through of points first to beyond - 1 where few of them can be hidden. A loop that takes as many turns
+// as there are: llvmpipe looks up whatever is in an if, taken or not.
+void see_points(out float visible[max(kPointCount, 1)], int first, int beyond, vec3 p)
+{
+    for (int k = 0; k < beyond - first; ++k)
+        visible[k] = 1.0;
+    uint bits = g_shaded_points;
+    bits = (bits | bits << uint(kTilePoints)) & ((1u << uint(beyond - first)) - 1u);
+    if (bits != 0u)
+        do {
+            int k = findLSB(bits);
+            bits &= bits - 1u;
+            visible[k] = point_visibility(first + k, p, point_sample(first + k, p));
+        } while (bits != 0u);
+}
+
+// Points first to beyond - 1. Where they are far all are asked at one place, and four have their depths by one fetch.
+void add_points(inout vec3 sum, int first, int beyond, LightLine line, LightStep step)
+{
+    if (!kFarPoints) {
+        for (int i = first; i < beyond; ++i)
+            add_point(sum, i, line, step);
+        return;
+    }
+    const bool kFetchesFour = kPackedDepths && kVolumeShadows && kDepthAtPoint;
+    vec3 p = line.ray.origin + line.ray.direction * step.t;
+    const bool kAsksFew = kSurfaceShadows && kShadedPoints;
+    float visible[max(kPointCount, 1)];
+    if (kAsksFew)
+        see_points(visible, first, beyond, p);
+    for (int four = first; four < beyond; four += 4) {
+        vec4 stored = vec4(0.0);
+        if (kFetchesFour)
+            stored = packed_depths(four, line.depth + line.ddepth * step.t);
+        for (int k = 0; k < min(beyond - four, 4); ++k) {
+            int i = four + k;
+            LightSample light = point_sample(i, p);
+            vec3 arriving = scattered_far(i, line, step);
+            if (kAsksFew)
+                arriving *= visible[i - first];
+            else if (kSurfaceShadows)
+                arriving *= point_visibility(i, p, light);
+            if (kLightFilters)
+                arriving *= filter_in_medium(i, p);
+            if (kFetchesFour)
+                arriving *= through_depth(p, light, depth_of_packed(stored[k]));
+            else
+                arriving *= volume_shadow(i, line, step.t, light);
+            sum += arriving;
+        }
+    }
 }
 
 void add_spot(inout vec3 sum, int i, LightLine line, LightStep step)

@@ -8,9 +8,10 @@
 
 // Variant. VOLUME_RGB: marched media differ in the colour of their extinction, so three numbers are stored;
 // else one, and extinction_color makes a colour of it.
-const bool kDepthVolume = false;  // the marched media's optical depth towards each light is in a volume
-const bool kWorldVolume = false;  // what the media scatter of the world's light is in a volume
-const bool kWorldWalls = false;   // whose last two layers are the walls between its nodes
+const bool kDepthVolume = false;   // the marched media's optical depth towards each light is in a volume
+const bool kPackedDepths = false;  // which has those of four lights in a texel
+const bool kWorldVolume = false;   // what the media scatter of the world's light is in a volume
+const bool kWorldWalls = false;    // whose last two layers are the walls between its nodes
 
 layout(binding = DEPTH_VOLUME_UNIT) uniform sampler3D u_depth_volume_tx;
 layout(binding = WORLD_VOLUME_UNIT) uniform sampler3D u_world_volume_tx;
@@ -25,6 +26,40 @@ float volume_value(vec4 texel) { return texel.r; }
 extinction_t from_volume(float stored) { return extinction_of(u_volumes.extinction_color) * stored; }
 #endif
 
+// What a layer of the volume of depths holds at a point of its lattice, given in nodes.
+vec4 depth_texel(int layer, vec3 node)
+{
+    if (kLightPoints > 1)
+        node.z += float(layer) * (u_volumes.depth_period.z + 1.0);
+    vec3 scale = u_volumes.depth.inverse_size;
+    if (kPackedDepths)
+        scale.z = u_volumes.packed_scale;
+    return textureLod(u_depth_volume_tx, (node + 0.5) * scale, 0.0);
+}
+
+// kPackedDepths: suns have a layer each, then come points and spots in fours, then the points of areas.
+int packed_layer(int i)
+{
+    int placed = i - kSunCount;
+    if (placed < kPlacedCount)
+        return i < kSunCount ? i : kSunCount + placed / 4;
+    return kSunCount + (kPlacedCount + 3) / 4 + (placed - kPlacedCount) / 4;
+}
+
+int packed_channel(int i)
+{
+    int placed = i - kSunCount;
+    return i < kSunCount ? 0 : (placed < kPlacedCount ? placed : placed - kPlacedCount) & 3;
+}
+
+// kPackedDepths: of the four lights whose first is i.
+vec4 packed_depths(int i, vec3 node)
+{
+    return depth_texel(packed_layer(i), clamp(node, vec3(0.0), u_volumes.depth.last));
+}
+
+extinction_t depth_of_packed(float stored) { return extinction_t(from_volume(volume_t(stored))); }
+
 // The marched media's optical depth between light i and a point of the lattice, given in nodes.
 extinction_t stored_depth(int i, vec3 node)
 {
@@ -35,10 +70,9 @@ extinction_t stored_depth(int i, vec3 node)
     } else {
         node = clamp(node, vec3(0.0), u_volumes.depth.last);
     }
-    if (kLightPoints > 1)
-        node.z += float(i) * (u_volumes.depth_period.z + 1.0);
-    vec3 uvw = (node + 0.5) * u_volumes.depth.inverse_size;
-    return extinction_t(from_volume(volume_value(textureLod(u_depth_volume_tx, uvw, 0.0))));
+    if (kPackedDepths)
+        return depth_of_packed(depth_texel(packed_layer(i), node)[packed_channel(i)]);
+    return extinction_t(from_volume(volume_value(depth_texel(i, node))));
 }
 
 // The marched media's optical depth between p and light i.

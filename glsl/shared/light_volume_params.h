@@ -35,9 +35,9 @@ struct FUM_STD140 LightVolumesParams {
     vec3 view_axis;          // where an orthographic eye looks, unit length
     float orthographic;      // 1, else 0
     vec3 depth_period;       // nodes along each axis after which a sun's columns are there again
-    float unused;
-    vec3 light;       // of the layer that is filled: where its light is [m]
-    int layer;        // that is filled
+    float packed_scale;      // 1 / texels along z of the volume of packed depths
+    vec3 light;              // of the layer that is filled: where its light is [m]
+    int layer;               // that is filled
     int first_slice;  // of nodes along z, or of columns along their second axis, that is filled
     int samples;  // of the media along an edge of a node's cell, or from node to node of a column
     int unused_1;

@@ -28,6 +28,8 @@ struct StepLight {
     dvec2 pixel;
     double metres;  // of a pixel, where the light is
     double least;   // [m] of a light behind the eye
+    double view_z;  // [m]
+    double unused;
 };
 
 struct StepViewParams {
@@ -44,6 +46,8 @@ struct StepViewParams {
     double slack;           // texels, and pixels
     double depth_rounding;  // of view_z
     double shaft;           // optical depth of a step in which a shadow may end
+    double far_share;       // of a light's distance that a step has which it is far from; 0: none
+    double tile_radius;     // pixels from a tile's middle to its corner
     ivec4 parts[MAX_STEP_PARTS];  // first box, how many
     ivec2 march_tiles, picture_tiles;
     int slot_count, slot_width;

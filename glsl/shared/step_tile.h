@@ -2,9 +2,9 @@
 // long its steps are. Up to 31 slots of a power of two of splits each, a bit a slot:
 //   x     those to march
 //   y, z  those whose splits are taken four and two at a time
-//   w     the place: the split where slot 0 begins (16 bits), log2 of the splits of a slot (8);
-//   then
-//         whether its rays keep what they have met at the frame's depths
+//   w     the place: the split where slot 0 begins (12 bits), log2 of the splits of a slot (4);
+//         which points surfaces may hide from the tile (13), whether its lights are far from all of
+//         it, whether its rays keep what they have met at the frame's depths
 //         (glsl/shared/split_params.h), and in the highest bit whether no surface hides a light
 //         from any of them
 #pragma once
@@ -17,10 +17,11 @@ const int kTileSlots = 31;    // of 32: the march looks for the end of a row of 
 
 FUM_SHARED_FUNCTION uint tile_place(int first_split, int log2_width, bool lit)
 {
-    return uint(first_split) | uint(log2_width) << 16u | (lit ? 0x80000000u : 0u);
+    return uint(first_split) | uint(log2_width) << 12u | (lit ? 0x80000000u : 0u);
 }
 
 const uint kTileKeepsDepths = 0x40000000u;
+const uint kTileIsFar = 0x20000000u;
 
 FUM_SHARED_FUNCTION bool tile_keeps_depths(uint place)
 {
@@ -28,11 +29,28 @@ FUM_SHARED_FUNCTION bool tile_keeps_depths(uint place)
 }
 FUM_SHARED_FUNCTION int tile_first_split(uint place)
 {
-    return int(place & 0xffffu);
+    return int(place & 0xfffu);
 }
 FUM_SHARED_FUNCTION int tile_log2_width(uint place)
 {
-    return int(place >> 16u & 255u);
+    return int(place >> 12u & 15u);
+}
+// Points and spots that a surface may hide from a part of it, a bit each in their order; those
+// beyond the last bit begin at the first again.
+const int kTilePoints = 13;
+
+FUM_SHARED_FUNCTION uint tile_shaded(uint points)
+{
+    return (points & 0x1fffu) << 16u;
+}
+FUM_SHARED_FUNCTION uint tile_shaded_points(uint place)
+{
+    return place >> 16u & 0x1fffu;
+}
+// Whether each light that has a place is far from its steps, against how long those are.
+FUM_SHARED_FUNCTION bool tile_is_far(uint place)
+{
+    return (place & kTileIsFar) != 0u;
 }
 FUM_SHARED_FUNCTION bool tile_is_lit(uint place)
 {

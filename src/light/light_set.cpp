@@ -72,6 +72,7 @@ void LightSet::clear_lights()
     points_.clear();
     spans_.clear();
     views_.clear();
+    caster_bounds_.clear();
     suns_ = 0;
     shaded_media_ = false;
     sun_readbacks_.clear();
@@ -128,6 +129,8 @@ void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, cons
                                 map_size, most));
         map_size = most;
     }
+    for (const auto& instance : surfaces.instances())
+        caster_bounds_.push_back(instance.bounds);
     for (const LightPosition& point : points_)
         for (const auto& instance : surfaces.instances())
             shaded_media_ |= !media.empty() && can_shade(point, instance.bounds, media);

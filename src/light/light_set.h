@@ -76,6 +76,10 @@ public:
     /// Views of the shadow map drawn so far, and of what transparents filter.
     [[nodiscard]] int views_drawn() const { return views_drawn_ + filters_.views_drawn(); }
     [[nodiscard]] const LightFilters& filters() const { return filters_; }
+    /// Of the surfaces that the shadow map shows, metres, world.
+    [[nodiscard]] std::span<const Bounds> caster_bounds() const { return caster_bounds_; }
+    /// Texels along an edge of each of its views.
+    [[nodiscard]] int shadow_map_size() const { return shadow_map_.size().x; }
     /// Whether a surface can stand between a light and the media.
     [[nodiscard]] bool shaded_media() const { return shaded_media_; }
     [[nodiscard]] glm::vec3 world_radiance() const { return world_radiance_; }
@@ -125,6 +129,7 @@ private:
     std::vector<View> views_;  ///< a layer of the shadow map each
     std::vector<Surface>
         casters_;  ///< surfaces that the shadow map shows, their materials left out
+    std::vector<Bounds> caster_bounds_;
     int views_drawn_ = 0;
     bool shaded_media_ = false;
     mutable std::vector<SunReadback> sun_readbacks_;  ///< readbacks of each sun, as it is asked for

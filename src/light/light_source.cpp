@@ -270,12 +270,20 @@ std::vector<Row> rows_of(std::span<const Light> lights)
 }
 
 /// A function that calls another for each light, of a name that its type is put into.
-std::string for_each(const std::vector<Row>& rows, const char* head, const char* call)
+/// @param together what it calls instead for all points, if they are several
+std::string for_each(const std::vector<Row>& rows, const char* head, const char* call,
+                     const char* together = nullptr)
 {
     std::string text = fmt::format("{}\n{{\n", head);
     for (const Row& row : rows) {
         const bool one = row.lights() == 1;
         const std::string next = row.points == 1 ? "++i" : fmt::format("i += {}", row.points);
+        if (!one && together != nullptr && row.name == std::string_view("point")) {
+            text += fmt::format("    {};\n",
+                                fmt::format(fmt::runtime(together), fmt::arg("first", row.first),
+                                            fmt::arg("end", row.end)));
+            continue;
+        }
         if (!one)
             text += fmt::format("    for (int i = {}; i < {}; {})\n    ", row.first, row.end, next);
         text += fmt::format("    {};\n",
@@ -341,7 +349,8 @@ gl::Defines write_lights(std::span<const Light> lights)
         "written/scattering.glsl",
         area_functions(rows, "scene/area_scattering.glsl") +
             for_each(rows, "void add_lights(inout vec3 sum, LightLine line, LightStep step)",
-                     "add_{type}(sum, {i}, line, step)") +
+                     "add_{type}(sum, {i}, line, step)",
+                     "add_points(sum, {first}, {end}, line, step)") +
             "\n// Were all of it to arrive.\n" +
             for_each(rows, "void add_open_lights(inout vec3 sum, vec3 p, vec3 wo, float g)",
                      "sum += scattered_open({type}_sample({i}, p), wo, g)"));

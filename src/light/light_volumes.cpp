@@ -272,11 +272,18 @@ void LightVolumes::clear()
 {
     extinction_ = {};
     refill_.reset();
-    depth_ = {};
-    depth_lights_.clear();
+    drop_depth();
     clear_world();
     islands_.clear();
     island_light_ = {};
+}
+
+void LightVolumes::drop_depth()
+{
+    depth_ = {};
+    packed_depth_ = {};
+    packed_ = false;
+    depth_lights_.clear();
 }
 
 void LightVolumes::clear_world()
@@ -455,8 +462,7 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
     } else {
         refill_.reset();
         extinction_ = {};
-        depth_ = {};
-        depth_lights_.clear();
+        drop_depth();
     }
     const bool world = lights.world_radiance() != glm::vec3(0.0f);
     FieldKey field;
@@ -625,8 +631,7 @@ void LightVolumes::set_depth(const SceneSettings& settings, medium::MediaSet& me
         extinction_ = {};
     }
     if (!same) {
-        depth_ = {};
-        depth_lights_.clear();
+        drop_depth();
         depth_key_ = key;
     }
     // What was filled moves with the media: only where it lies is new.
@@ -675,6 +680,12 @@ void LightVolumes::set_depth(const SceneSettings& settings, medium::MediaSet& me
                 copy_layer(device_, old, layer, depth_, i, lattice.count + kBeyondLattice);
     }
     depth_lights_ = wanted_lights_;
+    placed_ = static_cast<std::size_t>(
+        std::count_if(lights.lights().begin(), lights.lights().end(), [](const Light& light) {
+            return std::holds_alternative<PointLight>(light) ||
+                   std::holds_alternative<SpotLight>(light);
+        }));
+    packed_ = false;
     const glm::dvec3 eye = centre_of(lattice);
     if (!whole)
         begin_fill(eye, media, lights);
@@ -724,6 +735,7 @@ void LightVolumes::continue_refill(glm::dvec3 eye)
     if (refill_->layer < refill_->layers.size())
         return;
     depth_ = std::move(refill_->depth);
+    packed_ = false;
     depth_lights_ = std::move(refill_->lights);
     refill_.reset();
     const bool done =
@@ -1024,6 +1036,8 @@ void LightVolumes::set_depth_params(glm::dvec3 eye)
     const glm::ivec3 texels = depth_lattice_.count + kBeyondLattice;
     params_.depth.inverse_size =
         1.0f / glm::vec3(texels * glm::ivec3(1, 1, static_cast<int>(depth_lights_.size())));
+    const auto packs = static_cast<int>(depth_packs().size());
+    params_.packed_scale = 1.0f / static_cast<float>(texels.z * std::max(packs, 1));
     for (std::size_t i = 0; i < std::min<std::size_t>(depth_lights_.size(), MAX_LIGHTS); ++i)
         if (depth_lights_[i].far)
             params_.suns[i] = columns_of(depth_lights_[i]);
@@ -1095,6 +1109,52 @@ gl::Texture LightVolumes::make_depth(const char* label, int layers) const
     // 0.
     device_->ClearTexImage(depth.id(), 0, rgb_ ? GL_RGBA : GL_RED, GL_FLOAT, nullptr);
     return depth;
+}
+
+std::vector<glm::ivec2> LightVolumes::depth_packs() const
+{
+    constexpr int kChannels = 4;
+    std::vector<glm::ivec2> packs;
+    const int lights = static_cast<int>(depth_lights_.size());
+    int suns = 0;
+    while (suns < lights && depth_lights_[static_cast<std::size_t>(suns)].far)
+        packs.emplace_back(suns++, 1);
+    if (rgb_ || placed_ < 2)
+        return {};
+    // The points of an area are asked four at a time: they begin a texel of their own.
+    const int areas = suns + static_cast<int>(placed_);
+    for (int first = suns; first < lights;) {
+        const int end = std::min(first + kChannels, first < areas ? areas : lights);
+        packs.emplace_back(first, end - first);
+        first = end;
+    }
+    return packs;
+}
+
+void LightVolumes::pack_depths(glm::dvec3 eye)
+{
+    const std::vector<glm::ivec2> packs = depth_packs();
+    packed_ = true;
+    if (packs.empty()) {
+        packed_depth_ = {};
+        return;
+    }
+    Lattice texels = depth_lattice_;
+    texels.count += kBeyondLattice;
+    const int layers = static_cast<int>(packs.size());
+    if (packed_depth_.size() != texels.count * glm::ivec3(1, 1, layers))
+        packed_depth_ =
+            make_volume(device_, "packed optical depth to lights", texels, layers, GL_RGBA16F);
+    depth_.bind(DEPTH_VOLUME_UNIT);
+    for (int layer = 0; layer < layers; ++layer) {
+        const glm::ivec2& pack = packs[static_cast<std::size_t>(layer)];
+        params_.layer = layer;
+        params_.first_slice = pack.x;
+        params_.samples = pack.y;
+        write_block(eye);
+        dispatch("light/pack_depths.comp", {}, packed_depth_, GL_RGBA16F, VOLUME_GROUP,
+                 texels.count);
+    }
 }
 
 shared::SunColumns LightVolumes::columns_of(const LightPosition& sun) const
@@ -1206,7 +1266,9 @@ void LightVolumes::bind(glm::dvec3 eye, glm::dvec3 forward, bool perspective,
         turned_to_ = view;
         ++turns_to_eye_;
     }
-    depth_.bind(DEPTH_VOLUME_UNIT);
+    if (depth_ && !packed_)
+        pack_depths(eye);
+    bind_depths(false);
     world_.bind(WORLD_VOLUME_UNIT);
     if (!island_light_)
         return;
@@ -1214,6 +1276,11 @@ void LightVolumes::bind(glm::dvec3 eye, glm::dvec3 forward, bool perspective,
     write_block(eye);
     device_->BindBufferBase(GL_UNIFORM_BUFFER, ISLAND_LIGHT_BLOCK, island_block_.id());
     island_light_.bind(WORLD_VOLUME_UNIT);
+}
+
+void LightVolumes::bind_depths(bool packed) const
+{
+    (packed ? packed_depth_ : depth_).bind(DEPTH_VOLUME_UNIT);
 }
 
 void LightVolumes::bind_for_surfaces(glm::dvec3 eye, bool through_media)
@@ -1283,10 +1350,15 @@ std::vector<std::string> LightVolumes::describe() const
     }
     if (depth_) {
         const int layers = static_cast<int>(depth_lights_.size());
-        lines.push_back(
-            fmt::format("optical depth to {} light{}: {}{}, filled{}: one fetch a sample", layers,
-                        layers == 1 ? "" : "s", size_of(depth_, layers, rgb_ ? 8 : 2),
-                        rgb_ ? ", coloured" : "", filled_in(depth_ms_)));
+        const std::size_t packs = depth_packs().size();
+        lines.push_back(fmt::format(
+            "optical depth to {} light{}: {}{}, filled{}: {} a sample", layers,
+            layers == 1 ? "" : "s", size_of(depth_, layers, rgb_ ? 8 : 2), rgb_ ? ", coloured" : "",
+            filled_in(depth_ms_),
+            packs == 0 || layers == 1
+                ? "one fetch"
+                : fmt::format("{} fetch{}, for a march of four far lights each, else one a light",
+                              packs, packs == 1 ? "" : "es")));
     }
     if (world_)
         lines.push_back(fmt::format("world's light in the media: {} for {} harmonic{}",

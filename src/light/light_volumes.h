@@ -86,6 +86,11 @@ public:
     void continue_refill(glm::dvec3 eye);
     [[nodiscard]] bool has_more() const { return refill_.has_value(); }
 
+    /// Whether four lights' depths are in a texel too, for passes of kPackedDepths.
+    [[nodiscard]] bool has_packed() const { return static_cast<bool>(packed_depth_); }
+    /// Binds those instead of the depths light by light, or these again.
+    void bind_depths(bool packed) const;
+
     /// Binds the world's light on surfaces instead of that in the media.
     void bind_for_surfaces(glm::dvec3 eye, bool through_media);
     /// Likewise for glsl/pass/surface.frag.
@@ -190,6 +195,11 @@ private:
     void set_depth_params(glm::dvec3 eye);
     [[nodiscard]] shared::SunColumns columns_of(const LightPosition& sun) const;
     [[nodiscard]] int depth_slices(const LightPosition& light) const;
+    void drop_depth();
+    /// The first light of each layer of packed depths, and how many it has; none where a fetch
+    /// would have one alone, or where depths are coloured.
+    [[nodiscard]] std::vector<glm::ivec2> depth_packs() const;
+    void pack_depths(glm::dvec3 eye);
     void fill_depth(const gl::Texture& depth, int layer, const LightPosition& light,
                     int first_slice, int slices, glm::dvec3 eye);
     void clear_world();
@@ -234,6 +244,11 @@ private:
     bool rgb_ = false;
     Lattice extinction_lattice_, depth_lattice_, world_lattice_, surface_lattice_;
     gl::Texture extinction_, depth_;
+    /// Depths as a frame looks them up where several lights have places: those share the lattice,
+    /// so that one fetch may have four. Made of depth_, which the lights that move go on to change.
+    gl::Texture packed_depth_;
+    bool packed_ = false;             ///< packed_depth_ is what depth_ is
+    std::size_t placed_ = 0;          ///< number of points and spots among the lights of depth_
     gl::Texture coefficients_;        ///< coefficients of the world's light
     gl::Texture field_coefficients_;  ///< field coefficients of all light that is not direct
     gl::Texture world_;               ///< the latter, or else the former, turned to the eye

@@ -36,7 +36,7 @@ gl::Defines RayMarch::march_defines(const PreparedFrame& frame) const
     add(s.range == Settings::Range::camera, "kCameraRange");
     add(tools_.monochrome(s), "kMonochrome");
     add(s.falloff == Settings::Falloff::exact, "kExactFalloff");
-    add(frame.fine, "kSteepSuns");
+    add(frame.fine && tools_.lights.suns() > 0, "kSteepSuns");  // else it is fine for lamps
     // In media with a closed form: detail of others is better met where it is.
     add(frame.fine && tools_.media.traits().marched == 0, "kShadeOverStep");
     // Where a shadow ends within a step, what it has of the light is told by a few places: far

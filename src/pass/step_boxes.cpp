@@ -70,7 +70,8 @@ void StepBoxes::write_block(const StepView& view, const gl::Texture& march,
         params.lengths[i / 2][i % 2] = view.slots.length(i);
     assert(view.lights.size() <= MAX_LIGHT_POINTS);
     for (std::size_t i = 0; i < view.lights.size(); ++i)
-        params.lights[i] = {view.lights[i].pixel, view.lights[i].metres, view.lights[i].least};
+        params.lights[i] = {view.lights[i].pixel, view.lights[i].metres, view.lights[i].least,
+                            view.lights[i].view_z, 0};
     params.picture = view.frame.host.color.size;
     params.offset = view.offset;
     params.near = view.frame.eye.near;
@@ -79,6 +80,8 @@ void StepBoxes::write_block(const StepView& view, const gl::Texture& march,
     params.slack = StepView::kSlack;
     params.depth_rounding = StepView::kDepthRounding;
     params.shaft = view.shaft();
+    params.far_share = view.far_share;
+    params.tile_radius = view.tile_radius();
     params.march_tiles = march.size();
     params.picture_tiles = picture.size();
     params.slot_count = slots;

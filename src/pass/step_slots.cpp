@@ -62,7 +62,12 @@ glm::uvec4 StepSlots::tile(const Held& held) const
     const int slots = width / width_;
     const std::uint64_t one = row(0, slots);
     const int log2_width = std::countr_zero(static_cast<unsigned>(width));
-    glm::uvec4 texel(0, 0, 0, shared::tile_place(base(), log2_width, held.lit));
+    glm::uvec4 texel(0, 0, 0,
+                     shared::tile_place(base(), log2_width, held.lit) |
+                         shared::tile_shaded(held.shaded | held.shaded >> shared::kTilePoints));
+    const int most_joined = (fours & held.slots) != 0 ? 4 : (twos & held.slots) != 0 ? 2 : 1;
+    if (most_joined * length(end - 1) <= held.far_from)
+        texel.w |= shared::kTileIsFar;
     std::uint32_t bit = 1;
     for (int i = base() / width_; i < end; i += slots, bit <<= 1) {
         const std::uint64_t these = one << i;

@@ -11,7 +11,8 @@
 namespace fumarole::pass {
 
 /// The march's step lattice, cut into up to 64 slots of a power of two of its splits. A set of
-/// them is 64 bits.
+/// them is 64 bits. Where the GPU works out the tiles, glsl/pass/step_view.glsl is a copy of
+/// between(), joined() and tile(), which tests/gpu/step_tiles_test.cpp holds equal to them.
 class StepSlots {
 public:
     /// What a tile has to know of them.
@@ -20,6 +21,9 @@ public:
         std::uint64_t shafts = 0;  ///< one bit for each slot in which a surface's shadow may end
         double longest = 0;        ///< step [m]; 0: as they are
         double longest_in_shaft = 0;
+        double far_from = 0;  ///< step [m] that each light is far from; 0: none is
+        /// Points and spots that a surface may hide from a part of them, a bit each in their order.
+        std::uint32_t shaded = ~std::uint32_t{0};
         bool lit = false;  ///< no surface hides a light from any of them
     };
 

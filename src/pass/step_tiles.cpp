@@ -1,6 +1,7 @@
 #include "pass/step_tiles.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
@@ -9,6 +10,7 @@
 #include <tbb/parallel_for.h>
 
 #include "light_fields.h"
+#include "pass/point_shades.h"
 #include "prepared_frame.h"
 
 namespace fumarole::pass {
@@ -68,6 +70,35 @@ void for_tiles(glm::dvec2 low, glm::dvec2 high, int pixels, glm::ivec2 count, F 
               static_cast<std::size_t>(x));
 }
 
+/// What has the shaders over tiles of the march leave out the others.
+gl::Defines tile_defines(const TilePart& which)
+{
+    const auto value = [](bool is) { return is ? "true" : "false"; };
+    gl::Defines defines;
+    if (which.lit)
+        defines += {{"kAllTiles", "false"}, {"kLitTiles", value(*which.lit)}};
+    if (which.far)
+        defines += {{"kByDistance", "true"}, {"kFarTiles", value(*which.far)}};
+    return defines;
+}
+
+/// Those that surfaces may hide from what a rectangle of the picture holds: along the view, where
+/// that is in one part of what slots there are and in another, part by part.
+std::uint32_t shaded_points(const PointShades& shades, const StepSlots& slots, std::uint64_t held,
+                            glm::dvec2 ndc, glm::dvec2 reach, std::uint32_t among, int parts)
+{
+    const int first = std::countr_zero(held), end = 64 - std::countl_zero(held);
+    const int part = (end - first + parts - 1) / parts;
+    std::uint32_t shaded = 0;
+    for (int i = first; i < end; i += part) {
+        const int beyond = std::min(i + part, end);
+        if ((held & StepSlots::row(i, beyond)) != 0)
+            shaded |=
+                shades.over(ndc, reach, {slots.begin(i), slots.begin(beyond)}, among & ~shaded);
+    }
+    return shaded;
+}
+
 constexpr std::size_t kGrain = 128;  // tiles or boxes for a thread at once
 
 constexpr glm::uvec4 kEmptyTile(0), kDrawnTile(1, 0, 0, 0);
@@ -88,6 +119,12 @@ StepView StepTiles::view_of(const PreparedFrame& frame)
     const bool shades = lights.shaded_media() || lights.filters().any();
     view.shafts_anywhere =
         lights.count() != lights.suns() && shades && frame.settings.resolution > 2;
+    // Worth a program of its own where it saves much: one light is drawn as it always was.
+    const auto points =
+        std::count_if(lights.lights().begin(), lights.lights().end(),
+                      [](const Light& light) { return std::holds_alternative<PointLight>(light); });
+    if (points > 1 && frame.settings.falloff == Settings::Falloff::exact && !frame.fine)
+        view.far_share = far_share(static_cast<double>(tools_.media.traits().most_g));
     return view;
 }
 
@@ -98,9 +135,11 @@ void StepTiles::set(const PreparedFrame& frame)
     picture_.count = tiles_of(frame.picture_size, kPictureTile);
     computes_ = tools_.computes(frame.settings);
     on_gpu_ = false;
+    tells_far_ = false;
     if (frame.settings.range == Settings::Range::media) {
         const StepView view = view_of(frame);
         const bool suns_alone = tools_.lights.count() == tools_.lights.suns();
+        tells_far_ = view.far_share > 0 && frame.settings.empty_space_skipping;
         // Or nothing comes of it.
         const bool asks_suns = frame.settings.empty_space_skipping && (view.spaced || suns_alone);
         if (asks_suns)
@@ -131,8 +170,9 @@ void StepTiles::set_on_gpu(const PreparedFrame& frame, const StepView& view)
     make_texture("tiles with depth", depth_);
     make_texture("tiles of the picture", picture_);
     boxes_.fill(view, march_.texture, depth_.texture, picture_.texture);
-    lit_ = frame.prepares || view.lit;
-    shaded_ = frame.prepares || !view.lit;
+    for (const std::size_t lit : {0, 1})
+        there_.at(lit) = {frame.prepares || view.lit == (lit != 0),
+                          tells_far_ && (frame.prepares || view.lit == (lit != 0))};
 }
 
 void StepTiles::set_on_cpu(const PreparedFrame& frame, const StepView* view)
@@ -152,12 +192,12 @@ void StepTiles::set_on_cpu(const PreparedFrame& frame, const StepView* view)
     }
     part(frame);
     mark_depths_asked(frame);
-    const auto marching = [](const glm::uvec4& tile) { return tile.x != 0; };
-    const auto lit = [](const glm::uvec4& tile) { return StepSlots::is_lit(tile); };
-    const std::vector<glm::uvec4>& texels = march_.texels;
-    const auto shaded = [&](const glm::uvec4& tile) { return marching(tile) && !lit(tile); };
-    lit_ = frame.prepares || std::any_of(texels.begin(), texels.end(), lit);
-    shaded_ = frame.prepares || std::any_of(texels.begin(), texels.end(), shaded);
+    for (const std::size_t lit : {0, 1})
+        there_.at(lit) = {frame.prepares, frame.prepares && tells_far_};
+    for (const glm::uvec4& tile : march_.texels)
+        if (tile.x != 0)
+            there_.at(StepSlots::is_lit(tile) ? 1 : 0).at(shared::tile_is_far(tile.w) ? 1 : 0) =
+                true;
     upload("tiles that march", march_);
     upload("tiles with depth", depth_);
     upload("tiles of the picture", picture_);
@@ -172,10 +212,10 @@ void StepTiles::list()
         which.emplace_back("kTilePixels", fmt::format("{}", tiles.pixels));
         list.fill(tools_, tiles.texture, which);
     };
-    if (lit_)
-        fill(lit_list_, march_, {{"kAllTiles", "false"}, {"kLitTiles", "true"}});
-    if (shaded_)
-        fill(shaded_list_, march_, {{"kAllTiles", "false"}, {"kLitTiles", "false"}});
+    for (const std::size_t lit : {0, 1})
+        for (const std::size_t far : {0, 1})
+            if (there_.at(lit).at(far))
+                fill(lists_.at(lit).at(far), march_, tile_defines({lit != 0, far != 0}));
     fill(depth_list_, depth_, {});
     fill(picture_list_, picture_, {});
     TileList::let_read(tools_);
@@ -257,6 +297,35 @@ void StepTiles::choose_steps(const StepView& view)
     const glm::dvec2 ndc_per_pixel = 2.0 / glm::dvec2(view.frame.picture_size);
     const double pixels = view.scale * double{kLayerTile};
     const bool suns_alone = tools_.lights.count() == tools_.lights.suns();
+    std::optional<PointShades> shades;
+    if (!view.lit && PointShades::can_tell(tools_.lights))
+        shades.emplace(tools_.lights, view.frame);
+    // Most lights are told of many tiles at once.
+    constexpr int kBlock = 4;
+    const glm::ivec2 blocks = (march_.count + (kBlock - 1)) / kBlock;
+    const auto block_of = [&](glm::ivec2 tile) {
+        return static_cast<std::size_t>(tile.y / kBlock * blocks.x + tile.x / kBlock);
+    };
+    if (shades) {
+        std::vector<std::uint64_t> held(static_cast<std::size_t>(blocks.x) *
+                                        static_cast<std::size_t>(blocks.y));
+        for (int y = 0, i = 0; y < march_.count.y; ++y)
+            for (int x = 0; x < march_.count.x; ++x, ++i)
+                held[block_of({x, y})] |= seen_[static_cast<std::size_t>(i)].slots;
+        shaded_blocks_.assign(held.size(), 0);
+        for (int y = 0, i = 0; y < blocks.y; ++y)
+            for (int x = 0; x < blocks.x; ++x, ++i) {
+                const auto at = static_cast<std::size_t>(i);
+                const glm::dvec2 pixel =
+                    ((glm::dvec2(x, y) + 0.5) * double{kBlock * kLayerTile} + view.offset) *
+                    view.scale;
+                const glm::dvec2 reach = 0.5 * kBlock * pixels * ndc_per_pixel;
+                if (held[at] != 0)
+                    shaded_blocks_[at] =
+                        shaded_points(*shades, view.slots, held[at], pixel * ndc_per_pixel - 1.0,
+                                      reach, ~std::uint32_t{0}, 1);
+            }
+    }
     const auto choose = [&](std::size_t i) {
         const Seen& seen = seen_[i];
         const glm::dvec2 tile(i % static_cast<std::size_t>(march_.count.x),
@@ -268,6 +337,15 @@ void StepTiles::choose_steps(const StepView& view)
                                    0.5 * pixels * ndc_per_pixel);
         if (view.shafts_anywhere)
             held.shafts = view.slots.all();
+        if (tells_far_) {
+            const auto z = [&](int slot) { return view.slots.begin(slot); };
+            const glm::dvec2 range(z(std::countr_zero(seen.slots)),
+                                   z(64 - std::countl_zero(seen.slots)));
+            double nearest = std::numeric_limits<double>::infinity();
+            for (const NearLight& light : view.lights)
+                nearest = std::min(nearest, light.from_tile(pixel, view.tile_radius(), range));
+            held.far_from = view.far_share * nearest;
+        }
         if (view.spaced) {
             held.longest = static_cast<double>(seen.longest);
             // Light has detail of its own beside where it comes from.
@@ -276,7 +354,18 @@ void StepTiles::choose_steps(const StepView& view)
             held.longest_in_shaft =
                 std::min(held.longest, view.shaft() / static_cast<double>(seen.most));
         }
-        held.lit = view.lit || (held.lit && suns_alone);
+        const bool sunlit = asks_suns_ ? held.lit : tools_.lights.suns() == 0;
+        if (shades) {
+            held.shaded = shaded_blocks_[block_of(glm::ivec2(tile))];
+            // Looked at closely where each counts, or where there may be none.
+            const int last = 63 - std::countl_zero(seen.slots);
+            const bool may_be_far = view.slots.length(last) <= held.far_from;
+            if (held.shaded != 0 && (may_be_far || std::has_single_bit(held.shaded)))
+                held.shaded =
+                    shaded_points(*shades, view.slots, held.slots, pixel * ndc_per_pixel - 1.0,
+                                  0.5 * pixels * ndc_per_pixel, held.shaded, 4);
+        }
+        held.lit = view.lit || (sunlit && (suns_alone || held.shaded == 0));
         march_.texels[i] = view.slots.tile(held);
     };
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, seen_.size(), kGrain),
@@ -341,38 +430,61 @@ void StepTiles::dispatch(const Tiles& tiles, const TileList& list, const char* p
     list.dispatch(tools_);
 }
 
-void StepTiles::run(Which which, const char* pass, gl::Defines defines) const
+bool StepTiles::is_there(const TilePart& which) const
+{
+    for (const std::size_t lit : {0, 1})
+        for (const std::size_t far : {0, 1})
+            if (there_.at(lit).at(far) && which.lit.value_or(lit != 0) == (lit != 0) &&
+                which.far.value_or(far != 0) == (far != 0))
+                return true;
+    return false;
+}
+
+void StepTiles::run(const TilePart& which, const char* pass, gl::Defines defines) const
 {
     if (!computes_) {
-        if (which != Which::all)
-            defines +=
-                {{"kAllTiles", "false"}, {"kLitTiles", which == Which::lit ? "true" : "false"}};
+        defines += tile_defines(which);
         draw(march_, pass, std::move(defines));
         return;
     }
-    if (lit_ && which != Which::shaded)
-        dispatch(march_, lit_list_, pass, defines);
-    if (shaded_ && which != Which::lit)
-        dispatch(march_, shaded_list_, pass, defines);
+    for (const std::size_t lit : {1, 0})
+        for (const std::size_t far : {0, 1})
+            if (there_.at(lit).at(far) && which.lit.value_or(lit != 0) == (lit != 0) &&
+                which.far.value_or(far != 0) == (far != 0))
+                dispatch(march_, lists_.at(lit).at(far), pass, defines);
 }
 
 void StepTiles::run_tiles(const char* pass, const gl::Defines& defines) const
 {
-    run(Which::all, pass, defines);
+    run({}, pass, defines);
 }
 
 void StepTiles::run_march(const char* pass, const gl::Defines& defines) const
 {
-    if (tools_.lights.shadow_views() == 0) {
-        run(Which::all, pass, defines);
-        return;
-    }
-    gl::Defines lit = defines;
-    lit.emplace_back("kSurfaceShadows", "false");  // surfaces are not asked
-    if (lit_)
-        run(Which::lit, pass, lit);
-    if (shaded_)
-        run(Which::shaded, pass, defines);
+    using Is = std::optional<bool>;
+    const std::vector<Is> all{std::nullopt}, both{true, false};
+    for (const Is lit : tools_.lights.shadow_views() > 0 ? both : all)
+        for (const Is far : tells_far_ ? both : all) {
+            const TilePart which{lit, far};
+            if ((lit || far) && !is_there(which))
+                continue;
+            gl::Defines own = defines;
+            if (lit.value_or(false))
+                own.emplace_back("kSurfaceShadows", "false");  // surfaces are not asked
+            if (far.value_or(false))
+                own.emplace_back("kFarPoints", "");
+            if (far.value_or(false) && !computes_)
+                own.emplace_back("kShadedPoints", "");
+            // Four fetches at once pay where the same place is asked of all lights.
+            const bool packed = far.value_or(false) && tools_.volumes.has_packed();
+            if (packed) {
+                own.emplace_back("kPackedDepths", "");
+                tools_.volumes.bind_depths(true);
+            }
+            run(which, pass, own);
+            if (packed)
+                tools_.volumes.bind_depths(false);
+        }
 }
 
 void StepTiles::run_depth(const char* pass, const gl::Defines& defines) const

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,12 @@
 #include "pass/volume_pass.h"
 
 namespace fumarole::pass {
+
+/// Which of the march's tiles a pass runs over.
+struct TilePart {
+    std::optional<bool> lit;  ///< those that no surface shades; the others; nothing: both
+    std::optional<bool> far;  ///< likewise those that lights are far from
+};
 
 /// What of the picture and of the view's depth can hold a medium, tile by tile: the bricks that are
 /// not empty, projected; and how long its steps may be, by the medium and by where shadows end.
@@ -38,7 +45,7 @@ public:
     /// it.
     void run_tiles(const char* pass, const gl::Defines& defines) const;
     /// Likewise one that lights the media: where no surface hides a sun it is a variant that does
-    /// not ask.
+    /// not ask, and where all lights are far another, that takes 1/d^2 for a parabola.
     void run_march(const char* pass, const gl::Defines& defines) const;
     void run_depth(const char* pass, const gl::Defines& defines) const;
     /// @param computes whether it is the .comp
@@ -73,8 +80,6 @@ private:
         std::vector<glm::uvec4> texels;
         gl::Texture texture;
     };
-    /// Which of the march's tiles a pass runs over.
-    enum class Which { all, lit, shaded };
     /// What a tile of the march sees of the media.
     struct Seen {
         std::uint64_t slots = 0;
@@ -84,6 +89,7 @@ private:
     /// Those whose rays keep what they have met at the frame's depths.
     void mark_depths_asked(const PreparedFrame& frame);
     [[nodiscard]] StepView view_of(const PreparedFrame& frame);
+    [[nodiscard]] bool is_there(const TilePart& which) const;
     void set_on_cpu(const PreparedFrame& frame, const StepView* view);
     void set_on_gpu(const PreparedFrame& frame, const StepView& view);
     void see_media(const StepView& view);
@@ -96,7 +102,7 @@ private:
     void upload(const char* label, Tiles& tiles) const;
     void list();
     /// Over tiles of the march.
-    void run(Which which, const char* pass, gl::Defines defines) const;
+    void run(const TilePart& which, const char* pass, gl::Defines defines) const;
     void draw(const Tiles& tiles, const char* pass, gl::Defines defines,
               const std::string& vertex_file = "pass/tiles.vert") const;
     void dispatch(const Tiles& tiles, const TileList& list, const char* pass,
@@ -105,11 +111,16 @@ private:
     const Toolbox& tools_;
     Tiles march_{kLayerTile}, depth_{kLayerTile}, picture_{kPictureTile};
     std::vector<Seen> seen_;
-    bool lit_ = false, shaded_ = false;  ///< whether there are tiles that no surface shades; others
-    bool asks_suns_ = false;             ///< whether a sun's shadow may end in some tile
+    std::vector<std::uint32_t> shaded_blocks_;  ///< points that surfaces may hide, of many tiles
+    /// Whether there are tiles that no surface shades, [1], or others, of those that lights are far
+    /// from, [.][1], and others.
+    std::array<std::array<bool, 2>, 2> there_{};
+    bool asks_suns_ = false;  ///< whether a sun's shadow may end in some tile
     bool computes_ = false, on_gpu_ = false;
     StepBoxes boxes_;
-    TileList lit_list_, shaded_list_, depth_list_, picture_list_;
+    bool tells_far_ = false;  ///< whether tiles that lights are far from are marched by themselves
+    std::array<std::array<TileList, 2>, 2> lists_;  ///< as there_
+    TileList depth_list_, picture_list_;
 };
 
 }  // namespace fumarole::pass

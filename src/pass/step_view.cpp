@@ -7,6 +7,7 @@ NearLight::NearLight(glm::dvec3 position, const Frame& frame, double near)
     const glm::dvec4 view = frame.view_from_world * glm::dvec4(position, 1.0);
     const glm::dvec4 clip = frame.clip_from_view * view;
     least = glm::length(glm::dvec3(view));
+    view_z = -view.z;
     if (!(-view.z > near) || !(clip.w > 0))
         return;
     const glm::dvec2 size(frame.color.size);
@@ -20,6 +21,13 @@ StepView::StepView(const PreparedFrame& of)
       offset{of.host.layer_offset - glm::dvec2(of.layer_guard)},
       reach{of.settings.upsample == Settings::Upsample::bilinear2x2 ? 1.0 : 2.0}
 {
+}
+
+double far_share(double g)
+{
+    constexpr double kFar = 0.25;
+    // The lobe is ((1 - g)^2 + g theta^2)^(-3/2), about.
+    return kFar * std::min(1.0, (1 - g) / std::sqrt(std::max(g, 1e-6)));
 }
 
 float longest_step(double detail, double most)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <glm/glm.hpp>
+#include <glm/gtc/constants.hpp>
 #include <vector>
 
 #include "pass/step_slots.h"
@@ -19,7 +20,16 @@ struct NearLight {
         return std::max(least, metres * glm::length(at - pixel));
     }
 
+    /// Metres, about, that it is at least from all that lies up to `radius` pixels beside a pixel
+    /// and from view_z.x to view_z.y [m].
+    [[nodiscard]] double from_tile(glm::dvec2 at, double radius, glm::dvec2 z) const
+    {
+        const double beside = metres * (glm::length(at - pixel) - radius);
+        return std::max(std::max(least, beside), std::max(z.x - view_z, view_z - z.y));
+    }
+
     glm::dvec2 pixel{0};
+    double view_z = 0;  ///< [m]
     double metres = 0;  ///< of a pixel, where the light is
     double least = 0;   ///< of a light behind the eye
 };
@@ -36,12 +46,20 @@ struct StepView {
     bool spaced = false;            ///< steps are as long as the media let them be
     bool lit = false;               ///< no surface hides a light from any tile
     bool shafts_anywhere = false;   ///< a shadow may end in any step
+    /// Of a light's distance that a step may have which it is far from; 0: none is.
+    double far_share = 0;
 
     static constexpr double kSlack = 0.01;  ///< texels, and pixels
     /// Of view_z: rays and bricks are worked out by other sums on the GPU.
     static constexpr double kDepthRounding = 1e-5;
 
     explicit StepView(const PreparedFrame& of);
+
+    /// Pixels from a tile's middle to its corner.
+    [[nodiscard]] double tile_radius() const
+    {
+        return glm::root_two<double>() / 2 * shared::kLayerTile * scale;
+    }
 
     /// How long a step may be [m] in which a surface's shadow ends, where media extinguish one part
     /// per metre: it may do so anywhere in it. What it misses is grain, which shows the more the
@@ -52,6 +70,11 @@ struct StepView {
         return kShaft / std::max(frame.settings.resolution, 2);
     }
 };
+
+/// Of a light's distance that a step may have which it is far from, in media of such g: what
+/// 1/d^2 does over it is a parabola to 2.5e-4 (glsl/scene/in_scattering.glsl), and the angle that
+/// the light sees it under a quarter of what a phase's lobe changes within.
+double far_share(double g);
 
 /// How long a step may be [m] in a medium that changes within `detail` metres and extinguishes
 /// `most` per metre: as long as its detail asks, or longer where there is next to nothing of it.

@@ -16,7 +16,7 @@ struct Tile {
 
     [[nodiscard]] int slot_of(int split) const
     {
-        return (split - static_cast<int>(texel.w & 0xffffu)) >> (texel.w >> 16 & 255);
+        return (split - static_cast<int>(texel.w & 0xfffu)) >> (texel.w >> 12 & 15);
     }
     [[nodiscard]] bool bit(std::uint32_t bits, int split) const
     {

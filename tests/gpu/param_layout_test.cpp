@@ -319,6 +319,8 @@ TEST_F(ParamLayout, StepTiles)
                      MEMBER(StepViewParams, slack),
                      MEMBER(StepViewParams, depth_rounding),
                      MEMBER(StepViewParams, shaft),
+                     MEMBER(StepViewParams, far_share),
+                     MEMBER(StepViewParams, tile_radius),
                      MEMBER(StepViewParams, march_tiles),
                      MEMBER(StepViewParams, picture_tiles),
                      MEMBER(StepViewParams, slot_count),
@@ -329,9 +331,10 @@ TEST_F(ParamLayout, StepTiles)
                      MEMBER(StepViewParams, shafts_anywhere),
                      MEMBER(StepViewParams, unused_a),
                      MEMBER(StepViewParams, unused_b)};
-    add_array<StepLight>(
-        expected, "lights", offsetof(StepViewParams, lights), MAX_LIGHT_POINTS,
-        {MEMBER(StepLight, pixel), MEMBER(StepLight, metres), MEMBER(StepLight, least)});
+    add_array<StepLight>(expected, "lights", offsetof(StepViewParams, lights), MAX_LIGHT_POINTS,
+                         {MEMBER(StepLight, pixel), MEMBER(StepLight, metres),
+                          MEMBER(StepLight, least), MEMBER(StepLight, view_z),
+                          MEMBER(StepLight, unused)});
     expect_same(layout("step_boxes.h", "StepViewParams"), expected, sizeof(StepViewParams));
     expect_same(storage_layout("step_boxes.h", "StepBox"),
                 {MEMBER(StepBox, low), MEMBER(StepBox, high)}, sizeof(StepBox));
@@ -416,7 +419,7 @@ TEST_F(ParamLayout, LightVolumes)
                      MEMBER(LightVolumesParams, view_axis),
                      MEMBER(LightVolumesParams, orthographic),
                      MEMBER(LightVolumesParams, depth_period),
-                     MEMBER(LightVolumesParams, unused),
+                     MEMBER(LightVolumesParams, packed_scale),
                      MEMBER(LightVolumesParams, light),
                      MEMBER(LightVolumesParams, layer),
                      MEMBER(LightVolumesParams, first_slice),
@@ -648,13 +651,15 @@ void kernel(int i)
     uint keeps = place | kTileKeepsDepths;
     out_data[3 * i + 1] = vec4(tile_is_lit(keeps), tile_slot(keeps, fields.w), tile_keeps_depths(place),
                                tile_keeps_depths(keeps));
+    uint shaded = place | tile_shaded(0x1a05u);
     out_data[3 * i + 2] = vec4(tile_stride(5u, 7u, place, fields.w), tile_stride(0x80000000u, 0u, place, fields.w),
-                               tile_stride(0u, 8u, place, fields.w), 0.0);
+                               tile_stride(0u, 8u, place, fields.w),
+                               tile_shaded_points(shaded) + tile_slot(shaded, fields.w));
 }
 )",
                         1, 3);
     std::vector<glm::vec4> in;
-    for (const int first : {0, 4, 4095, 65535})
+    for (const int first : {0, 4, 4095})
         for (const int width : {0, 3, 12})
             for (const int lit : {0, 1})
                 for (const int past : {-9, 0, 1, 7, 8, 40, 100000})
@@ -670,7 +675,8 @@ void kernel(int i)
         EXPECT_EQ(tile_slot(place, f.w), slot);
         EXPECT_EQ(out[3 * i + 2],
                   glm::vec4(tile_stride(5, 7, place, f.w), tile_stride(0x80000000u, 0, place, f.w),
-                            tile_stride(0, 8, place, f.w), 0));
+                            tile_stride(0, 8, place, f.w), 0x1a05 + slot));
+        EXPECT_EQ(tile_shaded_points(place), 0u);
         EXPECT_EQ(tile_stride(5, 7, place, f.w), slot == 0 || slot == 2 ? 4 : slot == 1 ? 2 : 1);
     }
 }

@@ -287,7 +287,10 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     variants.add("pass/tiles.vert", {{"kTilePixels", "8"}});
     for (const char* lit : {"true", "false"})
         for (const char* file : {"pass/tiles.vert", "pass/list_tiles.comp"})
-            variants.add(file, {{"kAllTiles", "false"}, {"kLitTiles", lit}});
+            variants.add(file, {{"kAllTiles", "false"},
+                                {"kLitTiles", lit},
+                                {"kByDistance", "true"},
+                                {"kFarTiles", lit}});
     variants.add("pass/list_tiles.comp", {{"kTilePixels", "16"}});
     for (const char* file :
          {"pass/see_boxes.comp", "pass/choose_steps.comp", "pass/want_depths.comp"})
@@ -341,6 +344,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         const Defines stored = flags(set, {"VOLUME_RGB"});
         variants.add("light/extinction.comp", media + kLights[0] + stored);
         variants.add("light/depth.comp", media + kLights[0] + stored);
+        variants.add("light/pack_depths.comp", {});
         variants.add("light/columns.comp", media + kLights[0] + stored);
         const std::array kBands{"1", "3", "4"};
         for (std::size_t b = 0; b < kBands.size(); ++b) {
@@ -501,10 +505,11 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                                              "kCameraRange", "kShadowToLight", "kMinExtinction"}) +
                                  flags(set >> 3, {"kWorldVolume", "kDepthVolume", "kWorldWalls"});
         variants.add("pass/v_buffer.comp", media + lights + sampling);
-        variants.add("pass/scatter.comp", media + lights + sampling +
-                                              flags(set >> 6, {"kGridShadows", "kHistory",
-                                                               "kHistoryStill", "kCountSamples"}) +
-                                              flags(set >> 5, {"kMiddleLight"}));
+        variants.add(
+            "pass/scatter.comp",
+            media + lights + sampling +
+                flags(set >> 6, {"kGridShadows", "kHistory", "kHistoryStill", "kCountSamples"}) +
+                flags(set >> 5, {"kMiddleLight"}) + flags(set, {"kPackedDepths"}));
         const unsigned changes[] = {0b000, 0b001, 0b011, 0b100, 0b101, 0b111};
         variants.add("pass/froxel_history.comp",
                      media + lights + sampling +
@@ -523,6 +528,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                         "kDepthVolume", "kWorldVolume"}) +
             flags(set ^ set >> 3, {"kExactFalloff", "kMediaDepth", "kDepthAtPoint"}) +
             flags(set >> 2, {"kSplits", "kWorldWalls"}) +
+            flags(set >> 1, {"kFarPoints", "kPackedDepths", "kShadedPoints"}) +
             Defines{
                 {"kLayerScale", "2"}, {"kShadowTaps", "4"}, {"kPanes", set % 3 == 0 ? "4" : "0"}};
         variants.add("pass/ray_march.frag", marched);

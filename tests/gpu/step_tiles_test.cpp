@@ -8,53 +8,16 @@
 #include <random>
 
 #include "gl/state_guard.h"
-#include "pass/blue_noise.h"
 #include "pass/step_tiles.h"
-#include "pass/sun_shades.h"
-#include "shared/bindings.h"
 #include "study/stability_bench.h"
-#include "support/gl_test.h"
+#include "support/tile_bench.h"
 
 namespace fumarole::test {
 namespace {
 
 using namespace fumarole::shared;
 using Passes = Settings::Passes;
-using Texels = std::vector<glm::uvec4>;
-
-/// Whatever the tiles of a scene are worked out with.
-struct TileBench {
-    explicit TileBench(const gl::Device& device)
-        : programs{device}, timers{device}, surfaces{device}, media{device},
-          lights{device, programs}, volumes{device, programs, timers}, probes{device, programs},
-          fullscreen{device, "fullscreen"}, frame_block{device, "frame"},
-          depth_sampler{device, "scene depth"}, blue_noise{pass::make_blue_noise(device)},
-          tools{device,   programs,   timers,      media,         lights,     volumes,   probes,
-                settings, fullscreen, frame_block, depth_sampler, blue_noise, sun_shades}
-    {
-    }
-    void set(const Scene& scene)
-    {
-        media.set(scene, settings);
-        surfaces.set(scene.surfaces);
-        lights.set(scene, surfaces, media.bounds(), 16, false);
-    }
-
-    gl::ProgramCache programs;
-    gl::PassTimers timers;
-    surface::SurfaceSet surfaces;
-    medium::MediaSet media;
-    light::LightSet lights;
-    light::LightVolumes volumes;
-    light::Probes probes;
-    gl::VertexArray fullscreen;
-    gl::UniformBuffer<FrameParams> frame_block;
-    gl::Sampler depth_sampler;
-    gl::Texture blue_noise;
-    pass::SunShades sun_shades;
-    Settings settings;
-    Toolbox tools;
-};
+using Texels = TileBench::Texels;
 
 class StepTilesByCompute : public GlTest {
 protected:
@@ -64,25 +27,7 @@ protected:
                           glm::dvec2 layer_offset) const
     {
         settings.passes = passes;
-        Frame frame;
-        frame.color.size = glm::ivec3(scene.resolution, 1);
-        frame.depth.size = frame.color.size;
-        frame.depth_convention = {.zero_to_one = true, .reversed = true};
-        frame.view_from_world = view_from_world(scene.camera);
-        frame.clip_from_view = clip_from_view(scene.camera, scene.resolution, {0, 0});
-        frame.layer_offset = layer_offset;
-        return prepare_frame(frame, settings,
-                             {.media = bench_.media.bounds(), .detail = bench_.media.detail()});
-    }
-
-    static Texels read(const gl::Texture& texture)
-    {
-        const glm::ivec3 size = texture.size();
-        Texels texels(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y));
-        gl()->GetTextureImage(texture.id(), 0, GL_RGBA_INTEGER, GL_UNSIGNED_INT,
-                              static_cast<GLsizei>(texels.size() * sizeof(glm::uvec4)),
-                              texels.data());
-        return texels;
+        return bench_.prepare(scene, settings, layer_offset);
     }
 
     std::array<Texels, 3> tiles(pass::StepTiles& tiles, const PreparedFrame& frame) const
@@ -91,7 +36,7 @@ protected:
         tiles.set(frame);
         std::array<Texels, 3> all;
         for (std::size_t i = 0; i < all.size(); ++i)
-            all.at(i) = read(*tiles.textures().at(i));
+            all.at(i) = bench_.read(*tiles.textures().at(i));
         return all;
     }
 
@@ -131,7 +76,8 @@ Scene random_media(std::mt19937& engine)
     }
     scene.lights = {SunLight{{0.3, 0.2, 1}, {3, 3, 3}}};
     if (uniform(engine) > 0)
-        scene.lights.emplace_back(PointLight{3.0 * vector() + glm::dvec3(0, -6, 0), {1, 1, 1}});
+        for (int i = 0; i < 3; ++i)
+            scene.lights.emplace_back(PointLight{6.0 * vector() + glm::dvec3(0, -6, 0), {1, 1, 1}});
     return scene;
 }
 
@@ -167,7 +113,7 @@ TEST_F(StepTilesByCompute, AreTheTilesOfTheCpu)
     // A GPU's division of doubles may be off in the last places, as OpenGL promises no more.
     const double may_differ = is_software() ? 0 : 1e-3;
     pass::StepTiles on_cpu(bench_.tools), on_gpu(bench_.tools);
-    std::size_t marched = 0, empty = 0, joined = 0, lit = 0, asked = 0, unasked = 0;
+    std::size_t marched = 0, empty = 0, joined = 0, lit = 0, far = 0, asked = 0, unasked = 0;
     for (unsigned seed = 0; seed < kSeeds; ++seed) {
         std::mt19937 engine(seed);
         Scene scene = random_media(engine);
@@ -210,15 +156,17 @@ TEST_F(StepTilesByCompute, AreTheTilesOfTheCpu)
                     (tile.x != 0 ? marched : empty) += 1;
                     joined += (tile.y | tile.z) != 0 ? 1 : 0;
                     lit += tile.x != 0 && tile_is_lit(tile.w) ? 1 : 0;
+                    far += tile_is_far(tile.w) ? 1 : 0;
                 }
                 for (const glm::uvec4& tile : found[1])
                     (tile.x != 0 ? asked : unasked) += 1;
             }
     }
     // Or all of it would say little.
-    for (const std::size_t count : {marched, empty, joined, lit, asked, unasked})
+    for (const std::size_t count : {marched, empty, joined, lit, far, asked, unasked})
         EXPECT_GT(count, 1000u);
     EXPECT_LT(lit, marched);
+    EXPECT_LT(far, marched);
 }
 
 TEST_F(StepTilesByCompute, AreTheCpusWhereItAloneKnows)

@@ -1,16 +1,20 @@
 // Volumes of light: the optical depth towards lights, and the world's light, against integrals in
 // double, closed forms and the reference on the CPU.
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <functional>
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
 #include <tuple>
 
+#include "gl/state_guard.h"
 #include "host_picture.h"
 #include "image_test.h"
 #include "study/metrics.h"
 #include "study/reference.h"
+#include "support/tile_bench.h"
 #include <fumarole/live_scene.h>
 
 namespace fumarole::test {
@@ -20,6 +24,24 @@ constexpr double kPi = std::numbers::pi;
 
 class LightVolume : public ImageTest {
 protected:
+    /// How many of the tiles that march lie far from all lights that have places.
+    static std::string far_tiles(const Scene& scene, const Settings& settings)
+    {
+        const gl::StateGuard guard(gl(), BLOCK_COUNT, IMAGE_COUNT, STORAGE_COUNT);
+        TileBench bench(gl());
+        bench.set(scene);
+        const PreparedFrame frame = bench.prepare(scene, settings);
+        bench.tools.bind_block(frame);
+        pass::StepTiles tiles(bench.tools);
+        tiles.set(frame);
+        int marched = 0, far = 0;
+        for (const glm::uvec4& tile : bench.read(*tiles.textures()[0])) {
+            marched += tile.x != 0 ? 1 : 0;
+            far += tile.x != 0 && shared::tile_is_far(tile.w) ? 1 : 0;
+        }
+        return far == 0 ? "none" : far < marched ? "some" : "all";
+    }
+
     /// Lines of explain() that name a volume; they tell the time that it was filled in.
     static std::vector<std::string> volumes(const Renderer& renderer)
     {
@@ -177,6 +199,166 @@ TEST_F(LightVolume, SurfacesBesideTheSmokeAreShadedByIt)
             << "there is a shadow";
     }
 }
+
+// -- many lights ---------------------------------------------------------------------------------
+
+/// On a ball of 8 to 11 m around the lump, each of a strength and a colour of its own.
+std::vector<Light> points_around(int count)
+{
+    std::vector<Light> points;
+    for (int i = 0; i < count; ++i) {
+        const double turn = 2.4 * i, up = 0.9 * std::sin(1.7 * i), range = 8 + i * 5 % 4;
+        const double out = std::sqrt(1 - up * up);
+        const glm::dvec3 way(std::cos(turn) * out, std::sin(turn) * out, up);
+        const glm::vec3 color(0.5f + 0.2f * static_cast<float>(i % 3), 1,
+                              1.4f - 0.2f * static_cast<float>(i % 5));
+        points.emplace_back(PointLight{glm::dvec3(0, -5, 0) + range * way,
+                                       color * (100.0f + 40.0f * static_cast<float>(i % 4))});
+    }
+    return points;
+}
+
+struct ManyLightsCase {
+    const char* name;
+    std::vector<Light> lights;
+    float g = 0;
+    int steps = 250, alone_steps = 250;
+    glm::vec3 haze{0};  ///< of a box around the lump, or instead of it [1/m]
+    bool lump = true;
+    std::vector<Surface> surfaces{};
+    bool volume_shadows = true;
+    /// With light that scatters again, of which a part is guessed: not a sum, so that the lights
+    /// are held to themselves where nothing is told of tiles.
+    bool bounces = false;
+    bool all_far = true;    ///< all tiles are far from all lights; else some are
+    double most_error = 0;  ///< relMSE
+};
+
+void PrintTo(const ManyLightsCase& many, std::ostream* out)
+{
+    *out << many.name;
+}
+
+/// Where steps are 3 cm and lights 8 m away, 1/d^2 and the phase are those of a step's middle to
+/// the square of their quotient, 2e-5, and the light has its middle 1e-3 of a step from there,
+/// where a medium of 5/m has dimmed it by 2e-4 more or less.
+constexpr double kOfFineSteps = 2e-4 * 2e-4;
+/// A parabola is 1/d^2 to 2.5e-4 where half a step is an eighth of the distance, the most of any.
+constexpr double kOfParabola = 2.5e-4 * 2.5e-4;
+
+std::vector<ManyLightsCase> many_lights_cases()
+{
+    const std::vector<Light> five = points_around(5);
+    std::vector<Light> of_all_kinds = five;
+    of_all_kinds.emplace(of_all_kinds.begin(), SunLight{{0.5, 0.5, 0.7}, glm::vec3(2)});
+    of_all_kinds.emplace_back(SpotLight{{7, -12, 4}, {-0.65, 0.65, -0.4}, 50, 0.5, glm::vec3(500)});
+    of_all_kinds.emplace_back(SpotLight{{-8, -2, -3}, {0.8, -0.3, 0.3}, 40, 0.5, {90, 300, 200}});
+    std::vector<Light> with_area = five;
+    with_area.emplace_back(RectLight{.center = {-6, -5, 7},
+                                     .edges = {glm::dvec3(1, 0, 0), glm::dvec3(0, 0.8, 0.3)},
+                                     .radiance = glm::vec3(70)});
+    // Outside: lamps among media have a finer layer around them, whose tiles are all near.
+    std::vector<Light> one_close = five;
+    one_close.emplace_back(PointLight{{0.3, -5, 1.05}, {1.5f, 2, 2.5f}});
+    // Ahead, behind and beside: cosines from -1 to 1 are what the parabola is of.
+    const std::vector<Light> along{PointLight{{0.3, -13, 0.2}, {60, 20, 10}},
+                                   PointLight{{-0.4, 3.5, 0.1}, {30, 70, 20}},
+                                   PointLight{{7, -5, 5}, {10, 20, 50}}};
+    // Each hides some of the lights from some of the smoke.
+    const std::vector<Surface> boxes{BoxSurface{{-1.5, -6, -3.2}, {0.5, -4, -3}},
+                                     BoxSurface{{3, -6.5, -1}, {3.2, -5, 1.5}},
+                                     BoxSurface{{-4, -3.4, 2}, {-2, -3.2, 4}}};
+    const glm::vec3 thin(0.05f, 0.1f, 0.02f);
+    return {
+        {.name = "of_all_kinds", .lights = of_all_kinds, .g = 0.8f, .most_error = kOfFineSteps},
+        {.name = "with_an_area", .lights = with_area, .g = 0.3f, .most_error = kOfFineSteps},
+        {.name = "scattering_again",
+         .lights = with_area,
+         .g = 0.8f,
+         .bounces = true,
+         .most_error = kOfFineSteps},
+        {.name = "in_haze", .lights = five, .g = 0.3f, .haze = thin, .most_error = kOfFineSteps},
+        {.name = "one_close",
+         .lights = one_close,
+         .steps = 24,
+         .alone_steps = 24,
+         .haze = thin,
+         .lump = false,
+         .all_far = false,
+         .most_error = kOfParabola},
+        {.name = "behind_surfaces",
+         .lights = points_around(16),
+         .g = 0.3f,
+         .surfaces = boxes,
+         .most_error = kOfFineSteps},
+        {.name = "of_long_steps",
+         .lights = along,
+         .steps = 8,
+         .alone_steps = 1000,  // 1/d^2 over long ones has a lamp ahead in their middle
+         .haze = glm::vec3(0.3f),
+         .lump = false,
+         .volume_shadows = false,
+         .most_error = kOfParabola},
+    };
+}
+
+class ManyLights : public LightVolume, public testing::WithParamInterface<ManyLightsCase> {};
+
+/// What media scatter of several lights is the sum of what they scatter of each: with one there is
+/// neither a parabola for lights that are far nor a fetch for four of them, and surfaces are asked.
+TEST_P(ManyLights, AreTheSumOfThemOneByOne)
+{
+    const ManyLightsCase& many = GetParam();
+    Scene scene = empty_scene(48);
+    scene.camera.vfov_deg = 50;
+    scene.surfaces = many.surfaces;
+    if (many.lump) {
+        scene.media.emplace_back(turned_lump(glm::dmat4(1.0)));
+        std::get<GridMedium>(scene.media.back()).g = many.g;
+    }
+    if (many.haze != glm::vec3(0)) {
+        BoxMedium haze;
+        haze.min = {-1, -8, -1};
+        haze.max = {1, -2, 1};
+        haze.sigma_s = many.haze;
+        scene.media.emplace_back(haze);
+    }
+    Settings settings = plain_settings();
+    settings.steps = many.alone_steps;
+    settings.empty_space_skipping = false;  // so that nothing is told of tiles
+    settings.falloff = Settings::Falloff::exact;
+    settings.volume_shadows = many.volume_shadows;
+    if (many.bounces)
+        settings.bounces = kAutomatic;
+
+    std::vector<std::vector<Light>> one_by_one;
+    for (const Light& light : many.lights)
+        one_by_one.push_back({light});
+    if (many.bounces)
+        one_by_one = {many.lights};
+    std::vector<float> sum;
+    for (const std::vector<Light>& lights : one_by_one) {
+        scene.lights = lights;
+        const Still alone = render(scene, settings);
+        sum.resize(alone.scattering.size());
+        std::transform(sum.begin(), sum.end(), alone.scattering.begin(), sum.begin(),
+                       std::plus<>());
+    }
+    scene.lights = many.lights;
+    settings.steps = many.steps;
+    settings.empty_space_skipping = true;
+    for (const Settings::Passes passes : {Settings::Passes::fragment, Settings::Passes::compute}) {
+        settings.passes = passes;
+        EXPECT_EQ(far_tiles(scene, settings), many.all_far ? "all" : "some");
+        const double error = study::compare(render(scene, settings).scattering, sum).relmse;
+        const char* name = passes == Settings::Passes::compute ? "compute" : "fragment";
+        EXPECT_LT(error, many.most_error) << name;
+        figure(fmt::format("{}, {}: relMSE to the sum", many.name, name), error);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, ManyLights, testing::ValuesIn(many_lights_cases()),
+                         [](const auto& many) { return std::string(many.param.name); });
 
 TEST_F(LightVolume, SeveralMediaOfSeveralColoursShareOne)
 {
