@@ -83,6 +83,7 @@ void SkyShare::fill(const FieldLattice& lattice, const std::vector<glm::dvec3>& 
                     const Bounds& box, const surface::SurfaceSet& surfaces, const gl::Texture& to)
 {
     std::vector<glm::dvec3> corners;
+    corners.reserve(8);
     for (int i = 0; i < 8; ++i)
         corners.push_back(glm::dvec3(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
                                      i & 4 ? box.max.z : box.min.z) -
