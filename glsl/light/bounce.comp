@@ -8,6 +8,7 @@
 // Variant
 const bool kClear = false;    // the media don't dim it
 const bool kMarched = false;  // there are some without a closed form
+const bool kBeyond = false;   // surfaces within the lattice send nothing
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rg32ui, binding = 0) writeonly uniform uimage3D u_ways_img;
@@ -46,7 +47,7 @@ bool is_face_met(ivec3 node, vec3 course, inout vec3 radiance)
 vec3 radiance_of_face(ivec3 node, vec3 course)
 {
     vec3 radiance = vec3(0.0);
-    for (int i = 0; i < 4; ++i) {
+    for (int i = 0; i < 4 && !kBeyond; ++i) {
         if (any(lessThan(node, ivec3(0))) || any(greaterThanEqual(node, node_count())) ||
             is_face_met(node, course, radiance))
             break;
@@ -129,7 +130,9 @@ void main()
             inside = !is_left(node, k);
         }
         Bounced here = bounced;
-        if (is_of_face)
+        if (is_of_face && kBeyond)
+            here = Bounced(vec3(0.0), vec3(0.0), 0.0);
+        else if (is_of_face)
             here = Bounced(texelFetch(u_face_light_tx, node + layer_of(between), 0).rgb, vec3(0.0), 0.0);
         else if (between >= 0 && crossed)
             here = before;

@@ -1,6 +1,7 @@
 // Light of the ways of a batch against harmonics, for two opposite ways at a time: those of even bands are the same for
 // both, those of odd bands differ in sign alone, which is half of the work.
 #include "light/field_listed.glsl"
+#include "light/way_pairs.glsl"
 #include "shared/spherical_harmonics.h"
 
 const int kBands = 1;  // variant
@@ -39,12 +40,3 @@ void sum_pair(int k, out vec3 even, out vec3 odd)
             odd += g_light[i] * harmonic_of(k, i);
     }
 }
-
-// llvmpipe gathers a uniform whose index is a loop's, for each lane and number; of a literal index it loads it once.
-#define FOR_PAIRS_OF_26(f, first)                                                                          \
-    f(first) f(first + 2) f(first + 4) f(first + 6) f(first + 8) f(first + 10) f(first + 12) f(first + 14) \
-        f(first + 16) f(first + 18) f(first + 20) f(first + 22) f(first + 24)
-#define FOR_PAIRS_OF_48(f, first)                                                                                   \
-    FOR_PAIRS_OF_26(f, first)                                                                                       \
-    f(first + 26) f(first + 28) f(first + 30) f(first + 32) f(first + 34) f(first + 36) f(first + 38) f(first + 40) \
-        f(first + 42) f(first + 44) f(first + 46)

@@ -856,6 +856,27 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
                                kSurfaceBands * kSurfaceBands, GL_RGBA16F);
         turn_surfaces(field.turns, surfaces, lights, true);
     }
+    const LightVolumes& whole = part_ ? *part_->whole : *this;
+    const glm::dvec3 eye_of_media = centre_of(world_lattice_);
+    const OtherLight bounced{
+        &whole.bounced_,
+        whole.field_on_surfaces_.is_open() ? &whole.field_on_surfaces_.walls() : &whole.walls_,
+        to_shared(whole.surface_lattice_, kSurfaceBands * kSurfaceBands, eye_of_media),
+        kSurfaceBands};
+    gl::Texture guessed;
+    OtherLight guess;
+    const auto fill = [&](int ways, FieldOrders orders, const gl::Texture* world,
+                          const gl::Texture& to, bool gives_scattered) {
+        return field_.fill(ways, bands_, orders, world, to, gives_scattered,
+                           turns ? &bounced : nullptr, guess.light != nullptr ? &guess : nullptr);
+    };
+    const auto fill_field = [&] {
+        begin_fill(eye_of_media, media, lights);
+        scattered = fill(shines ? world_key_.ways : kNearWays, field.orders,
+                         shines ? &coefficients_ : nullptr, field_coefficients_, field.on_surfaces);
+        if (scattered)
+            field_.make_whole(bands_, scattered);
+    };
     if (coefficients_ && (anew || fills_field)) {
         if (fills_field &&
             (!field_coefficients_ || field_coefficients_.size() != coefficients_.size()))
@@ -863,21 +884,7 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
                                               bands_ * bands_, GL_RGBA16F);
         if (fills_field && traits.marched > 0 && world_key_.dims && !depth_ && !extinction_)
             fill_extinction(media, lights);
-        const glm::dvec3 eye = centre_of(world_lattice_);
-        begin_fill(eye, media, lights);
-        const LightVolumes& whole = part_ ? *part_->whole : *this;
-        const OtherLight bounced{
-            &whole.bounced_,
-            whole.field_on_surfaces_.is_open() ? &whole.field_on_surfaces_.walls() : &whole.walls_,
-            to_shared(whole.surface_lattice_, kSurfaceBands * kSurfaceBands, eye), kSurfaceBands};
-        const OtherLight* sent_on = turns ? &bounced : nullptr;
-        gl::Texture guessed;
-        OtherLight guess;
-        const auto fill = [&](int ways, FieldOrders orders, const gl::Texture* world,
-                              const gl::Texture& to, bool gives_scattered) {
-            return field_.fill(ways, bands_, orders, world, to, gives_scattered, sent_on,
-                               guess.light != nullptr ? &guess : nullptr);
-        };
+        begin_fill(eye_of_media, media, lights);
         const glm::ivec3 count = world_lattice_.count;
         const int most = std::max({count.x, count.y, count.z});
         for (int nodes = kCoarsestNodes;
@@ -893,7 +900,7 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
                 fill(kNearWays, {FIELD_KEPT_ORDERS, cycles, true}, nullptr, light, true);
             field_.end();
             guessed = std::move(finer);
-            guess = {&guessed, nullptr, to_shared(coarse, bands_ * bands_, eye), bands_};
+            guess = {&guessed, nullptr, to_shared(coarse, bands_ * bands_, eye_of_media), bands_};
         }
         begin_field(field_, world_lattice_, around,
                     {.scatters = fills_field,
@@ -904,29 +911,20 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
         if (anew && shines)
             field_.fill_world(world_key_.ways, bands_, nullptr, &coefficients_);
         if (fills_field) {
-            scattered =
-                fill(shines ? world_key_.ways : kNearWays, field.orders,
-                     shines ? &coefficients_ : nullptr, field_coefficients_, field.on_surfaces);
-            if (scattered)
-                field_.make_whole(bands_, scattered);
+            fill_field();
             turned_ = false;
             ++fills_.field;
         }
-        world_walls_ =
-            turns && !part_ && field_.has_walls(surfaces) ? field_.take_walls() : gl::Texture();
-        copied_walls_ = false;
-        field_.end();
     }
     if ((anew || fills_surfaces) && on_surfaces_) {
         const glm::dvec3 eye = centre_of(surface_lattice_);
         begin_fill(eye, media, lights);
         FieldLight light;
         light.glows = field.glows;
-        if (scattered) {
+        light.at = to_shared(world_lattice_, bands_ * bands_, eye);
+        light.bands = bands_;
+        if (scattered)
             light.scattered = &scattered;
-            light.at = to_shared(world_lattice_, bands_ * bands_, eye);
-            light.bands = bands_;
-        }
         if (!turns) {
             begin_field(field_on_surfaces_, surface_lattice_, around,
                         {.scatters = field.on_surfaces,
@@ -936,12 +934,32 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
             field_on_surfaces_.fill_world(world_key_.ways_on_surfaces, kSurfaceBands, &on_surfaces_,
                                           on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr,
                                           field.on_surfaces ? &light : nullptr);
-        } else if (field.on_surfaces && on_surfaces_dimmed_) {
-            field_on_surfaces_.add_light(kSurfaceBands, light, on_surfaces_dimmed_);
-            turn_surfaces(std::min(field.turns, kTurnsAgain), surfaces, lights, false);
+        } else {
+            const bool lights_up = field.on_surfaces && on_surfaces_dimmed_;
+            const auto light_up = [&] {
+                field_on_surfaces_.add_light(kSurfaceBands, light, on_surfaces_dimmed_);
+                turn_surfaces(std::min(field.turns, kTurnsAgain), surfaces, lights, false);
+            };
+            if (lights_up)
+                light_up();
+            if (lights_up && scattered) {
+                // What surfaces send back of the media's own light, and what that brings.
+                fill_field();
+                begin_fill(eye, media, lights);
+                light_up();
+            }
+            field_on_surfaces_.smooth(world_key_.ways_on_surfaces, kSurfaceBands,
+                                      lights_up ? &light : nullptr, on_surfaces_,
+                                      on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr);
         }
         walls_ = field_on_surfaces_.take_walls();
         field_on_surfaces_.end();
+    }
+    if (field_.is_open()) {
+        world_walls_ =
+            turns && !part_ && field_.has_walls(surfaces) ? field_.take_walls() : gl::Texture();
+        copied_walls_ = false;
+        field_.end();
     }
     if (anew || fills_field || fills_surfaces)
         world_ms_ = watch.ms();

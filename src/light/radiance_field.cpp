@@ -145,12 +145,15 @@ struct RadianceField::Filling {
     gl::Texture walls;           ///< walls between nodes, as take_walls()
     gl::Texture sky_shares;      ///< light/sky_share.comp, of all ways; empty: all or nothing
     gl::Texture clear, dimmed;   ///< coefficients of the world's light
+    gl::Texture of_world;        ///< dimmed, before add_light()
     gl::Texture bounced;         ///< coefficients of what surfaces send on
     gl::Texture bounced_before, bounced_before_that;  ///< a turn and two turns ago
     gl::Texture faces;       ///< light/faces.glsl, six layers; empty: surfaces send nothing on
     gl::Texture materials;   ///< each surface's albedo, and in row 1 its emission
     gl::Texture face_light;  ///< what they send on
+    gl::Texture clearance;   ///< light/clearance.glsl
     gl::Texture beyond;      ///< what surfaces beyond send in, two layers a way; alpha: metres
+    bool sends_in = false;   ///< there are some
     gl::Texture ways;        ///< radiance of each way of a batch: the world's, the surfaces'
     gl::Texture light_ways;  ///< radiance of each way of what media emit and scatter
 };
@@ -294,6 +297,8 @@ void RadianceField::begin(const FieldLattice& lattice, FieldMedium medium,
     sample_medium();
     if (!surfaces.empty())
         keep_walls();
+    if (!surfaces.empty() && bounces)
+        find_clearance();
     if (!surfaces.empty() && filling_->medium.world != nullptr && !filling_->medium.sky_box.empty())
         share_sky(surfaces);
 }
@@ -459,6 +464,21 @@ void RadianceField::keep_walls()
     dispatch_nodes("light/walls.comp", defines);
 }
 
+void RadianceField::find_clearance()
+{
+    Filling& filling = *filling_;
+    for (int axis = 0; axis < 3; ++axis) {
+        const GLenum format = axis < 2 ? GL_R8UI : GL_RG32UI;
+        gl::Texture next = gl::Texture::make_3d(device_, "field: clearance", filling.lattice.count,
+                                                format, gl::Filter::nearest);
+        filling.walls.bind(WALLS_UNIT);
+        filling.clearance.bind(FIELD_CROSSED_UNIT);
+        bind_image(0, next, GL_WRITE_ONLY, format);
+        dispatch_nodes("light/clearance.comp", {{"kAxis", fmt::format("{}", axis)}});
+        filling.clearance = std::move(next);
+    }
+}
+
 void RadianceField::share_sky(const surface::SurfaceSet& surfaces)
 {
     Filling& filling = *filling_;
@@ -479,6 +499,8 @@ void RadianceField::draw_faces(const surface::SurfaceSet& surfaces)
     draw_along_axes(surfaces, filling.faces, "kFaces");
     filling.face_light = gl::Texture::make_3d(device_, "field: light of faces", six, GL_RGBA16F,
                                               gl::Filter::nearest);
+    const std::array<GLfloat, 4> none{};
+    filling.face_light.clear(GL_RGBA, GL_FLOAT, none.data());
     std::vector<glm::vec4> materials;
     for (const auto& instance : surfaces.instances())
         materials.emplace_back(instance.albedo, 1.0f);
@@ -503,6 +525,7 @@ void RadianceField::draw_beyond(const gl::Defines& shading, const surface::Surfa
                                                 GL_RGBA16F, gl::Filter::nearest);
     const GLfloat none[4]{};
     filling.beyond.clear(GL_RGBA, GL_FLOAT, none);
+    filling.sends_in = !drawn.empty();
     if (drawn.empty())
         return;
     const gl::Texture depth = gl::Texture::make_2d(device_, "field: depth beyond", size,
@@ -560,20 +583,21 @@ void RadianceField::light_surfaces(const gl::Defines& shading, const surface::Su
              kVolumeGroup);
 }
 
-void RadianceField::bounce(int ways, int bands, const gl::Texture* alone, const gl::Texture* clear,
-                           const gl::Texture* dimmed)
+gl::Defines RadianceField::bounce_defines() const
 {
-    Filling& filling = *filling_;
-    const FieldMedium& medium = filling.medium;
+    const FieldMedium& medium = filling_->medium;
     gl::Defines defines = medium.defines;
     if (!medium.dims)
         defines.emplace_back("kClear", "");
     if (medium.dims && medium.marched)
         defines.emplace_back("kMarched", "");
-    filling.bounced_before_that = std::move(filling.bounced_before);
-    filling.bounced_before = std::move(filling.bounced);
-    filling.bounced = make("field: bounced", bands * bands);
-    const gl::Texture& sum = filling.bounced;
+    return defines;
+}
+
+void RadianceField::carry_bounced(int ways, int bands, const gl::Defines& defines,
+                                  const gl::Texture& to)
+{
+    const Filling& filling = *filling_;
     for (const Batch& batch : batches(ways)) {
         set_batch(batch);
         (filling.marched ? filling.marched : filling.sigma_t).bind(FIELD_SIGMA_T_UNIT);
@@ -582,14 +606,82 @@ void RadianceField::bounce(int ways, int bands, const gl::Texture* alone, const 
         filling.face_light.bind(FACE_LIGHT_UNIT);
         filling.beyond.bind(BEYOND_UNIT);
         walk("light/bounce.comp", defines, batch.count);
-        gather(bands, batch.first > 0, Of::dimmed, filling.ways, sum);
+        gather(bands, batch.first > 0, Of::dimmed, filling.ways, to);
     }
+}
+
+void RadianceField::bounce(int ways, int bands, const gl::Texture* alone, const gl::Texture* clear,
+                           const gl::Texture* dimmed)
+{
+    Filling& filling = *filling_;
+    filling.bounced_before_that = std::move(filling.bounced_before);
+    filling.bounced_before = std::move(filling.bounced);
+    filling.bounced = make("field: bounced", bands * bands);
+    carry_bounced(ways, bands, bounce_defines(), filling.bounced);
     if (alone != nullptr)
-        finish(bands, sum, nullptr, nullptr, *alone);
+        finish(bands, filling.bounced, nullptr, nullptr, *alone);
     if (clear != nullptr)
-        finish(bands, sum, &filling.clear, nullptr, *clear);
+        finish(bands, filling.bounced, &filling.clear, nullptr, *clear);
     if (dimmed != nullptr)
-        finish(bands, sum, &filling.dimmed, nullptr, *dimmed);
+        finish(bands, filling.bounced, &filling.dimmed, nullptr, *dimmed);
+}
+
+void RadianceField::even_out(int bands, gl::Texture& light)
+{
+    gl::Texture other = make("field: light evened out", bands * bands);
+    for (int axis = 0; axis < 3; ++axis) {
+        light.bind(FIELD_LIGHT_UNIT);
+        filling_->clearance.bind(FIELD_CROSSED_UNIT);
+        bind_image(0, other, GL_WRITE_ONLY);
+        dispatch_nodes("light/even_out.comp",
+                       {{"kBands", fmt::format("{}", bands)}, {"kAxis", fmt::format("{}", axis)}});
+        std::swap(light, other);
+    }
+}
+
+void RadianceField::smooth(int ways, int bands, const FieldLight* light, const gl::Texture& clear,
+                           const gl::Texture* dimmed)
+{
+    Filling& filling = *filling_;
+    gl::Defines defines = bounce_defines();
+    gl::Texture& sum = filling.bounced;
+    const bool scatters = light != nullptr && light->scattered != nullptr;
+    const bool glows = light != nullptr && light->glows;
+    gl::Texture beyond, of_all, source;
+    if (filling.sends_in) {
+        defines.emplace_back("kBeyond", "");
+        beyond = make("field: from beyond", bands * bands);
+        carry_bounced(ways, bands, defines, beyond);
+    }
+    if (scatters || glows) {
+        of_all = make("field: of surfaces and media", bands * bands);
+        bind_image(1, of_all, GL_WRITE_ONLY);
+    }
+    if (scatters) {
+        defines.emplace_back("kScatters", "");
+        set_batch({kNearWays, 0, kNearWays});
+        source = spread({light->scattered, nullptr, light->at, light->bands}, kNearWays);
+        source.bind(FIELD_SOURCE_UNIT);
+    }
+    if (glows) {
+        defines.emplace_back("kEmits", "");
+        filling.emission.bind(FIELD_EMISSION_UNIT);
+    }
+    defines.emplace_back("kBands", fmt::format("{}", bands));
+    write_block();
+    beyond.bind(FIELD_LIGHT_UNIT);
+    (!of_all && filling.marched ? filling.marched : filling.sigma_t).bind(FIELD_SIGMA_T_UNIT);
+    filling.face_light.bind(FACE_LIGHT_UNIT);
+    filling.clearance.bind(FIELD_CROSSED_UNIT);
+    bind_image(0, sum, GL_READ_WRITE);
+    dispatch_nodes("light/face_gather.comp", defines);
+    even_out(bands, sum);
+    if (of_all && dimmed != nullptr)
+        even_out(bands, of_all);
+    finish(bands, sum, &filling.clear, nullptr, clear);
+    if (dimmed != nullptr)
+        finish(bands, of_all ? of_all : sum, of_all ? &filling.of_world : &filling.dimmed, nullptr,
+               *dimmed);
 }
 
 void RadianceField::take_over(const OtherLight& other, int bands, const gl::Texture& to)
@@ -789,6 +881,18 @@ void RadianceField::fill_world(int ways, int bands, const gl::Texture* clear,
 
 void RadianceField::add_light(int bands, const FieldLight& light, const gl::Texture& dimmed)
 {
+    // Light that was added before is to be added anew.
+    Filling& filling = *filling_;
+    const bool again = static_cast<bool>(filling.of_world);
+    if (!again)
+        filling.of_world = make("field: dimmed, of the world", bands * bands);
+    const gl::Texture &from = again ? filling.of_world : filling.dimmed,
+                      &to = again ? filling.dimmed : filling.of_world;
+    const glm::ivec3 size = from.size();
+    device_->MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);  // after the stores that filled it
+    device_->CopyImageSubData(from.id(), GL_TEXTURE_3D, 0, 0, 0, 0, to.id(), GL_TEXTURE_3D, 0, 0, 0,
+                              0, size.x, size.y, size.z);
+    device_->MemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
     add(light, bands, filling_->dimmed);
     if (filling_->bounced_before_that)
         finish(bands, filling_->bounced_before_that, &filling_->dimmed, nullptr, dimmed);

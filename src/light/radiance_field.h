@@ -119,6 +119,12 @@ public:
     /// alone, and with the world's light that fill_world() gave. Any may be null.
     void bounce(int ways, int bands, const gl::Texture* alone, const gl::Texture* clear,
                 const gl::Texture* dimmed);
+    /// After the last of them: the same for surfaces to look up. What surfaces within the lattice
+    /// send, and media, `light`, where add_light() had it, is gathered along many ways from each
+    /// node, which are others at the next: the few that light is carried along show as stripes.
+    /// @param dimmed may be null
+    void smooth(int ways, int bands, const FieldLight* light, const gl::Texture& clear,
+                const gl::Texture* dimmed);
     [[nodiscard]] const gl::Texture& walls() const;
     /// Between begin() and end().
     [[nodiscard]] bool is_open() const { return filling_ != nullptr; }
@@ -173,11 +179,15 @@ private:
     void draw_walls(const surface::SurfaceSet& surfaces);
     void share_sky(const surface::SurfaceSet& surfaces);
     void keep_walls();
+    void find_clearance();
     void wait_for_drawing();
     void draw_faces(const surface::SurfaceSet& surfaces);
     void draw_beyond(const gl::Defines& shading, const surface::SurfaceSet& surfaces);
     void draw_along_axes(const surface::SurfaceSet& surfaces, const gl::Texture& to,
                          const char* variant);
+    [[nodiscard]] gl::Defines bounce_defines() const;
+    void even_out(int bands, gl::Texture& light);
+    void carry_bounced(int ways, int bands, const gl::Defines& defines, const gl::Texture& to);
     void take_over(const OtherLight& other, int bands, const gl::Texture& to);
     /// Sets the course of a way, and gives how many lines along it meet the lattice, across.
     glm::ivec2 set_way(int slot, glm::dvec3 wi);

@@ -361,8 +361,12 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         }
         variants.add("light/field_medium.comp",
                      media + kLights[0] + stored + flags(set >> 1, {"kGlows", "kMarched"}));
-        variants.add("light/bounce.comp",
-                     media + kLights[0] + stored + flags(set >> 1, {"kMarched", "kClear"}));
+        variants.add("light/bounce.comp", media + kLights[0] + stored +
+                                              flags(set >> 1, {"kMarched", "kClear", "kBeyond"}));
+        variants.add("light/face_gather.comp",
+                     media + kLights[0] + stored + Defines{{"kBands", "3"}} +
+                         flags(set >> 1, {"kMarched", "kBeyond", "kScatters", "kEmits"}) +
+                         flags(set, {"kClear"}));
         for (const char* file : {"light/face_light.comp", "light/beyond.frag"})
             variants.add(
                 file, media + kLights[set % kLights.size()] + stored +
@@ -383,6 +387,10 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     variants.add("light/crossed.frag", {{"kBeyond", ""}});
     variants.add("light/crossed.frag", {{"kWalls", ""}});
     variants.add("light/walls.comp", {});
+    for (const char* axis : {"0", "1", "2"}) {
+        variants.add("light/clearance.comp", {{"kAxis", axis}});
+        variants.add("light/even_out.comp", {{"kAxis", axis}, {"kBands", "3"}});
+    }
     for (const char* file : {"light/sky_map.vert", "light/sky_map.frag", "light/sky_share.comp"})
         variants.add(file, {});
     variants.add("light/walls.comp", {{"kDims", ""}});

@@ -1,0 +1,167 @@
+// What surfaces send to the nodes, and media, gathered along many ways that are others at each node: of the few that light
+// is carried along from node to node, all of a wall would show the same stripes.
+//   in   surfaces' walls, with the clearance, and what they send on; sigma_t; what is scattered into the near
+//        ways, and emitted; coefficients of what comes from beyond the lattice
+//   out  coefficients of what surfaces send, kOwnLight: and beside it of this and what media send; alpha as it was
+#include "light/field.glsl"
+#include "light/clearance.glsl"
+#include "light/way_pairs.glsl"
+#include "lib/phase.glsl"
+#include "lib/slab.glsl"
+#include "scene/light_volumes.glsl"
+#include "shared/spherical_harmonics.h"
+
+// Variant
+const int kBands = 1;
+const bool kClear = false;     // the media don't dim it
+const bool kMarched = false;   // there are some without a closed form
+const bool kBeyond = false;    // some light comes from beyond the lattice
+const bool kScatters = false;  // light that the media scatter is asked for
+const bool kEmits = false;     // and what they emit
+
+const int kCount = kHarmonics[kBands - 1];
+
+layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
+layout(rgba32f, binding = 0) uniform image3D u_light_img;
+layout(rgba32f, binding = 1) writeonly uniform image3D u_all_light_img;
+layout(binding = FIELD_SOURCE_UNIT) uniform usampler3D u_source_tx;
+layout(binding = FIELD_EMISSION_UNIT) uniform sampler3D u_emission_tx;
+layout(binding = FIELD_SIGMA_T_UNIT) uniform sampler3D u_sigma_t_tx;
+layout(binding = FACE_LIGHT_UNIT) uniform sampler3D u_face_light_tx;
+layout(binding = FIELD_LIGHT_UNIT) uniform sampler3D u_beyond_light_tx;
+
+const bool kOwnLight = kScatters || kEmits;
+
+struct Arriving {
+    vec3 of_surfaces, of_media;
+};
+
+// Of the near ways, which are the batch, the nearest one.
+int near_way(vec3 wi)
+{
+    float most = 0.0;
+    int way = 0;
+#define LOOK_AT(k)                                                 \
+    {                                                              \
+        float along = dot(u_field.ways[k].wi, wi);                 \
+        way = abs(along) > most ? (along > 0.0 ? k : k + 1) : way; \
+        most = max(most, abs(along));                              \
+    }
+    FOR_PAIRS_OF_26(LOOK_AT, 0)
+    return way;
+}
+
+// Through the media from a node on, along a way in nodes, to where it has gone t metres.
+//   out  their optical depth, and the radiance that they add
+vec3 through_media(vec3 from, vec3 course, vec3 wi, float t, float shift, out vec3 light)
+{
+    const int kSamples = 8;
+    vec2 range = ray_box(from, course, u_field.media_low, u_field.media_high);
+    range = vec2(max(range.x, 0.0), min(range.y, t));
+    vec3 tau = vec3(0.0);
+    light = vec3(0.0);
+    float metres = (range.y - range.x) / float(kSamples);
+    int k = kScatters ? near_way(wi) : 0;
+    for (int i = 0; i < kSamples && metres > 0.0; ++i) {
+        vec3 q = from + course * (range.x + metres * (float(i) + shift));
+        ivec3 node = clamp(ivec3(q + 0.5), ivec3(0), node_count() - 1);
+        vec3 piece = texelFetch(u_sigma_t_tx, node, 0).rgb * metres;
+        if (kOwnLight && (piece != vec3(0.0) || kEmits)) {
+            vec3 sent = vec3(0.0);
+            if (kScatters)
+                sent = piece * unpack_light(texelFetch(u_source_tx, node + way_of(k), 0).rg);
+            if (kEmits)
+                sent += metres * texelFetch(u_emission_tx, node, 0).rgb;
+            light += exp(-tau) * slab_weight(piece) * sent;
+        }
+        tau += piece;
+    }
+    return tau;
+}
+
+// Radiance that arrives at a node from wi, of unit length. The way is followed from node to node, each the nearest: Amanatides
+// and Woo 1987, "A Fast Voxel Traversal Algorithm for Ray Tracing"; at once as far as there is no surface.
+Arriving arriving(ivec3 from, vec3 wi, float shift)
+{
+    vec3 course = node_way(u_field.nodes, wi);
+    course =
+        mix(course, mix(vec3(-1e-6), vec3(1e-6), greaterThan(course, vec3(0.0))), lessThan(abs(course), vec3(1e-6)));
+    vec3 inverse = 1.0 / course;
+    bvec3 is_up = greaterThan(course, vec3(0.0));
+    ivec3 ahead = ivec3(sign(course));
+    ivec3 node = from;
+    float t = 0.0;
+    Arriving sum = Arriving(vec3(0.0), vec3(0.0));
+    while (all(lessThan(uvec3(node), uvec3(node_count())))) {
+        Clearance clear = unpack_clearance(texelFetch(u_crossed_tx, node, 0).rg, is_up);
+        int steps = max(clear.nodes, 1);
+        bvec3 stands = lessThanEqual(clear.wall, vec3(1.0));
+        vec3 ends = (vec3(node - from) + vec3(ahead) * mix(vec3(float(steps) - 0.5), clear.wall, stands)) * inverse;
+        float end = min(ends.x, min(ends.y, ends.z));
+        // An axis alone, by a mask: an index would send a CPU's registers by way of memory.
+        bvec3 is_end = equal(ends, vec3(end));
+        ivec3 axis = is_end.x ? ivec3(1, 0, 0) : is_end.y ? ivec3(0, 1, 0) : ivec3(0, 0, 1);
+        t = max(t, end);
+        if (any(notEqual(axis * ivec3(stands), ivec3(0)))) {
+            int layer = axis.y * 2 + axis.z * 4 + (any(notEqual(axis * ivec3(is_up), ivec3(0))) ? 1 : 0);
+            sum.of_surfaces = texelFetch(u_face_light_tx, node + layer_of(layer), 0).rgb;
+            break;
+        }
+        ivec3 next = node + axis * ahead * steps;
+        if (steps > 1) {
+            // Never back: where two axes end at once it would be by turns.
+            ivec3 past = from + ivec3(floor(course * t + 0.5));
+            node = mix(min(node, past), max(node, past), is_up);
+        }
+        node = mix(node, next, equal(axis, ivec3(1)));
+    }
+    if (kClear || (!kOwnLight && sum.of_surfaces == vec3(0.0)))
+        return sum;
+    vec3 tau = vec3(0.0);
+    if (kMarched || kOwnLight)
+        tau = through_media(vec3(from), course, wi, t, shift, sum.of_media);
+    if (!kOwnLight)
+        tau += vec3(closed_depth(node_position(u_field.nodes, from), wi, t));
+    sum.of_surfaces *= exp(-tau);
+    return sum;
+}
+
+void main()
+{
+    const int kWays = 256;
+    const int kWaysAfar = 64;  // from surfaces that look nodes up, which seldom reach them
+    const int kAfar = 3;       // nodes
+    const float kGoldenAngle = 2.3999632;
+    ivec3 node = ivec3(gl_GlobalInvocationID);
+    if (any(greaterThanEqual(node, node_count())))
+        return;
+    vec3 light[kCount], all_light[kCount];
+    for (int i = 0; i < kCount; ++i)
+        light[i] = all_light[i] = kBeyond ? texelFetch(u_beyond_light_tx, node + layer_of(i), 0).rgb : vec3(0.0);
+    float outside = imageLoad(u_light_img, node).a;
+    bool is_afar = unpack_clearance(texelFetch(u_crossed_tx, node, 0).rg, bvec3(false)).nodes >= kAfar;
+    int ways = outside == 0.0 ? 0 : is_afar ? kWaysAfar : kWays;
+    float shift = fract(dot(vec3(node), vec3(0.8191725, 0.6710436, 0.5497005)));
+    float turn = 2.0 * kPi * fract(dot(vec3(node), vec3(0.7548777, 0.5698403, 0.3819660)));
+    for (int k = 0; k < ways; ++k) {
+        // A Fibonacci lattice over the sphere, turned and shifted by sequences of which neighbours have what is far apart
+        // (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences").
+        float z = 1.0 - 2.0 * (float(k) + shift) / float(ways);
+        float phi = float(k) * kGoldenAngle + turn;
+        vec3 wi = vec3(sqrt(max(1.0 - z * z, 0.0)) * vec2(cos(phi), sin(phi)), z);
+        Arriving one = arriving(node, wi, fract(phi));
+        vec3 of_both = one.of_surfaces + one.of_media;
+        for (int i = 0; i < kCount; ++i) {
+            float weight = 4.0 * kPi / float(ways) * spherical_harmonic(i, wi);
+            light[i] += weight * one.of_surfaces;
+            if (kOwnLight)
+                all_light[i] += weight * of_both;
+        }
+    }
+    for (int i = 0; i < kCount; ++i) {
+        ivec3 at = node + layer_of(i);
+        imageStore(u_light_img, at, vec4(light[i], i == 0 ? outside : 0.0));
+        if (kOwnLight)
+            imageStore(u_all_light_img, at, vec4(all_light[i], i == 0 ? outside : 0.0));
+    }
+}
