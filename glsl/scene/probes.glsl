@@ -46,7 +46,8 @@ float probe_share(int i, vec3 p, inout ProbeShares shares)
     return share;
 }
 
-// Where light lies that comes to p from d, seen from where a probe was captured, and how much farther it is from p [m].
+// Where light lies that comes to p from d, seen from where a probe was captured, and how far it is from p [m]: 0 if it is
+// taken to be far away.
 vec4 from_probe(int i, vec3 seen_from, vec3 p, vec3 d)
 {
     vec3 q = p - seen_from;
@@ -63,7 +64,7 @@ vec4 from_probe(int i, vec3 seen_from, vec3 p, vec3 d)
         way = max(min(ends.x, min(ends.y, ends.z)), 0.0);
     }
     vec3 place = q + d * way;
-    return u_probes.probes[i].parallax == 0 ? vec4(d, 0.0) : vec4(place, way - length(place));
+    return u_probes.probes[i].parallax == 0 ? vec4(d, 0.0) : vec4(place, way);
 }
 
 // Light from what lies so much farther: more of it is dimmed by the fog that the probe stands in, and scattered into the
@@ -79,10 +80,16 @@ vec3 through_fog(int i, int layer, vec3 light, float farther)
     return max(mix(source, light, exp(min(-u_probes.probes[i].fog * farther, kMost))), 0.0);
 }
 
-vec3 probe_reflection(int i, int layer, vec3 seen_from, ProbeLevel level, vec3 p, vec3 d)
+vec3 probe_reflection(int i, int layer, vec3 seen_from, float alpha, vec3 p, vec3 d)
 {
     vec4 from = from_probe(i, seen_from, p, d);
-    return through_fog(i, layer, layer_reflection(layer, level, octahedral_uv(from.xyz)), from.w);
+    float way = length(from.xyz);
+    // A lobe covers as much of what it meets from near, which is less as it is seen from afar (Lagarde and de Rousiers 2014).
+    if (from.w > 0.0)
+        alpha = min(alpha * from.w / max(way, 1e-6), 1.0);
+    ProbeLevel level = probe_level(u_probes.placed.last, alpha);
+    return through_fog(i, layer, layer_reflection(layer, level, octahedral_uv(from.xyz)),
+                       from.w > 0.0 ? from.w - way : 0.0);
 }
 
 // What a surface of alpha at p shows about d, of unit length; world: of the world.
@@ -90,15 +97,14 @@ vec3 probes_reflection(vec3 p, vec3 d, float alpha, vec3 world)
 {
     ProbeShares shares = ProbeShares(1.0, 0.0);
     vec3 sum = vec3(0.0);
-    ProbeLevel level = probe_level(u_probes.placed.last, alpha);
     for (int i = 0; i < u_probes.count; ++i) {
         float share = probe_share(i, p, shares);
         if (share == 0.0)
             continue;
-        vec3 light = probe_reflection(i, u_probes.probes[i].layer, u_probes.probes[i].seen_from, level, p, d);
+        vec3 light = probe_reflection(i, u_probes.probes[i].layer, u_probes.probes[i].seen_from, alpha, p, d);
         if (u_probes.probes[i].newness < 1.0)
             light =
-                mix(probe_reflection(i, u_probes.probes[i].old_layer, u_probes.probes[i].old_seen_from, level, p, d),
+                mix(probe_reflection(i, u_probes.probes[i].old_layer, u_probes.probes[i].old_seen_from, alpha, p, d),
                     light, u_probes.probes[i].newness);
         sum += share * light;
     }

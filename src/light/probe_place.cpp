@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <limits>
 
 #include "ray_range.h"
@@ -163,7 +164,7 @@ void set_parallax(LightProbe& probe, const SurfaceRays& rays, const std::vector<
             const double step = 2 * kAround * probe.radius / (kAcross - 1);
             from[(axis + 1) % 3] += step * (i % kAcross - kAcross / 2);
             from[(axis + 2) % 3] += step * (i / kAcross - kAcross / 2);
-            if (rays.is_near(from, 0))
+            if (rays.is_near(from, 0, left_out))
                 continue;
             ++count;
             if (const auto hit = rays.first(from, way, left_out))
@@ -181,34 +182,63 @@ void set_parallax(LightProbe& probe, const SurfaceRays& rays, const std::vector<
     probe.parallax = met ? LightProbe::Parallax::box : LightProbe::Parallax::none;
 }
 
-}  // namespace
-
-ProbePlace place_probe(const Scene& scene, const medium::MediaSet& media)
+/// Texels of a probe's pictures for what is as smooth as that: a texel of the map is a right angle
+/// over the size; a lobe is some 3 alpha wide.
+int size_for(double alpha)
 {
-    if (std::none_of(scene.surfaces.begin(), scene.surfaces.end(),
-                     [](const Surface& one) { return gloss_of(one).has_value(); }))
-        return {{}, "no probe placed: no surface is glossy"};
-    const SurfaceRays rays(scene.surfaces);
-    const Bounds bounds = media.bounds();
-    const double opacity = -std::expm1(-media.mean_optical_depth());
-    const Bounds around = neighborhood(scene, rays, bounds);
-    const glm::dvec3 center = (around.min + around.max) / 2.0;
-    std::vector<Mirror> mirrors;
-    for (std::size_t i = 0; i < scene.surfaces.size(); ++i)
-        if (gloss_of(scene.surfaces[i]) && !rays.bounds_of(static_cast<int>(i)).empty())
-            mirrors.push_back(
-                look_around(scene, static_cast<int>(i), rays, center, bounds, opacity));
-    const auto most =
-        std::max_element(mirrors.begin(), mirrors.end(),
-                         [](const Mirror& a, const Mirror& b) { return a.gain() < b.gain(); });
-    if (most == mirrors.end())
-        return {{}, "no probe placed: no surface is glossy"};
-    const std::string figure = fmt::format(
-        "surfaces[{}] reflects {:.2g} of a white picture by direction, and {:.2g} of what it sees "
-        "are surfaces and media: {:.2g}",
-        most->surface, most->reflects, most->seen, most->gain());
-    if (most->gain() < kUnseen)
-        return {{}, fmt::format("no probe placed: {}, less than {:.2g}", figure, kUnseen)};
+    return alpha < 0.05 ? 128 : 64;
+}
+
+std::string words_of(const LightProbe& probe)
+{
+    return fmt::format("at ({:.3g}, {:.3g}, {:.3g}) m, {} pixels a face, {}", probe.position.x,
+                       probe.position.y, probe.position.z, probe.size,
+                       probe.parallax == LightProbe::Parallax::box ? "on a box"
+                                                                   : "what it sees is far");
+}
+
+/// Probes that are given a ball of their own: each takes as long to capture as one for all.
+constexpr std::size_t kMostInBalls = 4;
+
+std::vector<bool> alone(const Scene& scene, int surface)
+{
+    std::vector<bool> out(scene.surfaces.size());
+    out[static_cast<std::size_t>(surface)] = true;
+    return out;
+}
+
+/// Whether the surface is a ball in the middle of which a probe sees what the ball does: nothing
+/// else stands there, and no smoke is in it that would be between.
+bool is_free_inside(const Scene& scene, const Mirror& mirror, const SurfaceRays& rays,
+                    const medium::MediaSet& media)
+{
+    constexpr double kThin = 0.1;  // optical depth to the ball's face
+    const auto* ball =
+        std::get_if<SphereSurface>(&scene.surfaces[static_cast<std::size_t>(mirror.surface)]);
+    return ball != nullptr && most_extinction(media, ball->center) * ball->radius <= kThin &&
+           !rays.is_near(ball->center, 0, alone(scene, mirror.surface));
+}
+
+/// A probe in a ball is nobody else's: beyond its face it ends.
+LightProbe probe_in_ball(const Scene& scene, const Mirror& mirror, const SurfaceRays& rays)
+{
+    constexpr double kReach = 1.1, kFalloff = 0.05;
+    const auto& ball =
+        std::get<SphereSurface>(scene.surfaces[static_cast<std::size_t>(mirror.surface)]);
+    LightProbe probe;
+    probe.position = ball.center;
+    probe.radius = kReach * ball.radius;
+    probe.falloff = kFalloff;
+    probe.size = size_for(mirror.alpha);
+    set_parallax(probe, rays, scene.surfaces);
+    return probe;
+}
+
+/// A probe for all of the mirrors, in the free place nearest to their middle, if there is one.
+std::optional<LightProbe> probe_amid(const Scene& scene, const std::vector<Mirror>& mirrors,
+                                     const SurfaceRays& rays, const medium::MediaSet& media,
+                                     const Bounds& around)
+{
     glm::dvec3 middle(0);
     double weights = 0, alpha = 1, extinction = 0;
     for (const Mirror& mirror : mirrors) {
@@ -222,8 +252,7 @@ ProbePlace place_probe(const Scene& scene, const medium::MediaSet& media)
     const double scale = around.empty() ? 1.0 : around.diagonal();
     const auto place = free_place(media, rays, middle, extinction / weights, scale / 2);
     if (!place)
-        return {{},
-                fmt::format("no probe placed: {}, but no place near their middle is free", figure)};
+        return {};
     LightProbe probe;
     probe.position = *place;
     probe.falloff = 0.25;
@@ -242,20 +271,66 @@ ProbePlace place_probe(const Scene& scene, const medium::MediaSet& media)
         }
     }
     probe.radius = std::max(reach, 1e-3 * scale) / (1 - probe.falloff);
-    // A texel of the map is a right angle over the size; a lobe is some 3 alpha wide.
-    probe.size = alpha < 0.05 ? 128 : 64;
+    probe.size = size_for(alpha);
     set_parallax(probe, rays, scene.surfaces);
-    return {probe,
-            fmt::format("probe placed at ({:.3g}, {:.3g}, {:.3g}) m, {} pixels a face, {}: {}",
-                        place->x, place->y, place->z, probe.size,
-                        probe.parallax == LightProbe::Parallax::box ? "on a box"
-                                                                    : "what it sees is far",
-                        figure)};
+    return probe;
+}
+
+}  // namespace
+
+ProbePlaces place_probes(const Scene& scene, const medium::MediaSet& media)
+{
+    if (std::none_of(scene.surfaces.begin(), scene.surfaces.end(),
+                     [](const Surface& one) { return gloss_of(one).has_value(); }))
+        return {{}, "no probe placed: no surface is glossy"};
+    const SurfaceRays rays(scene.surfaces);
+    const Bounds bounds = media.bounds();
+    const double opacity = -std::expm1(-media.mean_optical_depth());
+    const Bounds around = neighborhood(scene, rays, bounds);
+    const glm::dvec3 center = (around.min + around.max) / 2.0;
+    std::vector<Mirror> mirrors;
+    for (std::size_t i = 0; i < scene.surfaces.size(); ++i)
+        if (gloss_of(scene.surfaces[i]) && !rays.bounds_of(static_cast<int>(i)).empty())
+            mirrors.push_back(
+                look_around(scene, static_cast<int>(i), rays, center, bounds, opacity));
+    std::stable_sort(mirrors.begin(), mirrors.end(),
+                     [](const Mirror& a, const Mirror& b) { return a.gain() > b.gain(); });
+    if (mirrors.empty())
+        return {{}, "no probe placed: no surface is glossy"};
+    const Mirror& most = mirrors.front();
+    const std::string figure = fmt::format(
+        "surfaces[{}] reflects {:.2g} of a white picture by direction, and {:.2g} of what it sees "
+        "are surfaces and media: {:.2g}",
+        most.surface, most.reflects, most.seen, most.gain());
+    if (most.gain() < kUnseen)
+        return {{}, fmt::format("no probe placed: {}, less than {:.2g}", figure, kUnseen)};
+    std::vector<LightProbe> probes;
+    std::vector<Mirror> others;
+    for (const Mirror& mirror : mirrors)
+        if (probes.size() < kMostInBalls && mirror.gain() >= kUnseen &&
+            is_free_inside(scene, mirror, rays, media))
+            probes.push_back(probe_in_ball(scene, mirror, rays));
+        else
+            others.push_back(mirror);
+    std::vector<std::string> where;
+    for (const LightProbe& probe : probes)
+        where.push_back(words_of(probe) + ", in a ball");
+    // They are sorted: the first of the others gains most.
+    if (!others.empty() && others.front().gain() >= kUnseen) {
+        if (const auto probe = probe_amid(scene, others, rays, media, around)) {
+            probes.push_back(*probe);
+            where.push_back(words_of(*probe));
+        }
+    }
+    if (probes.empty())
+        return {{},
+                fmt::format("no probe placed: {}, but no place near their middle is free", figure)};
+    return {probes, fmt::format("{} placed {}: {}", probes.size() == 1 ? "probe" : "probes",
+                                fmt::join(where, "; "), figure)};
 }
 
 std::vector<bool> unseen_by(const LightProbe& probe, const std::vector<Surface>& surfaces)
 {
-    constexpr double kMuch = 4;
     // Of the sphere around, that a ball covers.
     const auto part = [](double radius, double distance) {
         if (distance <= radius)
@@ -284,7 +359,7 @@ std::vector<bool> unseen_by(const LightProbe& probe, const std::vector<Surface>&
                     others,
                     part(radius, glm::distance(center, glm::clamp(center, other.min, other.max))));
         }
-        left_out[i] = part(radius, distance) > kMuch * others;
+        left_out[i] = part(radius, distance) > others;
     }
     return left_out;
 }

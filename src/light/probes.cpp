@@ -90,10 +90,8 @@ std::vector<LightProbe> Probes::wanted(const Scene& scene, const SceneSettings& 
     }
     // Media that move or change leave it where it is: frames of a sequence show one.
     if (!own_place_ || seen_.surfaces != scene.surfaces || seen_.media.size() != scene.media.size())
-        own_place_ = place_probe(scene, media);
-    if (!own_place_->probe)
-        return {};
-    return {*own_place_->probe};
+        own_place_ = place_probes(scene, media);
+    return own_place_->probes;
 }
 
 void Probes::set_placed(const Scene& scene, const SceneSettings& settings,

@@ -106,8 +106,8 @@ public:
     void prepare();
 
     [[nodiscard]] std::vector<ProbeState> states() const;
-    /// Why a probe was placed by itself or was not; empty: the scene has no surfaces, or names its
-    /// own.
+    /// Why probes were placed by themselves or were not; empty: the scene has no surfaces, or names
+    /// its own.
     [[nodiscard]] std::string placement() const { return own_place_ ? own_place_->why : ""; }
 
     /// Captures so far.
@@ -165,8 +165,8 @@ private:
     std::optional<ProbeLayout> layout_;
     Scene seen_;  ///< what they see, without the probes
     bool diffuse_ = false;
-    std::optional<ProbePlace>
-        own_place_;  ///< place of an own probe for seen_'s surfaces, where the scene names none
+    std::optional<ProbePlaces>
+        own_place_;  ///< places of own probes for seen_'s surfaces, where the scene names none
     std::optional<Shown> capturing_;
     bool preparing_ = false;
     int captures_ = 0;

@@ -179,9 +179,11 @@ std::optional<SurfaceRays::Hit> SurfaceRays::first(glm::dvec3 origin, glm::dvec3
     return hit;
 }
 
-bool SurfaceRays::is_near(glm::dvec3 p, double metres) const
+bool SurfaceRays::is_near(glm::dvec3 p, double metres, const std::vector<bool>& left_out) const
 {
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+        if (!left_out.empty() && left_out[i])
+            continue;
         if (const auto* sphere = std::get_if<SphereSurface>(&surfaces_[i])) {
             if (glm::distance(p, sphere->center) < sphere->radius + metres)
                 return true;

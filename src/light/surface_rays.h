@@ -28,8 +28,10 @@ public:
     /// Of unit length, outward or not, where a way met a surface.
     [[nodiscard]] glm::dvec3 normal_of(const Hit& hit, glm::dvec3 p) const;
 
-    /// Whether a place is inside of a surface, or nearer to one than this many metres.
-    [[nodiscard]] bool is_near(glm::dvec3 p, double metres) const;
+    /// Whether a place is inside of a surface, or nearer to one than this many metres, but for
+    /// those to be left out.
+    [[nodiscard]] bool is_near(glm::dvec3 p, double metres,
+                               const std::vector<bool>& left_out = {}) const;
 
     [[nodiscard]] const Bounds& bounds_of(int surface) const
     {

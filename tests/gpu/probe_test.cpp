@@ -559,10 +559,10 @@ TEST_F(Probe, FacesAreSeenWhereTheirCamerasLook)
 
 class ProbePlaces : public GlTest {
 protected:
-    light::ProbePlace place(const Scene& scene)
+    light::ProbePlaces place(const Scene& scene)
     {
         media_.set(scene, {});
-        return light::place_probe(scene, media_);
+        return light::place_probes(scene, media_);
     }
     static BoxMedium haze(glm::dvec3 min, glm::dvec3 max, float sigma_s)
     {
@@ -576,7 +576,7 @@ protected:
     {
         return {.center = center, .radius = 0.5, .albedo = glm::vec3(0.9f), .gloss = gloss};
     }
-    static void expect_says(const light::ProbePlace& place, const std::string& word)
+    static void expect_says(const light::ProbePlaces& place, const std::string& word)
     {
         EXPECT_NE(place.why.find(word), std::string::npos) << place.why;
     }
@@ -592,54 +592,102 @@ TEST_F(ProbePlaces, NoneWhereItDoesNotPay)
     Scene scene;
     scene.media = {haze({-40, -40, 0}, {40, 40, 20}, 0.001f)};
     scene.surfaces = {BoxSurface{.min = {-50, -50, -1}, .max = {50, 50, 0}}, ball({0, 0, 1}, {})};
-    light::ProbePlace found = place(scene);
-    EXPECT_FALSE(found.probe);
+    light::ProbePlaces found = place(scene);
+    EXPECT_TRUE(found.probes.empty());
     expect_says(found, "no surface is glossy");
 
     scene.surfaces[1] = ball({0, 0, 1}, Gloss{.roughness = 0.95f, .metallic = 0});
     found = place(scene);
-    EXPECT_FALSE(found.probe);
+    EXPECT_TRUE(found.probes.empty());
     expect_says(found, "less than 0.01");
 
     // A mirror in the open sees the world alone.
     scene.media.clear();
     scene.surfaces = {ball({0, 0, 1}, kMirror)};
     found = place(scene);
-    EXPECT_FALSE(found.probe);
+    EXPECT_TRUE(found.probes.empty());
     expect_says(found, "surfaces[0]");
+}
+
+std::vector<Surface> room()
+{
+    return {BoxSurface{.min = {-4.5, -3.5, -0.5}, .max = {4.5, 3.5, 0}},
+            BoxSurface{.min = {-4.5, -3.5, 0}, .max = {-4, 3.5, 4}},
+            BoxSurface{.min = {4, -3.5, 0}, .max = {4.5, 3.5, 4}},
+            BoxSurface{.min = {-4.5, 3, 0}, .max = {4.5, 3.5, 4}},
+            BoxSurface{.min = {-4.5, -3.5, 4}, .max = {4.5, 3.5, 4.5}}};
+}
+
+/// The walls, and the end of them where the room is open.
+void expect_walls_of_room(const LightProbe& probe)
+{
+    EXPECT_EQ(probe.parallax, LightProbe::Parallax::box);
+    EXPECT_LT(glm::distance(probe.parallax_min, glm::dvec3(-4, -3.5, 0)), 0.05);
+    EXPECT_LT(glm::distance(probe.parallax_max, glm::dvec3(4, 3, 4)), 0.05);
+}
+
+TEST_F(ProbePlaces, InTheMiddleOfEachBall)
+{
+    Scene scene;
+    scene.surfaces = room();
+    scene.surfaces.emplace_back(ball({-2, 0, 1}, kMirror));
+    scene.surfaces.emplace_back(ball({2, 0, 0.5}, Gloss{.roughness = 0.5f, .metallic = 0}));
+    light::ProbePlaces found = place(scene);
+    ASSERT_EQ(found.probes.size(), 2u) << found.why;
+    EXPECT_EQ(found.probes[0].position, glm::dvec3(-2, 0, 1));
+    EXPECT_EQ(found.probes[1].position, glm::dvec3(2, 0, 0.5));
+    for (const LightProbe& probe : found.probes) {
+        expect_walls_of_room(probe);
+        // The ball has it whole, and what stands a ball's radius away has nothing of it.
+        EXPECT_GT(probe.radius * (1 - probe.falloff), 0.5);
+        EXPECT_LT(probe.radius, 0.6);
+    }
+    EXPECT_EQ(found.probes[0].size, 128);
+    EXPECT_EQ(found.probes[1].size, 64);
+    expect_says(found, "probes placed at (-2, 0, 1)");
+
+    // Half in the floor there is nothing to be seen from its middle, and in smoke too little.
+    std::get<SphereSurface>(scene.surfaces[6]).center.z = -0.1;
+    scene.media = {haze({-3, -1, 0}, {-1, 1, 2}, 1)};
+    found = place(scene);
+    ASSERT_EQ(found.probes.size(), 1u) << found.why;
+    EXPECT_NE(found.probes[0].position, glm::dvec3(-2, 0, 1));
+
+    // Of many the first four, and one for all others.
+    scene.media.clear();
+    scene.surfaces = room();
+    for (int i = 0; i < 6; ++i)
+        scene.surfaces.emplace_back(ball({-3.2 + 1.3 * i, 0, 1}, kMirror));
+    EXPECT_EQ(place(scene).probes.size(), 5u);
 }
 
 TEST_F(ProbePlaces, AmidWhatIsGlossyInNoSurfaceAndNoSmoke)
 {
-    // Two balls alike, and between them what a probe must not be in.
+    // Two blocks alike, and between them what a probe must not be in.
     Scene scene;
-    scene.surfaces = {ball({-2, 0, 1}, kMirror),
-                      ball({2, 0, 1}, kMirror),
-                      BoxSurface{.min = {-4.5, -3.5, -0.5}, .max = {4.5, 3.5, 0}},
-                      BoxSurface{.min = {-4.5, -3.5, 0}, .max = {-4, 3.5, 4}},
-                      BoxSurface{.min = {4, -3.5, 0}, .max = {4.5, 3.5, 4}},
-                      BoxSurface{.min = {-4.5, 3, 0}, .max = {4.5, 3.5, 4}},
-                      BoxSurface{.min = {-4.5, -3.5, 4}, .max = {4.5, 3.5, 4.5}}};
-    light::ProbePlace found = place(scene);
-    ASSERT_TRUE(found.probe) << found.why;
-    EXPECT_LT(glm::distance(found.probe->position, glm::dvec3(0, 0, 1)), 1e-6);
-    EXPECT_EQ(found.probe->parallax, LightProbe::Parallax::box);
-    // The walls, and the end of them where the room is open.
-    EXPECT_LT(glm::distance(found.probe->parallax_min, glm::dvec3(-4, -3.5, 0)), 0.05);
-    EXPECT_LT(glm::distance(found.probe->parallax_max, glm::dvec3(4, 3, 4)), 0.05);
+    scene.surfaces = room();
+    for (const double x : {-2.0, 2.0})
+        scene.surfaces.emplace_back(BoxSurface{.min = {x - 0.5, -0.5, 0.5},
+                                               .max = {x + 0.5, 0.5, 1.5},
+                                               .albedo = glm::vec3(0.9f),
+                                               .gloss = kMirror});
+    light::ProbePlaces found = place(scene);
+    ASSERT_EQ(found.probes.size(), 1u) << found.why;
+    EXPECT_LT(glm::distance(found.probes[0].position, glm::dvec3(0, 0, 1)), 0.02);
+    expect_walls_of_room(found.probes[0]);
     expect_says(found, "0.8");
 
-    scene.surfaces.push_back(BoxSurface{.min = {-0.2, -0.4, 0}, .max = {0.2, 0.4, 1.4}});
+    scene.surfaces.emplace_back(BoxSurface{.min = {-0.2, -0.4, 0}, .max = {0.2, 0.4, 1.4}});
     found = place(scene);
-    ASSERT_TRUE(found.probe) << found.why;
-    EXPECT_FALSE(light::SurfaceRays(scene.surfaces).is_near(found.probe->position, 0.04));
-    EXPECT_LT(glm::distance(found.probe->position, glm::dvec3(0, 0, 1)), 1);
+    ASSERT_EQ(found.probes.size(), 1u) << found.why;
+    EXPECT_FALSE(light::SurfaceRays(scene.surfaces).is_near(found.probes[0].position, 0.04));
+    EXPECT_LT(glm::distance(found.probes[0].position, glm::dvec3(0, 0, 1)), 1);
 
     scene.surfaces.pop_back();
     scene.media = {haze({-0.9, -1, 0}, {0.9, 1, 2.5}, 10)};
     found = place(scene);
-    ASSERT_TRUE(found.probe) << found.why;
-    const glm::dvec3 p = found.probe->position;
+    ASSERT_EQ(found.probes.size(), 1u) << found.why;
+    const glm::dvec3 p = found.probes[0].position;
     EXPECT_TRUE(std::abs(p.x) > 0.9 || std::abs(p.y) > 1 || p.z > 2.5);
 }
 
