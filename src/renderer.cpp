@@ -115,9 +115,9 @@ struct Renderer::Parts {
         const bool lists_fragments = !transparents.empty() || view.lists != nullptr;
         return lists_fragments || tools.computes(settings) ? STORAGE_COUNT : 0;
     }
-    /// Binds those of a frame as panes in order, if they need no lists.
-    void order_panes(const View::State& view, PreparedFrame& prepared,
-                     const transparent::SeenTransparents& seen) const;
+    /// Puts those of a frame in order if they need no lists, and binds them as panes if they are.
+    void order_transparents(const View::State& view, PreparedFrame& prepared,
+                            transparent::SeenTransparents& seen) const;
     /// Has a march keep what it meets before the transparents of a frame, the host's too.
     void ask_depths(const View::State& view, PreparedFrame& prepared,
                     const transparent::SeenTransparents& seen) const;
@@ -138,9 +138,10 @@ struct Renderer::Parts {
     /// view
     void draw_transparents(View::State& view, const PreparedFrame& prepared,
                            const transparent::SeenTransparents& seen, resolve::Layers* layers);
-    /// Lays panes in order over a picture. @param layers likewise
-    void lay_panes(View::State& view, const PreparedFrame& prepared, resolve::Layers* layers,
-                   const transparent::Resolved& resolved) const;
+    /// Lays those in order over a picture. @param layers likewise
+    void lay_in_order(View::State& view, const PreparedFrame& prepared,
+                      const transparent::SeenTransparents& seen, resolve::Layers* layers,
+                      const transparent::Resolved& resolved) const;
     /// Settles a frame and binds what all passes read of it, the media and the lights too where it
     /// sees a medium.
     PreparedFrame begin(const View::State& view, const Frame& frame, const FrameSettings& s);
@@ -221,8 +222,17 @@ struct Renderer::Parts {
 
     std::uint64_t scene_id = 0, media_id = 0, life_id = 0;  ///< FrameScene's
     bool prepares = false;                                  ///< while prepare() draws
-    bool prepares_lists = false;  ///< likewise, what panes in order have no need of
-    SceneWork reported;           ///< as far as take_report() has told
+    /// How a frame's transparents are laid over its picture.
+    enum class Way {
+        lists,
+        in_order,  ///< each by itself, a march having kept what it met at depths of the frame's
+        at_panes,  ///< likewise, at the depths of each
+        as_panes,  ///< all at once
+    };
+    /// Whether frames of the scene may have to.
+    [[nodiscard]] bool may_lay(Way way) const;
+    std::optional<Way> prepares_way;  ///< likewise, as if what they are had none but this
+    SceneWork reported;               ///< as far as take_report() has told
     SceneSettings scene_settings;
     surface::SurfacePainter surface_painter;
     gl::UniformBuffer<shared::InspectParams> probe_balls;
@@ -232,6 +242,7 @@ struct Renderer::Parts {
     std::weak_ptr<transparent::FragmentLists>
         last_lists;                          ///< lists of the view that was drawn last
     std::uint64_t last_volume_at_bytes = 0;  ///< likewise, Layers::volume_at_bytes()
+    bool last_at_panes = false;              ///< likewise, whether its panes were in order
     const Toolbox tools{device,        programs,   timers,         media,      lights,
                         volumes,       probes,     scene_settings, fullscreen, frame_block,
                         depth_sampler, blue_noise, sun_shades};
@@ -262,18 +273,64 @@ PreparedFrame Renderer::Parts::begin(const View::State& view, const Frame& frame
     return prepared;
 }
 
-void Renderer::Parts::order_panes(const View::State& view, PreparedFrame& prepared,
-                                  const transparent::SeenTransparents& seen) const
+bool Renderer::Parts::may_lay(Way way) const
+{
+    const std::size_t all = transparents.size(), flat = all - transparents.listed();
+    switch (way) {
+    case Way::lists:  // what is in order in one view may cross in another
+        return all > 1 || transparents.listed() > 0;
+    case Way::in_order:  // as one may be steep
+        return flat > 0;
+    case Way::at_panes:
+        return flat > transparents.plain_panes();
+    case Way::as_panes:
+        return transparents.plain_panes() > 0;
+    }
+    return false;
+}
+
+void Renderer::Parts::order_transparents(const View::State& view, PreparedFrame& prepared,
+                                         transparent::SeenTransparents& seen) const
 {
     // A host's own, in lists or shaded by the host, may lie anywhere between them.
     if (seen.list.empty() || view.lists_have_hosts || view.host_fragments ||
-        !prepared.host.transparents.empty() || prepares_lists)
+        !prepared.host.transparents.empty() || prepares_way == Way::lists ||
+        prepared.settings.transparency != FrameSettings::Transparency::split)
         return;
-    const auto panes = transparent::panes_in_order(transparents, seen, prepared);
-    if (!panes)
+    const auto is_plain = [&](const transparent::SeenTransparent& one) {
+        return transparents.plain(one).has_value();
+    };
+    const auto needs_list = [&](const transparent::SeenTransparent& one) {
+        return transparents.needs_list(one);
+    };
+    if (prepares_way) {  // one of each variant
+        std::array<bool, 4> had{};
+        std::erase_if(seen.list, [&](const transparent::SeenTransparent& one) {
+            const std::size_t variant =
+                (transparents.image(one) ? 1 : 0) + (transparents.fades(one) ? 2 : 0);
+            return needs_list(one) || (prepares_way == Way::as_panes && !is_plain(one)) ||
+                   std::exchange(had.at(variant), true);
+        });
+    }
+    if (std::any_of(seen.list.begin(), seen.list.end(), needs_list))
         return;
-    transparent_painter.bind_panes(device, *panes);
-    prepared.panes = panes->count;
+    std::vector<transparent::Placed> ordered = transparent::place(seen, prepared.eye);
+    if (!prepares_way) {
+        auto found = transparent::put_in_order(ordered);
+        if (!found)
+            return;
+        ordered = std::move(*found);
+    }
+    seen.in_order = true;
+    seen.list.clear();
+    for (const transparent::Placed& one : ordered)
+        seen.list.push_back(one.seen);
+    if (prepares_way ? prepares_way == Way::in_order : !transparent::suit_march(ordered, prepared))
+        return;
+    const shared::PaneParams panes = transparent::pane_params(transparents, ordered, prepared);
+    transparent_painter.bind_panes(device, panes);
+    prepared.panes = panes.count;
+    seen.are_plain = std::all_of(seen.list.begin(), seen.list.end(), is_plain);
     // The same as panes come into view and leave it.
     prepared.pane_places = 1;
     while (prepared.pane_places <
@@ -338,8 +395,11 @@ bool Renderer::Parts::list_transparents(View::State& view, const PreparedFrame& 
     view.lists_have_hosts = view.host_fragments.has_value();
     view.host_fragments.reset();
     if (seen.list.empty() && !view.lists_have_hosts) {
-        if (transparents.empty())
+        if (transparents.empty()) {
             view.lists.reset();
+            view.pane_layer.drop();
+            view.transparent_sum.drop();
+        }
         return false;
     }
     if (view.lists == nullptr)
@@ -358,24 +418,32 @@ void Renderer::Parts::draw_transparents(View::State& view, const PreparedFrame& 
                                         resolve::Layers* layers)
 {
     last_volume_at_bytes = layers != nullptr ? layers->volume_at_bytes() : 0;
-    if (prepared.panes > 0) {
+    last_at_panes = prepared.panes > 0;
+    transparent::Resolved resolved{picture, prepared.picture()};
+    if (seen.in_order) {
+        const auto format = gl::image_format(device, resolved.picture);
+        resolved.is_fine = format && format->format == GL_RGBA32F;
         last_lists.reset();
-        const transparent::Resolved resolved{picture, prepared.picture()};
-        lay_panes(view, prepared, layers, resolved);
+        lay_in_order(view, prepared, seen, layers, resolved);
         return;
     }
     if (!list_transparents(view, prepared, seen))
         return;
-    const transparent::Resolved resolved{picture, prepared.picture(), GL_ONE, reads_picture(view)};
+    resolved.reads_picture = reads_picture(view);
     transparent_painter.resolve(tools, *view.lists, view.media_mask, layers, resolved, prepared);
 }
 
-void Renderer::Parts::lay_panes(View::State& view, const PreparedFrame& prepared,
-                                resolve::Layers* layers,
-                                const transparent::Resolved& resolved) const
+void Renderer::Parts::lay_in_order(View::State& view, const PreparedFrame& prepared,
+                                   const transparent::SeenTransparents& seen,
+                                   resolve::Layers* layers,
+                                   const transparent::Resolved& resolved) const
 {
-    transparent_painter.lay_panes(tools, view.pane_layer, view.media_mask, layers, resolved,
-                                  prepared);
+    if (seen.are_plain)
+        transparent_painter.lay_panes(tools, view.pane_layer, view.media_mask, layers, resolved,
+                                      prepared);
+    else
+        transparent_painter.lay_in_order(tools, transparents, seen.list, view.transparent_sum,
+                                         view.media_mask, layers, resolved, prepared);
 }
 
 std::string Renderer::Parts::explain_transparents(const FrameSettings& settings) const
@@ -390,7 +458,7 @@ std::string Renderer::Parts::explain_transparents(const FrameSettings& settings)
         line += "of which the last view needed no lists";
     if (settings.mode == Settings::Mode::froxel)
         return line + "; what media do before each is looked up in the froxels";
-    line += lists != nullptr
+    line += !last_at_panes
                 ? fmt::format("; the march keeps what it has met at {} depths", settings.splits)
                 : "; the march keeps what it has met at the depth of each";
     if (last_volume_at_bytes > 0)
@@ -417,7 +485,7 @@ public:
         if (!frame.target)
             return;
         parts.color.attach_color({frame.color});
-        framebuffer_.copy_color_of(parts.color, glm::ivec2(frame.color.size));
+        framebuffer_.copy_color_of(parts.color, glm::ivec2(0), glm::ivec2(frame.color.size));
         parts.color.detach_color();
     }
     Picture(const Picture&) = delete;
@@ -619,9 +687,9 @@ void Renderer::Parts::composite(View& view, const Frame& frame, const FrameSetti
         return;
     PreparedFrame prepared = parts.begin(state, frame, settings);
     Parts::check_host_fragments(state, prepared);
-    const transparent::SeenTransparents seen = parts.transparents.look(prepared);
+    transparent::SeenTransparents seen = parts.transparents.look(prepared);
     state.lists_have_hosts = false;
-    parts.order_panes(state, prepared, seen);
+    parts.order_transparents(state, prepared, seen);
     if (!prepared.sees_media) {
         parts.draw_transparents(state, prepared, seen, nullptr);
         if (is_asked)
@@ -757,14 +825,14 @@ TransparentImages Renderer::read_transparents(View& view, const Frame& frame,
     const gl::StateGuard guard(parts.device, BLOCK_COUNT, IMAGE_COUNT,
                                parts.storages(state, settings));
     PreparedFrame prepared = parts.begin(state, frame, settings);
-    const transparent::SeenTransparents seen = parts.transparents.look(prepared);
+    transparent::SeenTransparents seen = parts.transparents.look(prepared);
     if (seen.list.empty() && !state.lists_have_hosts) {
         const auto values = 3 * static_cast<std::size_t>(prepared.picture_size.x) *
                             static_cast<std::size_t>(prepared.picture_size.y);
         return {std::vector<float>(values, 0.0f), std::vector<float>(values, 1.0f)};
     }
-    parts.order_panes(state, prepared, seen);
-    if ((prepared.panes == 0 && state.lists == nullptr) ||
+    parts.order_transparents(state, prepared, seen);
+    if ((!seen.in_order && state.lists == nullptr) ||
         (prepared.sees_media && !state.holds(prepared)))
         throw Error("the view holds no transparents of such a frame: its last one was of another "
                     "size or had other settings; call composite() with this one first");
@@ -777,11 +845,11 @@ TransparentImages Renderer::read_transparents(View& view, const Frame& frame,
     const auto read = [&](float nothing, GLenum of_added) {
         const std::array<GLfloat, 4> value{nothing, nothing, nothing, 1};
         parts.device->ClearNamedFramebufferfv(framebuffer.id(), GL_COLOR, 0, value.data());
-        const transparent::Resolved resolved{framebuffer, picture, of_added,
-                                             parts.reads_picture(state), true};
+        const transparent::Resolved resolved{
+            framebuffer, picture, of_added, parts.reads_picture(state), true, true};
         resolve::Layers* const layers = prepared.sees_media ? state.layers.get() : nullptr;
-        if (prepared.panes > 0)
-            parts.lay_panes(state, prepared, layers, resolved);
+        if (seen.in_order)
+            parts.lay_in_order(state, prepared, seen, layers, resolved);
         else
             parts.transparent_painter.resolve(parts.tools, *state.lists, state.media_mask, layers,
                                               resolved, prepared);
@@ -1019,11 +1087,13 @@ void Renderer::prepare(const Frame& frame, const FrameSettings& settings)
         };
         for (const Frame* one : {&still, &still, &moved})
             draw(*one);
-        if (parts.transparents.size() > 1) {  // panes that are in order may cross in another view
-            parts.prepares_lists = true;
-            draw(moved);
-            parts.prepares_lists = false;
-        }
+        using Way = Parts::Way;
+        for (const Way way : {Way::lists, Way::in_order, Way::at_panes, Way::as_panes})
+            if (parts.may_lay(way)) {
+                parts.prepares_way = way;
+                draw(moved);
+                parts.prepares_way.reset();
+            }
         if (s.keeps_history())
             parts.draw_changes(view, draw, still, moved);
         view.reset_history();

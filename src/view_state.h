@@ -14,8 +14,8 @@
 #include "resolve/layers.h"
 #include "shared/host_transparent_params.h"
 #include "shared/volume_at_params.h"
+#include "transparent/fine_target.h"
 #include "transparent/fragment_lists.h"
-#include "transparent/panes.h"
 
 namespace fumarole {
 
@@ -46,9 +46,11 @@ struct View::State {
         std::unique_ptr<gl::BindingGuard> bindings;  ///< while the host draws
     };
     std::optional<HostFragments> host_fragments;
-    bool lists_have_hosts = false;      ///< the last frame's had some
-    transparent::PaneLayer pane_layer;  ///< layer of panes in order, which have no lists
-    gl::Texture media_mask;             ///< where transparents look media up
+    bool lists_have_hosts = false;  ///< the last frame's had some
+    /// Of transparents in order, which have no lists: what panes add, and a picture.
+    transparent::FineTarget pane_layer{"what panes add", {}, {}};
+    transparent::FineTarget transparent_sum{"picture with transparents", {}, {}};
+    gl::Texture media_mask;  ///< where transparents look media up
     gl::UniformBuffer<shared::HostTransparentParams> host_block;
     gl::UniformBuffer<shared::VolumeAtParams> volume_at_block;
     std::optional<VolumeAtNames>

@@ -1,6 +1,10 @@
 // OpenGL's blending of one colour over another: a factor of what is behind, or of the source.
 #include "shared/transparent_params.h"
 
+// A factor of the source's own color and alpha.
+//   weights  of a constant, of the color and of the alpha
+vec3 own_factor(vec3 weights, vec4 source) { return weights.x + weights.y * source.rgb + weights.z * source.a; }
+
 vec4 blend_factor(uint factor, vec4 source, vec4 behind)
 {
     switch (factor) {

@@ -4,6 +4,13 @@ struct VolumeAt {
     vec3 transmittance;  // from the eye to it, 0..1
 };
 
+// What a surface between them that adds a radiance, and keeps a share of what is behind, adds for the eye: light that is
+// scattered in before it is no part of what it covers, and light behind it is dimmed once.
+vec3 added_in_volume(VolumeAt at, vec3 radiance, vec3 kept)
+{
+    return at.transmittance * radiance + at.scattering * (1.0 - kept);
+}
+
 // What lies between two depths: as the nearer one sees the light, which is scattered in behind it. Where it sees
 // nothing any more, at an optical depth of some 20, what is behind makes no difference to the eye and is left out.
 VolumeAt volume_between(VolumeAt near, VolumeAt far)

@@ -1,4 +1,4 @@
-// One transparent in one draw into the lists of fragments.
+// One transparent in one draw: into the lists of fragments, or over a picture.
 #pragma once
 #include "shared/types.h"
 FUM_SHARED_BEGIN
@@ -45,14 +45,17 @@ FUM_SHARED_FUNCTION uint fragment_destination_factor(uint key)
 
 struct FUM_STD140 TransparentParams {
     mat4 clip_from_object;
-    vec4 view_z_from_object;   // view_z [m] of p = dot(vec4(p, 1), this)
-    vec4 source;               // radiance or filter, and alpha; of an image, what multiplies it
-    vec4 faded;                // what that is once it has faded away
-    vec4 fades;                // 1 for each of its channels that fades, else 0
-    float inverse_depth_fade;  // 1/m; 0: it does not fade
-    uint key;                  // fragment_key()
-    uint is_filter;            // of an image: what it does not cover lets all through
-    float unused;
+    vec4 view_z_from_object;  // view_z [m] of p = dot(vec4(p, 1), this)
+    vec4 source;              // radiance or filter, and alpha; of an image, what multiplies it
+    vec4 faded;               // what that is once it has faded away
+    vec4 fades;               // 1 for each of its channels that fades, else 0
+    vec3 of_source;  // of the source's factor: what a constant, its colour and its alpha weigh
+    uint is_filter;  // of an image: what it does not cover lets all through
+    vec3 of_behind;  // the same of the factor of what is behind
+    uint key;        // fragment_key()
+    vec2 view_z;     // the near and the far plane's [m]
+    float inverse_depth_fade;  // 1/m
+    int pane;                  // which of the panes in order it is
 };
 
 FUM_SHARED_END

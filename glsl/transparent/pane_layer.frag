@@ -23,7 +23,7 @@ void main()
         if (!kNoMedia)
             at = split_texel(texel, min(k, u_panes.count - 1));
         vec3 kept = u_panes.kept[k].rgb;
-        vec3 here = added.rgb * kept + at.transmittance * u_panes.emitted[k].rgb + at.scattering * (1.0 - kept);
+        vec3 here = added.rgb * kept + added_in_volume(at, u_panes.emitted[k].rgb, kept);
         added = mix(added, vec4(here, added.a + float(1 << k)),
                     bvec4(k < u_panes.count ? pane_seen(pane_hit(k, ndc), view_z) : 0.0));
     }

@@ -28,7 +28,7 @@ vec3 added_by_panes(uint met)
         int k = findMSB(met);
         VolumeAt at = volume_at_pane(ray, k, pane_view_z(pane_hit(k, ndc)));
         vec3 kept = u_panes.kept[k].rgb;
-        added = added * kept + at.transmittance * u_panes.emitted[k].rgb + at.scattering * (1.0 - kept);
+        added = added * kept + added_in_volume(at, u_panes.emitted[k].rgb, kept);
         met ^= 1u << uint(k);
     } while (met != 0u);
     return added;

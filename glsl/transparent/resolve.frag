@@ -46,8 +46,7 @@ void blend_split(inout Seen seen, Fragment fragment, VolumeAt at, vec3 picture)
         behind = vec4(at_fragment(seen.kept * picture + seen.added - at.scattering, at.transmittance), seen.alpha);
     vec4 of_source = blend_factor(fragment_source_factor(fragment.key), fragment.source, behind);
     vec4 of_behind = blend_factor(fragment_destination_factor(fragment.key), fragment.source, behind);
-    seen.added = seen.added * of_behind.rgb + at.transmittance * (fragment.source * of_source).rgb +
-                 at.scattering * (1.0 - of_behind.rgb);
+    seen.added = seen.added * of_behind.rgb + added_in_volume(at, (fragment.source * of_source).rgb, of_behind.rgb);
     seen.kept *= of_behind.rgb;
     seen.alpha = fragment.source.a * of_source.a + seen.alpha * of_behind.a;
 }

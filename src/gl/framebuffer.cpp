@@ -59,12 +59,12 @@ void Framebuffer::attach_depth_layer(TextureView depth, int layer)
     handle_.device()->NamedFramebufferTextureLayer(id(), GL_DEPTH_ATTACHMENT, depth.id, 0, layer);
 }
 
-void Framebuffer::copy_color_of(const Framebuffer& from, glm::ivec2 size) const
+void Framebuffer::copy_color_of(const Framebuffer& from, glm::ivec2 low, glm::ivec2 high) const
 {
     const Device& gl = handle_.device();
     gl->NamedFramebufferReadBuffer(from.id(), GL_COLOR_ATTACHMENT0);
-    gl->BlitNamedFramebuffer(from.id(), id(), 0, 0, size.x, size.y, 0, 0, size.x, size.y,
-                             GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    gl->BlitNamedFramebuffer(from.id(), id(), low.x, low.y, high.x, high.y, low.x, low.y, high.x,
+                             high.y, GL_COLOR_BUFFER_BIT, GL_NEAREST);
     gl->NamedFramebufferReadBuffer(from.id(), GL_NONE);
 }
 

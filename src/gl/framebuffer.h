@@ -26,8 +26,9 @@ public:
     /// Draws to nothing: fragments that write images alone.
     void set_empty(glm::ivec2 size) const;
 
-    /// Copies the first colour of another framebuffer of that size into this one's.
-    void copy_color_of(const Framebuffer& from, glm::ivec2 size) const;
+    /// Copies the first colour of another framebuffer, from `low` to before `high`, into this
+    /// one's.
+    void copy_color_of(const Framebuffer& from, glm::ivec2 low, glm::ivec2 high) const;
 
     /// Binds for drawing, with a viewport that covers `size`.
     void bind(glm::ivec2 size) const;

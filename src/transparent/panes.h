@@ -1,28 +1,21 @@
 #pragma once
 
-#include <optional>
+#include <vector>
 
-#include "gl/framebuffer.h"
-#include "gl/texture.h"
 #include "prepared_frame.h"
 #include "shared/pane_params.h"
-#include "transparent/transparent_set.h"
+#include "transparent/order.h"
 
 namespace fumarole::transparent {
 
-/// A frame's transparents as panes in order, the nearest first: laid over a picture without lists.
-/// @returns nothing where one is not flat or not of one colour, blends by what is behind it, or
-/// crosses another, or where there are more than MAX_PANES
-std::optional<shared::PaneParams> panes_in_order(const TransparentSet& transparents,
-                                                 const SeenTransparents& seen,
-                                                 const PreparedFrame& frame);
+/// Whether a march does well to keep what it meets where each ray meets each of them: there are no
+/// more than MAX_PANES, and between two rays of its layer lies no more of the depth of one than
+/// between two of the depths that it would keep else.
+bool suit_march(const std::vector<Placed>& ordered, const PreparedFrame& frame);
 
-/// What a view's panes add to each ray of a march: glsl/transparent/pane_layer.frag.
-struct PaneLayer {
-    gl::Texture added;
-    gl::Framebuffer framebuffer;
-
-    void resize(const gl::Device& device, glm::ivec2 size);
-};
+/// Transparents in order as panes, no more than MAX_PANES. What they look like is said of those of
+/// one colour.
+shared::PaneParams pane_params(const TransparentSet& transparents,
+                               const std::vector<Placed>& ordered, const PreparedFrame& frame);
 
 }  // namespace fumarole::transparent

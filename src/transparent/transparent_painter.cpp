@@ -13,13 +13,14 @@ namespace {
 /// What is drawn is laid over a picture: its factors are the second source of blending.
 class BlendOver {
 public:
-    BlendOver(const Toolbox& tools, const Resolved& resolved, const PreparedFrame& frame)
+    BlendOver(const Toolbox& tools, const gl::Framebuffer& framebuffer, GLenum of_added,
+              const PreparedFrame& frame)
         : gl_{tools.device}
     {
-        resolved.framebuffer.bind(frame.picture_size);
+        framebuffer.bind(frame.picture_size);
         gl_->Enablei(GL_BLEND, 0);
         gl_->BlendEquationi(0, GL_FUNC_ADD);
-        gl_->BlendFunci(0, resolved.of_added, GL_SRC1_COLOR);
+        gl_->BlendFunci(0, of_added, GL_SRC1_COLOR);
         gl_->ColorMaski(0, GL_TRUE, GL_TRUE, GL_TRUE, GL_FALSE);
     }
     ~BlendOver() { gl_->Disablei(GL_BLEND, 0); }
@@ -34,6 +35,33 @@ gl::Defines without_media(gl::Defines defines)
 {
     defines.add_file("written/volume_at.glsl", "#include \"scene/volume_at_none.glsl\"\n");
     return defines;
+}
+
+/// Blends over a framebuffer what `draw` draws in a variant, by what the media do where they are
+/// seen. The rest is as TransparentPainter::resolve() has it.
+template <class Draw>
+void blend_through_media(const Toolbox& tools, gl::Texture& mask, resolve::Layers* layers,
+                         gl::Framebuffer& framebuffer, GLenum of_added, const PreparedFrame& frame,
+                         const gl::Defines& defines, const Draw& draw)
+{
+    if (layers == nullptr) {
+        const BlendOver blend(tools, framebuffer, of_added, frame);
+        draw(without_media(defines));
+        return;
+    }
+    gl::Defines media = defines;
+    media += layers->bind_volume_at(frame);
+    if (layers->media_tiles() == nullptr) {
+        const BlendOver blend(tools, framebuffer, of_added, frame);
+        draw(media);
+        return;
+    }
+    const MediaMask where(tools, *layers->media_tiles(), mask, framebuffer, frame);
+    const BlendOver blend(tools, framebuffer, of_added, frame);
+    where.where_none();
+    draw(without_media(defines));
+    where.where_media();
+    draw(media);
 }
 
 void draw_panes(const Toolbox& tools, const char* fragment_file, const gl::Defines& defines)
@@ -57,20 +85,28 @@ void TransparentPainter::fill(const Toolbox& tools, const TransparentSet& transp
     gl->ClipControl(GL_LOWER_LEFT, frame.host.depth_convention.zero_to_one
                                        ? GL_ZERO_TO_ONE
                                        : GL_NEGATIVE_ONE_TO_ONE);
-    gl->BindBufferBase(GL_UNIFORM_BUFFER, TRANSPARENT_BLOCK, block_.id());
-    for (const SeenTransparent& one : seen) {
-        gl::Defines defines = lists.defines();
-        const gl::TextureView image = transparents.image(one);
-        if (image)
-            defines.emplace_back("kImage", "");
-        gl::bind_texture(gl, TRANSPARENT_IMAGE_UNIT, image);
-        block_.write(transparents.params(one, frame));
-        gl->UseProgram(
-            tools.programs.get({"transparent/fragment.vert", "transparent/fragment.frag"}, defines)
-                .id());
-        transparents.draw(one);
-    }
+    for (const SeenTransparent& one : seen)
+        draw(tools, transparents, one, "transparent/fragment.frag", lists.defines(), frame);
     gl->ClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
+}
+
+void TransparentPainter::draw(const Toolbox& tools, const TransparentSet& transparents,
+                              const SeenTransparent& one, const char* fragment_file,
+                              gl::Defines defines, const PreparedFrame& frame, int pane) const
+{
+    const gl::Device& gl = tools.device;
+    const gl::TextureView image = transparents.image(one);
+    if (image)
+        defines.emplace_back("kImage", "");
+    if (transparents.fades(one))
+        defines.emplace_back("kFades", "");
+    gl::bind_texture(gl, TRANSPARENT_IMAGE_UNIT, image);
+    shared::TransparentParams params = transparents.params(one, frame);
+    params.pane = pane;
+    block_.write(params);
+    gl->BindBufferBase(GL_UNIFORM_BUFFER, TRANSPARENT_BLOCK, block_.id());
+    gl->UseProgram(tools.programs.get({"transparent/fragment.vert", fragment_file}, defines).id());
+    transparents.draw(one);
 }
 
 void TransparentPainter::resolve(const Toolbox& tools, const FragmentLists& lists,
@@ -93,27 +129,52 @@ void TransparentPainter::resolve(const Toolbox& tools, const FragmentLists& list
         gl->TextureBarrier();
     }
     lists.bind();
-    const auto draw = [&](const gl::Defines& variant) {
-        tools.draw_fullscreen("transparent/resolve.frag", variant);
+    blend_through_media(tools, mask, layers, resolved.framebuffer, resolved.of_added, frame,
+                        defines, [&](const gl::Defines& variant) {
+                            tools.draw_fullscreen("transparent/resolve.frag", variant);
+                        });
+}
+
+void TransparentPainter::lay_in_order(const Toolbox& tools, const TransparentSet& transparents,
+                                      std::span<const SeenTransparent> seen, FineTarget& sum,
+                                      gl::Texture& mask, resolve::Layers* layers,
+                                      const Resolved& resolved, const PreparedFrame& frame) const
+{
+    const gl::Device& gl = tools.device;
+    const auto time = tools.timers.scope("transparents in order");
+    glm::dvec2 low(frame.picture_size), high(0);
+    for (const SeenTransparent& one : seen) {
+        low = glm::min(low, one.area.low);
+        high = glm::max(high, one.area.high);
+    }
+    const glm::ivec2 first = glm::max(glm::floor(low), 0.0);
+    const glm::ivec2 end = glm::min(glm::ceil(high), glm::dvec2(frame.picture_size));
+    if (!glm::all(glm::lessThan(first, end)))
+        return;
+    if (!resolved.is_fine) {
+        sum.resize(gl, frame.picture_size);
+        sum.framebuffer.copy_color_of(resolved.framebuffer, first, end);
+    }
+    const auto draw_all = [&](const gl::Defines& variant) {
+        for (std::size_t i = seen.size(); i-- > 0;)
+            draw(tools, transparents, seen[i], "transparent/over.frag", variant, frame,
+                 static_cast<int>(i));
     };
-    if (layers == nullptr) {
-        const BlendOver blend(tools, resolved, frame);
-        draw(without_media(defines));
+    gl::Defines defines{{"kOver", ""}};
+    if (frame.panes > 0)
+        defines.emplace_back("kKeptAtPanes", "");
+    blend_through_media(tools, mask, layers,
+                        resolved.is_fine ? resolved.framebuffer : sum.framebuffer,
+                        resolved.of_added, frame, defines, draw_all);
+    if (resolved.is_fine)
         return;
-    }
-    gl::Defines media = defines;
-    media += layers->bind_volume_at(frame);
-    if (layers->media_tiles() == nullptr) {
-        const BlendOver blend(tools, resolved, frame);
-        draw(media);
-        return;
-    }
-    const MediaMask where(tools, *layers->media_tiles(), mask, resolved.framebuffer, frame);
-    const BlendOver blend(tools, resolved, frame);
-    where.where_none();
-    draw(without_media(defines));
-    where.where_media();
-    draw(media);
+    resolved.framebuffer.bind(frame.picture_size);
+    gl->ColorMaski(0, GL_TRUE, GL_TRUE, GL_TRUE, GL_FALSE);
+    gl->ViewportIndexedf(0, static_cast<GLfloat>(first.x), static_cast<GLfloat>(first.y),
+                         static_cast<GLfloat>(end.x - first.x),
+                         static_cast<GLfloat>(end.y - first.y));
+    gl::bind_texture(gl, PICTURE_UNIT, sum.texture.view());
+    tools.draw_fullscreen("transparent/put_back.frag", {});
 }
 
 void TransparentPainter::bind_panes(const gl::Device& device, const shared::PaneParams& panes) const
@@ -122,7 +183,7 @@ void TransparentPainter::bind_panes(const gl::Device& device, const shared::Pane
     device->BindBufferBase(GL_UNIFORM_BUFFER, PANES_BLOCK, panes_block_.id());
 }
 
-void TransparentPainter::lay_panes(const Toolbox& tools, PaneLayer& layer, gl::Texture& mask,
+void TransparentPainter::lay_panes(const Toolbox& tools, FineTarget& layer, gl::Texture& mask,
                                    resolve::Layers* layers, const Resolved& resolved,
                                    const PreparedFrame& frame) const
 {
@@ -138,7 +199,7 @@ void TransparentPainter::lay_panes(const Toolbox& tools, PaneLayer& layer, gl::T
     };
     if (layers == nullptr || layers->media_tiles() == nullptr) {
         const auto time = tools.timers.scope("transparent panes");
-        const BlendOver blend(tools, resolved, frame);
+        const BlendOver blend(tools, resolved.framebuffer, resolved.of_added, frame);
         draw(media);
         return;
     }
@@ -155,9 +216,9 @@ void TransparentPainter::lay_panes(const Toolbox& tools, PaneLayer& layer, gl::T
         tiles.draw_depth("transparent/pane_layer", media, true);
     }
     const auto time = tools.timers.scope("transparent panes");
-    layer.added.bind(PANE_LAYER_UNIT);
+    layer.texture.bind(PANE_LAYER_UNIT);
     const MediaMask where(tools, tiles, mask, resolved.framebuffer, frame);
-    const BlendOver blend(tools, resolved, frame);
+    const BlendOver blend(tools, resolved.framebuffer, resolved.of_added, frame);
     gl::Defines none_of_tiles = none;
     none_of_tiles.emplace_back("kLayerScale", fmt::format("{}", frame.settings.resolution));
     where.everywhere();

@@ -6,6 +6,7 @@
 #include "gl/framebuffer.h"
 #include "resolve/layers.h"
 #include "toolbox.h"
+#include "transparent/fine_target.h"
 #include "transparent/fragment_lists.h"
 #include "transparent/panes.h"
 #include "transparent/transparent_set.h"
@@ -19,10 +20,11 @@ struct Resolved {
     GLenum of_added = GL_ONE;      ///< factor of what is added, when it is blended
     bool reads_picture = false;    ///< a factor depends on what is behind
     bool is_done = false;          ///< the picture has the transparents already
+    bool is_fine = false;          ///< the framebuffer's colour has 32 bits a channel
 };
 
-/// Draws a scene's transparents into lists, and lays what they hold over a picture that has the
-/// media already: glsl/transparent.
+/// Lays a scene's transparents over a picture that has the media already, from lists that it draws
+/// them into, or one after the other: glsl/transparent.
 class TransparentPainter {
 public:
     explicit TransparentPainter(const gl::Device& device)
@@ -42,12 +44,21 @@ public:
                  resolve::Layers* layers, const Resolved& resolved,
                  const PreparedFrame& frame) const;
 
+    /// Blends transparents in order over the framebuffer's colour.
+    /// @param sum the view's: where the picture lies meanwhile if it has less than 32 bits a
+    /// channel
+    /// @param mask, layers as resolve()
+    void lay_in_order(const Toolbox& tools, const TransparentSet& transparents,
+                      std::span<const SeenTransparent> seen, FineTarget& sum, gl::Texture& mask,
+                      resolve::Layers* layers, const Resolved& resolved,
+                      const PreparedFrame& frame) const;
+
     /// Binds panes in order for a march and for lay_panes().
     void bind_panes(const gl::Device& device, const shared::PaneParams& panes) const;
     /// Blends the panes that are bound over the framebuffer's colour.
-    /// @param layer the view's
+    /// @param layer the view's: what they add to each ray of a march
     /// @param mask, layers as resolve()
-    void lay_panes(const Toolbox& tools, PaneLayer& layer, gl::Texture& mask,
+    void lay_panes(const Toolbox& tools, FineTarget& layer, gl::Texture& mask,
                    resolve::Layers* layers, const Resolved& resolved,
                    const PreparedFrame& frame) const;
 
@@ -55,6 +66,11 @@ public:
     void draw_counts(const Toolbox& tools, const FragmentLists* lists) const;
 
 private:
+    /// Draws one by transparent/fragment.vert. @param pane which of the panes in order it is
+    void draw(const Toolbox& tools, const TransparentSet& transparents, const SeenTransparent& one,
+              const char* fragment_file, gl::Defines defines, const PreparedFrame& frame,
+              int pane = 0) const;
+
     gl::UniformBuffer<shared::TransparentParams> block_;
     gl::UniformBuffer<shared::PaneParams> panes_block_;
 };

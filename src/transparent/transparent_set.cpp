@@ -82,23 +82,28 @@ bool is_of_destination(BlendFactor factor)
     }
 }
 
-/// A factor of the source's own colour.
-glm::vec3 own_factor(BlendFactor factor, glm::vec3 color, float alpha)
+/// A factor of the source's own: what a constant, its colour and its alpha weigh in it.
+glm::vec3 own_factor(BlendFactor factor)
 {
     switch (factor) {
     case BlendFactor::one:
-        return glm::vec3(1);
+        return {1, 0, 0};
     case BlendFactor::src_color:
-        return color;
+        return {0, 1, 0};
     case BlendFactor::one_minus_src_color:
-        return 1.0f - color;
+        return {1, -1, 0};
     case BlendFactor::src_alpha:
-        return glm::vec3(alpha);
+        return {0, 0, 1};
     case BlendFactor::one_minus_src_alpha:
-        return glm::vec3(1 - alpha);
+        return {1, 0, -1};
     default:
         return glm::vec3(0);
     }
+}
+
+glm::vec3 weighed(glm::vec3 weights, glm::vec3 color, float alpha)
+{
+    return weights.x + weights.y * color + weights.z * alpha;
 }
 
 /// What of `old` was made of `source`, or one made now, noted in `now`.
@@ -118,17 +123,18 @@ auto kept_or_made(const std::vector<Held>& old, std::vector<Held>& now, const So
 
 glm::vec3 PlainPane::of_source(glm::vec3 color) const
 {
-    return own_factor(source_factor, color, source.a);
+    return weighed(own_factor(source_factor), color, source.a);
 }
 
 glm::vec3 PlainPane::of_behind(glm::vec3 color) const
 {
-    return own_factor(destination_factor, color, source.a);
+    return weighed(own_factor(destination_factor), color, source.a);
 }
 
 void TransparentSet::set(const std::vector<Transparent>& transparents)
 {
     items_.clear();
+    listed_ = plain_panes_ = 0;
     reads_picture_ = false;
     if (transparents.size() > static_cast<std::size_t>(shared::kMostDraws))
         throw Error(fmt::format("Scene::transparents: {} are more than the {} that a fragment's "
@@ -163,6 +169,10 @@ void TransparentSet::set(const std::vector<Transparent>& transparents)
         reads_picture_ = reads_picture_ || is_of_destination(state.source) ||
                          is_of_destination(state.destination);
         items_.push_back(std::move(item));
+        SeenTransparent one;
+        one.index = items_.size() - 1;
+        listed_ += needs_list(one) ? 1 : 0;
+        plain_panes_ += plain(one) ? 1 : 0;
     }
 }
 
@@ -255,20 +265,22 @@ SeenTransparents TransparentSet::look(const PreparedFrame& frame) const
     return all;
 }
 
+bool TransparentSet::needs_list(const SeenTransparent& seen) const
+{
+    const Item& item = items_[seen.index];
+    const BlendState state = blend_state(look_of(item.transparent));
+    return item.mesh != nullptr || is_of_destination(state.source) ||
+           is_of_destination(state.destination);
+}
+
 std::optional<PlainPane> TransparentSet::plain(const SeenTransparent& seen) const
 {
     const Item& item = items_[seen.index];
     const TransparentLook& look = look_of(item.transparent);
     const BlendState state = blend_state(look);
-    if (item.mesh != nullptr || look.image != nullptr || look.depth_fade > 0 ||
-        is_of_destination(state.source) || is_of_destination(state.destination))
+    if (needs_list(seen) || look.image != nullptr || fades(seen))
         return {};
-    const glm::dmat4& object = seen.world_from_object;
-    return PlainPane{glm::dvec3(object[3]),
-                     {glm::dvec3(object[0]), glm::dvec3(object[1])},
-                     own_source(look),
-                     state.source,
-                     state.destination};
+    return PlainPane{own_source(look), state.source, state.destination};
 }
 
 shared::TransparentParams TransparentSet::params(const SeenTransparent& seen,
@@ -287,12 +299,20 @@ shared::TransparentParams TransparentSet::params(const SeenTransparent& seen,
     params.source = own_source(look);
     params.faded = state.faded;
     params.fades = state.fades;
-    params.inverse_depth_fade = look.depth_fade > 0 ? 1 / look.depth_fade : 0.0f;
+    params.of_source = own_factor(state.source);
+    params.of_behind = own_factor(state.destination);
+    params.view_z = glm::vec2(frame.eye.near, frame.eye.far);
+    params.inverse_depth_fade = fades(seen) ? 1 / look.depth_fade : 0.0f;
     params.key = shared::fragment_key(static_cast<std::uint32_t>(seen.index),
                                       static_cast<std::uint32_t>(state.source),
                                       static_cast<std::uint32_t>(state.destination));
     params.is_filter = filters ? 1 : 0;
     return params;
+}
+
+bool TransparentSet::fades(const SeenTransparent& seen) const
+{
+    return look_of(items_[seen.index].transparent).depth_fade > 0;
 }
 
 gl::TextureView TransparentSet::image(const SeenTransparent& seen) const

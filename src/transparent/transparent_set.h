@@ -25,7 +25,9 @@ struct SeenTransparent {
 /// Those of a frame.
 struct SeenTransparents {
     std::vector<SeenTransparent>
-        list;  ///< transparents that may be in the picture, the nearest first
+        list;                ///< transparents that may be in the picture, the nearest first
+    bool in_order = false;   ///< each wholly before the next, wherever both are seen
+    bool are_plain = false;  ///< then all of them are PlainPane, and no more than one pass takes
     /// Nearest and farthest [m] of all before the eye, in the picture or beside it: a part of a
     /// picture has the same.
     glm::dvec2 view_z{0};
@@ -33,8 +35,7 @@ struct SeenTransparents {
 
 /// A transparent that is flat and of one colour, and blends by factors of its own colour alone.
 struct PlainPane {
-    glm::dvec3 corner{0}, edges[2];  ///< metres, world
-    glm::vec4 source{0};             ///< radiance [W/m^2/sr] or filter, and alpha
+    glm::vec4 source{0};  ///< radiance [W/m^2/sr] or filter, and alpha
     BlendFactor source_factor{}, destination_factor{};
 
     /// The factors of its source, whose colour is `color`, and of what is behind.
@@ -52,6 +53,9 @@ public:
 
     [[nodiscard]] bool empty() const { return items_.empty(); }
     [[nodiscard]] std::size_t size() const { return items_.size(); }
+    /// How many need lists, and how many are a PlainPane.
+    [[nodiscard]] std::size_t listed() const { return listed_; }
+    [[nodiscard]] std::size_t plain_panes() const { return plain_panes_; }
     /// Whether a factor of one of them depends on what is behind it.
     [[nodiscard]] bool reads_picture() const { return reads_picture_; }
 
@@ -60,12 +64,16 @@ public:
 
     [[nodiscard]] SeenTransparents look(const PreparedFrame& frame) const;
 
+    /// Whether it may lie before itself, or is blended by what is behind it.
+    [[nodiscard]] bool needs_list(const SeenTransparent& seen) const;
     /// It as a pane; nothing if it is none.
     [[nodiscard]] std::optional<PlainPane> plain(const SeenTransparent& seen) const;
 
     /// What its draw's block holds.
     [[nodiscard]] shared::TransparentParams params(const SeenTransparent& seen,
                                                    const PreparedFrame& frame) const;
+    /// Whether it fades before a surface.
+    [[nodiscard]] bool fades(const SeenTransparent& seen) const;
     /// Its picture; empty where it has none.
     [[nodiscard]] gl::TextureView image(const SeenTransparent& seen) const;
     /// Issues its draw; program and state are the caller's.
@@ -89,6 +97,7 @@ private:
     std::vector<Item> items_;
     std::vector<Held<Mesh, surface::GpuMesh>> meshes_;
     std::vector<Held<TransparentImage, gl::Texture>> images_;
+    std::size_t listed_ = 0, plain_panes_ = 0;
     bool reads_picture_ = false;
 };
 

@@ -356,6 +356,50 @@ TEST_F(Blocking, PanesThatCastInOrderAndThenInListsCompileNothingAfterPrepare)
     EXPECT_GT(renderer.fragment_count().fragments, 0u);
 }
 
+TEST_F(Blocking, SpritesThatComeAndGoCompileNothingAfterPrepare)
+{
+    const Settings settings = small("default");
+    Scene scene = sample("smoke_glass.json");
+    const std::vector<Transparent> kinds = scene.transparents;  // two panes, then sparks
+    const auto spark = [&](std::size_t i) {
+        auto one = std::get<BillboardTransparent>(kinds.at(2 + i % 4));
+        one.center.y += 0.1 * double(i);
+        return one;
+    };
+    scene.transparents = {kinds.front()};
+    for (std::size_t i = 0; i < 11; ++i)
+        scene.transparents.emplace_back(spark(i));
+    // So many of them in view, the others beside it; then all, and one of them before itself.
+    const auto seen = [&](std::size_t sparks) {
+        Scene one = scene;
+        for (std::size_t i = 1 + sparks; i < one.transparents.size(); ++i)
+            std::get<BillboardTransparent>(one.transparents[i]).center.x += 1000;
+        return one;
+    };
+    Scene crosses = scene;
+    std::get<QuadTransparent>(crosses.transparents.front()).edges[0] = {3, 2, 0};
+    std::get<QuadTransparent>(scene.transparents.front()).corner = {-2, 2, 0};
+    std::get<QuadTransparent>(scene.transparents.front()).edges[0] = {4, 0.2, 0};
+    Renderer renderer(watched_proc);
+    View view = renderer.make_view();
+    renderer.set_scene(scene, settings);
+    renderer.prepare(frame(scene, 0), settings);
+    EXPECT_FALSE(watch().compiles.empty());
+    watch().forget();
+    std::uint64_t i = 0;
+    for (const Scene& one : {seen(11), seen(5), seen(0), crosses}) {
+        renderer.set_scene(one, settings);
+        for (int again = 0; again < 2; ++again) {
+            const Frame now = frame(one, i++);
+            renderer.draw_surfaces(now, settings, true);
+            renderer.composite(view, now, settings);
+            EXPECT_EQ(list(watch().compiles), "") << "frame " << i;
+        }
+        renderer.wait_until_ready();
+        EXPECT_EQ(renderer.fragment_count().fragments > 0, i == 8) << i;
+    }
+}
+
 TEST_F(Blocking, AShadowMapComesBackWithoutAWaitAndTheWaitGivesThePictureOfAStill)
 {
     const Settings settings = small("default");

@@ -661,8 +661,9 @@ INSTANTIATE_TEST_SUITE_P(Modes, Guest,
 
 /// Draws a scene in every way that there is, in a fresh context and for an OddHost, and expects the
 /// same bits, and the host's state back after each call.
+/// @param has_own the host has transparents of its own
 void expect_good_manners(const gl::Device& gl, gl::GetProc get_proc, const Scene& scene,
-                         const Settings& settings)
+                         const Settings& settings, bool has_own = true)
 {
     const std::vector<Inspection> kinds = inspections(settings);
     const auto draw = [&](Renderer& renderer, Picture& picture, std::vector<Picture>& insides,
@@ -671,7 +672,8 @@ void expect_good_manners(const gl::Device& gl, gl::GetProc get_proc, const Scene
         View view = renderer.make_view();
         renderer.set_scene(scene, settings);
         after("set_scene");
-        picture.frame.transparents = {TransparentExtent{}};
+        if (has_own)
+            picture.frame.transparents = {TransparentExtent{}};
         renderer.prepare(picture.frame, settings);
         after("prepare");
         renderer.wait_until_ready();
@@ -682,14 +684,18 @@ void expect_good_manners(const gl::Device& gl, gl::GetProc get_proc, const Scene
         after("draw_surfaces through media");
         results.samples = renderer.count_samples(view, picture.frame, settings);
         after("count_samples");
-        renderer.begin_transparents(view, picture.frame, settings, kHostsLists);
-        after(kBegin);
-        renderer.end_transparents(view);
-        after("end_transparents");
+        if (has_own) {
+            renderer.begin_transparents(view, picture.frame, settings, kHostsLists);
+            after(kBegin);
+            renderer.end_transparents(view);
+            after("end_transparents");
+        }
         renderer.composite(view, picture.frame, settings);
         after("composite");
-        EXPECT_NE(view.volume_at().block, 0u);
-        after("volume_at");
+        if (has_own) {
+            EXPECT_NE(view.volume_at().block, 0u);
+            after("volume_at");
+        }
         results.layers = renderer.read_layers(view, picture.frame, settings);
         after("read_layers");
         results.transparents = renderer.read_transparents(view, picture.frame, settings);
@@ -808,6 +814,20 @@ TEST_P(Guest, LeavesTheStateOfUnitsThatGreyFogHasNothingFor)
 TEST_P(Guest, LeavesTheStateOfTheListsOfTransparents)
 {
     expect_good_manners(gl(), get_proc(), glassy_scene(), GetParam());
+}
+
+TEST_P(Guest, LeavesTheStateOfTransparentsInOrder)
+{
+    Scene scene = glassy_scene();
+    scene.transparents.erase(scene.transparents.begin() + 1);  // the one that asks
+    expect_good_manners(gl(), get_proc(), scene, GetParam(), false);
+    Picture picture(gl(), scene);
+    Renderer renderer(get_proc());
+    View view = renderer.make_view();
+    renderer.set_scene(scene, GetParam());
+    renderer.composite(view, picture.frame, GetParam());
+    renderer.wait_until_ready();
+    EXPECT_EQ(renderer.fragment_count(), FragmentCount{}) << "those in order are in no list";
 }
 
 class GuestByCompute : public GlTest {};

@@ -263,7 +263,7 @@ private:
         {"SkyMapParams", "float(u_params.way)"},
         {"MediaParams", "u_params.media[1].g"},
         {"DisplayParams", "u_params.wipe"},
-        {"TransparentParams", "u_params.unused"},
+        {"TransparentParams", "float(u_params.pane)"},
         {"LightFiltersParams", "u_params.points[0].first_layer"},
         {"LightFilterDrawParams", "u_params.unused"},
         {"PaneParams", "u_params.view_z.x"},
@@ -523,10 +523,13 @@ TEST_F(ParamLayout, Transparent)
                            MEMBER(TransparentParams, source),
                            MEMBER(TransparentParams, faded),
                            MEMBER(TransparentParams, fades),
-                           MEMBER(TransparentParams, inverse_depth_fade),
-                           MEMBER(TransparentParams, key),
+                           MEMBER(TransparentParams, of_source),
                            MEMBER(TransparentParams, is_filter),
-                           MEMBER(TransparentParams, unused)};
+                           MEMBER(TransparentParams, of_behind),
+                           MEMBER(TransparentParams, key),
+                           MEMBER(TransparentParams, view_z),
+                           MEMBER(TransparentParams, inverse_depth_fade),
+                           MEMBER(TransparentParams, pane)};
     expect_same(layout("transparent_params.h", "TransparentParams"), expected,
                 sizeof(TransparentParams));
 }

@@ -458,8 +458,20 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     }
 
     variants.add("transparent/fragment.vert", {});
-    for (unsigned set = 0; set < 4; ++set)
-        variants.add("transparent/fragment.frag", flags(set, {"kImage", "kHalfColor"}));
+    variants.add("transparent/fragment.vert", {{"kOver", ""}});
+    variants.add("transparent/put_back.frag", {});
+    for (unsigned set = 0; set < 8; ++set) {
+        variants.add("transparent/fragment.frag", flags(set, {"kImage", "kHalfColor", "kFades"}));
+        for (const char* volume : {"none", "froxels", "splits"}) {
+            Defines defines = flags(set, {"kImage", "kFades", "kKeptAtPanes"});
+            defines.emplace_back("kOver", "");
+            if (volume[0] == 's')
+                defines += flags(set, {"kMonochrome"}) +
+                           Defines{{"kLayerScale", set % 2 == 0 ? "1" : "2"}, {"kSplitFours", "4"}};
+            defines.add_file("written/volume_at.glsl", volume_at_text(volume));
+            variants.add("transparent/over.frag", defines);
+        }
+    }
     for (const char* way : {"kReadsPicture", "kTakesPicture", "kSingle", "kDoubled"})
         for (unsigned set = 0; set < 8; ++set)
             for (const char* volume : {"none", "froxels", "splits"}) {

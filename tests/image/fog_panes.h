@@ -81,4 +81,76 @@ inline std::vector<Transparent> crossing(bool reads_picture)
     return all;
 }
 
+/// What people have most: dust, smoke cards and sparks. Billboards of every blend, with an image, a
+/// depth fade or both, at depths of their own before a tilted card; of more than eight one
+/// lies on the ground and goes on behind the eye. None crosses another.
+inline std::vector<Transparent> sprites(int count, bool seen = true)
+{
+    auto image = std::make_shared<TransparentImage>();
+    image->width = image->height = 4;
+    for (int i = 0; i < 16; ++i) {
+        const float alpha = seen ? float(i % 4) / 4 : 0.0f;
+        image->texels.emplace_back(glm::vec3(0.5f, 0.25f * float(i / 4), 0.5f) * alpha, alpha);
+    }
+    const auto dress = [&](TransparentLook& look, int i) {
+        constexpr std::array kKinds{Kind::alpha, Kind::premultiplied, Kind::add, Kind::multiply,
+                                    Kind::factors};
+        look.blend = {kKinds.at(static_cast<std::size_t>(i) % kKinds.size()),
+                      BlendFactor::one_minus_src_alpha, BlendFactor::one_minus_src_color};
+        look.alpha = 0.75f;
+        if (i % 3 != 2)
+            look.image = image;
+        if (i % 3 != 0)
+            look.depth_fade = 0.6f;
+        look.radiance = {0.3f, 0.2f, 0.6f};
+        look.filter = {0.5f, 1, 0.25f};
+        if (!seen) {
+            look.alpha = 0;
+            look.filter = glm::vec3(1);
+            if (look.blend.kind != Kind::alpha)  // which hides it
+                look.radiance = glm::vec3(0);
+        }
+    };
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> aside(-1.2, 1.2), up(-0.4, 1.2), size(0.6, 1.2);
+    std::vector<Transparent> all;
+    const bool has_ground = count > 8;
+    for (int i = 0; i < count - (has_ground ? 2 : 1); ++i) {
+        BillboardTransparent board;
+        board.center = {aside(random), -3.3 - 3.5 * (i * 7 % count) / count, up(random)};
+        board.size = {size(random), 0.8};
+        dress(board.look, i);
+        all.emplace_back(board);
+    }
+    QuadTransparent card, ground;
+    card.corner = {1.5, -7.2, -0.8};
+    card.edges = {glm::dvec3(-3, -0.8, 0), glm::dvec3(0, 0.2, 2.5)};
+    dress(card.look, 1);
+    ground.corner = {4, 3, -0.95};
+    ground.edges = {glm::dvec3(-8, 0, 0), glm::dvec3(0, -11, 0)};
+    dress(ground.look, 0);
+    if (has_ground)
+        all.emplace_back(ground);
+    all.emplace_back(card);
+    return all;
+}
+
+inline Scene sprite_scene(int count, int size = 33)
+{
+    Scene scene = fog_scene(size);
+    scene.surfaces = {BoxSurface{{-0.5, -5.4, -9}, {0.7, -4.6, -0.3}, glm::vec3(0.5f)}};
+    scene.transparents = sprites(count);
+    return scene;
+}
+
+/// With one more that nobody sees, and that asks for what is behind it: all go to lists.
+inline Scene in_lists(Scene scene)
+{
+    QuadTransparent asks = pane(3.1, Kind::factors);
+    asks.look.blend = {Kind::factors, BlendFactor::dst_color, BlendFactor::one};
+    asks.look.radiance = glm::vec3(0);
+    scene.transparents.emplace_back(asks);
+    return scene;
+}
+
 }  // namespace fumarole::test

@@ -8,8 +8,9 @@ namespace fumarole::test {
 /// A host's picture in GL: colour and depth, and the frame that lends them.
 class HostPicture {
 public:
-    HostPicture(const gl::Device& gl, glm::ivec2 size, GLenum depth_format = GL_DEPTH_COMPONENT32F)
-        : color_{gl::Texture::make_2d(gl, "host colour", size, GL_RGBA32F, gl::Filter::nearest)},
+    HostPicture(const gl::Device& gl, glm::ivec2 size, GLenum depth_format = GL_DEPTH_COMPONENT32F,
+                GLenum color_format = GL_RGBA32F)
+        : color_{gl::Texture::make_2d(gl, "host colour", size, color_format, gl::Filter::nearest)},
           depth_{gl::Texture::make_2d(gl, "host depth", size, depth_format, gl::Filter::nearest)}
     {
         frame.color = color_.view();

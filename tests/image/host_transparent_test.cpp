@@ -324,8 +324,12 @@ TEST_F(HostTransparents, AHostsShaderLooksUpWhatTheListsDoInEveryVariant)
             glass.look.radiance = {0.3f, 0.2f, 0.6f};
             glass.look.alpha = 0.5f;
             scene.transparents = {glass};
-            // What fades goes into lists: a pane alone is kept exactly by each ray.
-            look_of(scene.transparents.front()).depth_fade = 1e-6f;
+            // With one that asks for what is behind it goes into lists: alone it is kept exactly by
+            // each ray.
+            QuadTransparent asks = glass;
+            asks.look.radiance = glm::vec3(0);
+            asks.look.blend = {Kind::factors, BlendFactor::dst_color, BlendFactor::one};
+            scene.transparents.emplace_back(asks);
             const Image listed = composite(scene, settings, {});
             scene.transparents.clear();
             Renderer renderer(get_proc());

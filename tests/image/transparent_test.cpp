@@ -346,9 +346,16 @@ TEST_F(Transparents, CrossingPanesInTheSmokeOfS2AreTheReference)
     EXPECT_LT(with, 1.1 * without);
 }
 
-TEST_F(Transparents, LayersMakeUpTheComposite)
+class TransparentLayers : public Transparents, public testing::WithParamInterface<int> {};
+
+/// In lists, in order at the depths of each, and in order.
+INSTANTIATE_TEST_SUITE_P(Ways, TransparentLayers, testing::Values(0, 8, 24));
+
+TEST_P(TransparentLayers, MakeUpTheComposite)
 {
-    const Scene scene = smoky_scene();
+    Scene scene = smoky_scene();
+    if (GetParam() > 0)
+        scene.transparents = sprites(GetParam());
     Settings settings;
     settings.format = Settings::Format::rgba32f;
     settings.bounces = 0;
@@ -369,6 +376,7 @@ TEST_F(Transparents, LayersMakeUpTheComposite)
                 {cover,
                  std::abs(double(still.foreground[4 * i + c]) - double(still.composite[3 * i + c])),
                  std::abs(double(still.foreground[4 * i + 3]) - 1)});
+    EXPECT_EQ(scene_renderer().renderer().fragment_count().fragments == 0, GetParam() > 0);
     EXPECT_LT(worst, 1e-6);
     EXPECT_LT(cover, 1e-6);
 }
@@ -498,6 +506,178 @@ TEST_F(Transparents, PanesInOrderAreWhatListsMakeOfThem)
         const double exact = settings.mode == Settings::Mode::froxel ? 3e-6 : 1e-3;
         EXPECT_TRUE(images_near(composite(scene, settings), composite(listed, settings), exact,
                                 exact / 5, "the depths of the lists"));
+    }
+}
+
+TEST_F(Transparents, SpritesInOrderAreWhatListsMakeOfThem)
+{
+    for (const bool is_parallel : {false, true})
+        for (const int count : {8, 24})
+            for (Settings settings : modes()) {
+                Scene scene = sprite_scene(count);
+                if (is_parallel) {
+                    scene.camera.projection = Camera::Projection::orthographic;
+                    scene.camera.ortho_height = 3;
+                }
+                settings.splits = 64;
+                SCOPED_TRACE(testing::Message()
+                             << count << ", mode " << int(settings.mode) << ", 1/"
+                             << settings.resolution << (is_parallel ? ", orthographic" : ""));
+                const Image listed = composite(in_lists(scene), settings);
+                EXPECT_GT(scene_renderer().renderer().fragment_count().fragments, 0u);
+                const Image in_order = composite(scene, settings);
+                EXPECT_EQ(scene_renderer().renderer().fragment_count(), FragmentCount{});
+                // Of no more than eight that face the eye a march keeps what it met at the depth of
+                // each; else at the depths that lists have: then all that is left are roundings.
+                const bool interpolates = settings.mode != Settings::Mode::froxel && count <= 8;
+                const double exact = interpolates ? 1e-3 : 5e-6;
+                EXPECT_TRUE(images_near(in_order, listed, exact, exact / 5, "lists' depths"));
+                scene.transparents.clear();
+                EXPECT_GT(max_difference(in_order, composite(scene, settings)), 0.3);
+            }
+}
+
+TEST_F(Transparents, WhatLiesFlatIsInASmallerLayerWhatItIsInOneAsLargeAsThePicture)
+{
+    // Between two rays of it lies a metre of its depth, over which the fog dims by more than half.
+    Scene scene = fog_scene(33);
+    QuadTransparent water = pane(5, Kind::alpha);
+    water.corner = {4, 3, -0.95};
+    water.edges = {glm::dvec3(-8, 0, 0), glm::dvec3(0, -11, 0)};
+    water.look.alpha = 0.75f;
+    water.look.radiance = {0.3f, 0.2f, 0.6f};
+    scene.transparents = {water};
+    const Image large = composite(scene, plain_settings(1));
+    for (const int resolution : {2, 4}) {
+        Settings settings = plain_settings(resolution);
+        settings.splits = 64;
+        EXPECT_TRUE(images_near(composite(scene, settings), large, 3e-3, 3e-4,
+                                "the layer's and the depths' interpolation"));
+    }
+}
+
+TEST_F(Transparents, SpritesThatCrossTakeLists)
+{
+    const Settings settings = plain_settings();
+    const auto fragments = [&](const Scene& scene) {
+        composite(scene, settings);
+        return scene_renderer().renderer().fragment_count().fragments;
+    };
+    Scene scene = sprite_scene(8);
+    EXPECT_EQ(fragments(scene), 0u);
+    auto& card = std::get<QuadTransparent>(scene.transparents.back());
+    card.corner = {1.5, -6, -0.8};
+    card.edges[0] = {-3, 2, 0};  // amid the billboards
+    EXPECT_GT(fragments(scene), 0u);
+    scene.transparents = {scene.transparents.back()};
+    EXPECT_EQ(fragments(scene), 0u);
+}
+
+TEST_F(Transparents, ShuffledSpritesEqualSortedBitForBit)
+{
+    for (const int count : {8, 40})
+        for (const Settings& settings : modes()) {
+            Scene scene = sprite_scene(count);
+            const Image sorted = composite(scene, settings);
+            EXPECT_EQ(scene_renderer().renderer().fragment_count(), FragmentCount{});
+            std::mt19937 random(3);
+            for (int turn = 0; turn < 2; ++turn) {
+                std::shuffle(scene.transparents.begin(), scene.transparents.end(), random);
+                EXPECT_EQ(composite(scene, settings).pixels, sorted.pixels)
+                    << count << ", mode " << int(settings.mode) << ", 1/" << settings.resolution;
+            }
+        }
+}
+
+TEST_F(Transparents, InvisibleSpritesChangeNoBit)
+{
+    Scene scene = sprite_scene(3);
+    for (Settings settings : modes())
+        for (const Settings::Format format :
+             {Settings::Format::rgba32f, Settings::Format::rgba16f}) {
+            settings.format = format;
+            scene.transparents.clear();
+            const Image without = composite(scene, settings);
+            for (const int count : {3, 8, 64}) {
+                SCOPED_TRACE(testing::Message()
+                             << count << " sprites, mode " << int(settings.mode));
+                scene.transparents = sprites(count, false);
+                EXPECT_EQ(composite(scene, settings).pixels, without.pixels);
+                EXPECT_EQ(scene_renderer().renderer().fragment_count(), FragmentCount{});
+            }
+        }
+}
+
+TEST_F(Transparents, SpritesInAHostsPictureOfAnyFormatAreWhatListsMakeOfThem)
+{
+    struct Case {
+        GLenum format;
+        double step;  ///< of a channel at 1
+    };
+    constexpr int kSize = 24;
+    Settings settings = plain_settings();
+    for (const Case& one :
+         {Case{GL_RGBA32F, 1e-6}, Case{GL_RGBA16F, 1.0 / 2048}, Case{GL_R11F_G11F_B10F, 1.0 / 64},
+          Case{GL_RGBA8, 1.001 / 255}, Case{GL_SRGB8_ALPHA8, 1.001 / 255}})
+        for (const int count : {3, 24}) {
+            SCOPED_TRACE(testing::Message() << std::hex << one.format << std::dec << ", " << count);
+            Scene scene = empty_scene(kSize);
+            scene.transparents = sprites(count);
+            const auto draw = [&](const Scene& shown) {
+                Renderer renderer(get_proc());
+                renderer.set_scene(shown, settings);
+                View view = renderer.make_view();
+                HostPicture picture(gl(), glm::ivec2(kSize), GL_DEPTH_COMPONENT32F, one.format);
+                picture.look(shown.camera);
+                for (int i = 0; i < 2; ++i) {  // of which the second has room for all in lists
+                    picture.fill({0.3f, 0.15f, 0.5f}, shown.camera.near,
+                                 [](int x, int) { return x; });
+                    renderer.composite(view, picture.frame, settings);
+                    renderer.wait_until_ready();
+                }
+                return picture.read();
+            };
+            const Image listed = draw(in_lists(scene)), in_order = draw(scene);
+            EXPECT_TRUE(images_near(in_order, listed, one.step, one.step, "a step of the format"));
+            scene.transparents.clear();
+            EXPECT_GT(max_difference(in_order, draw(scene)), 0.1);
+        }
+}
+
+TEST_F(Transparents, ASequenceOfImagesShowsTheImageOfEachFrame)
+{
+    const Settings settings = plain_settings(2);
+    const auto at = [](int time) {
+        Scene scene = sprite_scene(8);
+        for (Transparent& one : scene.transparents) {
+            TransparentLook& look = look_of(one);
+            if (look.image == nullptr)
+                continue;
+            TransparentImage image = *look.image;
+            for (glm::vec4& texel : image.texels)
+                texel *= 1 - 0.3f * float(time);
+            look.image = std::make_shared<TransparentImage>(image);
+        }
+        return scene;
+    };
+    const auto draw = [&](Renderer& renderer, View& view, const Scene& scene) {
+        renderer.set_scene(scene, settings);
+        HostPicture picture(gl(), glm::ivec2(33));
+        picture.look(scene.camera);
+        picture.fill(glm::vec3(0.5f), scene.camera.near, [](int, int) { return 0.0; });
+        renderer.composite(view, picture.frame, settings);
+        return picture.read();
+    };
+    Renderer renderer(get_proc());
+    View view = renderer.make_view();
+    Image before;
+    for (int time = 0; time < 3; ++time) {
+        Renderer anew(get_proc());
+        View of_it = anew.make_view();
+        const Image picture = draw(renderer, view, at(time));
+        EXPECT_EQ(picture.pixels, draw(anew, of_it, at(time)).pixels) << time;
+        EXPECT_NE(picture.pixels, before.pixels) << time;
+        before = picture;
     }
 }
 

@@ -1,0 +1,32 @@
+// Lays one of the scene's transparents over the picture, which has the media, the surfaces and all transparents behind
+// it already: what transparent/resolve.frag does with lists, where none is needed to tell the order.
+//   in   scene/transparent_fragment.glsl; what the media do before any depth
+//   out  what the picture is multiplied with, the second source of blending, and what is added to it
+#include "lib/blend.glsl"
+#include "scene/transparent_fragment.glsl"
+#include "written/volume_at.glsl"
+
+// Variant
+const bool kKeptAtPanes = false;  // a march kept what it met where its rays meet the planes of panes in order
+
+layout(early_fragment_tests) in;  // src/transparent/media_mask.h
+layout(location = 0, index = 0) out vec4 out_added;
+layout(location = 0, index = 1) out vec4 out_kept;
+
+void main()
+{
+    float scene_z = scene_view_z();
+    // Its depth on the screen is the mask's, so that nothing else clips it.
+    if (!(view_z < scene_z && view_z >= u_transparent.view_z.x && view_z <= u_transparent.view_z.y))
+        discard;
+    vec4 source = transparent_source(scene_z);
+    vec3 kept = own_factor(u_transparent.of_behind, source);
+    VolumeRay ray = volume_ray(gl_FragCoord.xy);
+    VolumeAt at;
+    if (kKeptAtPanes)
+        at = volume_at_pane(ray, u_transparent.pane, view_z);
+    else
+        at = volume_at(ray, view_z);
+    out_added = vec4(added_in_volume(at, source.rgb * own_factor(u_transparent.of_source, source), kept), 1.0);
+    out_kept = vec4(kept, 1.0);
+}
