@@ -55,6 +55,26 @@ constexpr int kWallLayers = 2;  ///< layers of a texture of walls between nodes
 constexpr std::size_t kMostSenders = 4095;
 /// The last turns, which are made anew once it is known what the media throw on surfaces.
 constexpr int kTurnsAgain = 2;
+/// The last of those before, whose differences are a series.
+constexpr int kNotedTurns = 3;
+
+/// How surfaces send light on so often in all, some of it once the media's own is there.
+struct TurnPlan {
+    int first = 0;                ///< number of turns without that
+    int again = 0;                ///< number each time it is there
+    std::vector<int> taken_back;  ///< each time, number of turns before that don't count
+};
+
+/// @param rounds that it is there anew, 0 to 2. The media are filled anew before the second, by all
+///        of the turns.
+TurnPlan plan_turns(int turns, int rounds)
+{
+    const int again = std::min(turns, kTurnsAgain);
+    if (rounds < 2)
+        return {turns, again, std::vector<int>(static_cast<std::size_t>(rounds), again)};
+    const int first = std::max(turns - again, std::min(turns, kNotedTurns));
+    return {first, again, {first + again - turns, again}};
+}
 
 int clamp_to(int nodes, int layers, const gl::Device& gl)
 {
@@ -839,6 +859,8 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
         bounced_ = {};
     // Flames are small: along few ways they would throw a star.
     const int ways_on_surfaces = field.glows ? kAllWays : world_key_.ways_on_surfaces;
+    const bool lights_up = turns && field.on_surfaces && on_surfaces_dimmed_;
+    const TurnPlan plan = plan_turns(field.turns, !lights_up ? 0 : field.orders.count > 0 ? 2 : 1);
     const FieldScene around{media, surfaces, lights};
     const Bounds near_surfaces = with_details(media.bounds(), surfaces);
     if (turns && !part_ && (anew || fills_surfaces)) {
@@ -854,7 +876,8 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
                                       on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr);
         bounced_ = make_volume(device_, "light of surfaces", surface_lattice_,
                                kSurfaceBands * kSurfaceBands, GL_RGBA16F);
-        turn_surfaces(field.turns, surfaces, lights, true);
+        turn_surfaces(plan.first, surfaces, lights, true);
+        turns_after_noted_ = field.turns - plan.first;
     }
     const LightVolumes& whole = part_ ? *part_->whole : *this;
     const glm::dvec3 eye_of_media = centre_of(world_lattice_);
@@ -935,18 +958,14 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
                                           on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr,
                                           field.on_surfaces ? &light : nullptr);
         } else {
-            const bool lights_up = field.on_surfaces && on_surfaces_dimmed_;
-            const auto light_up = [&] {
-                field_on_surfaces_.add_light(kSurfaceBands, light, on_surfaces_dimmed_);
-                turn_surfaces(std::min(field.turns, kTurnsAgain), surfaces, lights, false);
-            };
-            if (lights_up)
-                light_up();
-            if (lights_up && scattered) {
-                // What surfaces send back of the media's own light, and what that brings.
-                fill_field();
-                begin_fill(eye, media, lights);
-                light_up();
+            for (std::size_t i = 0; i < plan.taken_back.size(); ++i) {
+                if (i > 0) {  // what surfaces send back of the media's own light
+                    fill_field();
+                    begin_fill(eye, media, lights);
+                }
+                field_on_surfaces_.add_light(kSurfaceBands, light, on_surfaces_dimmed_,
+                                             plan.taken_back[i]);
+                turn_surfaces(plan.again, surfaces, lights, false);
             }
             field_on_surfaces_.smooth(world_key_.ways_on_surfaces, kSurfaceBands,
                                       lights_up ? &light : nullptr, on_surfaces_,
@@ -989,7 +1008,6 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
 void LightVolumes::turn_surfaces(int turns, const surface::SurfaceSet& surfaces,
                                  const LightSet& lights, bool noted)
 {
-    constexpr int kNoted = 3;  // turns, whose differences are a series
     const glm::ivec3 count = surface_lattice_.count;
     if (noted)
         bounced_means_.clear();
@@ -1005,7 +1023,7 @@ void LightVolumes::turn_surfaces(int turns, const surface::SurfaceSet& surfaces,
             lights.bind_irradiance();
         field_on_surfaces_.light_surfaces(shading, surfaces);
         // The next turn is lit by what is dimmed alone.
-        const bool last = i + 1 == turns, is_noted = noted && i + kNoted >= turns;
+        const bool last = i + 1 == turns, is_noted = noted && i + kNotedTurns >= turns;
         field_on_surfaces_.bounce(world_key_.ways_on_surfaces, kSurfaceBands,
                                   last || is_noted ? &bounced_ : nullptr,
                                   last || !on_surfaces_dimmed_ ? &on_surfaces_ : nullptr,
@@ -1030,14 +1048,15 @@ std::string LightVolumes::further_turn() const
     }
     if (field_key_.turns < static_cast<int>(bounced_means_.size()) || sums.size() < 2)
         return "";
-    if (field_key_.turns == 2)
+    if (sums.size() < std::size_t{kNotedTurns})
         sums.insert(sums.begin(), 0.0);
     const std::size_t n = sums.size();
     const double before = sums[n - 2] - sums[n - 3], now = sums[n - 1] - sums[n - 2];
     if (!(before > 0) || !(sums[n - 1] > 0))
         return "";
-    return fmt::format(", a further one would add {:.2g} % of it",
-                       100 * std::max(now, 0.0) * std::max(now, 0.0) / before / sums[n - 1]);
+    const double last = std::max(now, 0.0),
+                 next = last * std::pow(last / before, 1 + turns_after_noted_);
+    return fmt::format(", a further one would add {:.2g} % of it", 100 * next / sums[n - 1]);
 }
 
 void LightVolumes::begin_fill(glm::dvec3 eye, medium::MediaSet& media, LightSet& lights)

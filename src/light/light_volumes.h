@@ -254,7 +254,8 @@ private:
     gl::Texture world_;               ///< the latter, or else the former, turned to the eye
     gl::Texture bounced_;             ///< light that surfaces send on, at the nodes of the next
     std::vector<gl::Texture>
-        bounced_means_;  ///< its mean at the nodes after each of the last turns
+        bounced_means_;  ///< its mean at the nodes after each of the turns that were noted
+    int turns_after_noted_ = 0;
     gl::Texture walls_;  ///< walls between the nodes of the latter
     /// Between the nodes of world_, where surfaces send light on; its last layers have them.
     gl::Texture world_walls_;

@@ -879,7 +879,8 @@ void RadianceField::fill_world(int ways, int bands, const gl::Texture* clear,
         finish(bands, of_dimmed, nullptr, nullptr, *dimmed);
 }
 
-void RadianceField::add_light(int bands, const FieldLight& light, const gl::Texture& dimmed)
+void RadianceField::add_light(int bands, const FieldLight& light, const gl::Texture& dimmed,
+                              int taken_back)
 {
     // Light that was added before is to be added anew.
     Filling& filling = *filling_;
@@ -894,10 +895,13 @@ void RadianceField::add_light(int bands, const FieldLight& light, const gl::Text
                               0, size.x, size.y, size.z);
     device_->MemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
     add(light, bands, filling_->dimmed);
-    if (filling_->bounced_before_that)
-        finish(bands, filling_->bounced_before_that, &filling_->dimmed, nullptr, dimmed);
+    const std::array<const gl::Texture*, 3> turns{&filling.bounced, &filling.bounced_before,
+                                                  &filling.bounced_before_that};
+    const gl::Texture& bounced = *turns.at(static_cast<std::size_t>(taken_back));
+    if (bounced)
+        finish(bands, bounced, &filling.dimmed, nullptr, dimmed);
     else
-        finish(bands, filling_->dimmed, nullptr, nullptr, dimmed);
+        finish(bands, filling.dimmed, nullptr, nullptr, dimmed);
 }
 
 gl::Defines RadianceField::extinction_defines() const

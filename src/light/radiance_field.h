@@ -107,9 +107,9 @@ public:
     void fill_world(int ways, int bands, const gl::Texture* clear, const gl::Texture* dimmed,
                     const FieldLight* light = nullptr);
 
-    /// Adds what the media send to what fill_world() gave for `dimmed`, and takes back the last two
-    /// of bounce(), which are to be made anew with it.
-    void add_light(int bands, const FieldLight& light, const gl::Texture& dimmed);
+    /// Adds what the media send to what fill_world() gave for `dimmed`, in the place of what was
+    /// added before, and the light of the last bounce(), or of one or two before it.
+    void add_light(int bands, const FieldLight& light, const gl::Texture& dimmed, int taken_back);
 
     /// Works out what surfaces send on of all light that reaches them now, as if they were
     /// Lambertian. What glsl/scene/irradiance.glsl needs is bound but for the media's part, and the
