@@ -143,10 +143,10 @@ struct RadianceField::Filling {
     gl::Texture crossed;         ///< what surfaces cross, a bit a way; empty: none
     gl::Texture steps_to_walls;  ///< as they are drawn
     gl::Texture walls;           ///< walls between nodes, as take_walls()
-    gl::Texture sky_shares;      ///< light/sky_share.comp, of all ways; empty: all or nothing
-    gl::Texture clear, dimmed;   ///< coefficients of the world's light
-    gl::Texture of_world;        ///< dimmed, before add_light()
-    gl::Texture bounced;         ///< coefficients of what surfaces send on
+    const gl::Texture* sky_shares = nullptr;  ///< light/sky_share.comp; null: all or nothing
+    gl::Texture clear, dimmed;                ///< coefficients of the world's light
+    gl::Texture of_world;                     ///< dimmed, before add_light()
+    gl::Texture bounced;                      ///< coefficients of what surfaces send on
     gl::Texture bounced_before, bounced_before_that;  ///< a turn and two turns ago
     gl::Texture faces;       ///< light/faces.glsl, six layers; empty: surfaces send nothing on
     gl::Texture materials;   ///< each surface's albedo, and in row 1 its emission
@@ -243,12 +243,15 @@ gl::Texture RadianceField::make(const char* label, int layers) const
                                 GL_RGBA32F, gl::Filter::linear);
 }
 
+glm::ivec3 RadianceField::ways_size(int ways) const
+{
+    return filling_->lattice.count *
+           glm::ivec3(FIELD_WAYS_A_ROW, 1, (ways + FIELD_WAYS_A_ROW - 1) / FIELD_WAYS_A_ROW);
+}
+
 gl::Texture RadianceField::make_ways(const char* label, int ways, GLenum format) const
 {
-    const glm::ivec3 ways_an_edge(FIELD_WAYS_A_ROW, 1,
-                                  (ways + FIELD_WAYS_A_ROW - 1) / FIELD_WAYS_A_ROW);
-    return gl::Texture::make_3d(device_, label, filling_->lattice.count * ways_an_edge, format,
-                                gl::Filter::nearest);
+    return gl::Texture::make_3d(device_, label, ways_size(ways), format, gl::Filter::nearest);
 }
 
 void RadianceField::clear_unlisted(const gl::Texture& light) const
@@ -301,6 +304,8 @@ void RadianceField::begin(const FieldLattice& lattice, FieldMedium medium,
         find_clearance();
     if (!surfaces.empty() && filling_->medium.world != nullptr && !filling_->medium.sky_box.empty())
         share_sky(surfaces);
+    else
+        sky_share_.reset();
 }
 
 void RadianceField::end()
@@ -483,11 +488,11 @@ void RadianceField::share_sky(const surface::SurfaceSet& surfaces)
 {
     Filling& filling = *filling_;
     const Filling::Ways& set = filling.medium.ways == kNearWays ? filling.near : filling.all;
-    filling.sky_shares = make_ways("field: the sky's shares", filling.medium.ways, GL_R8UI);
     if (!sky_share_)
         sky_share_ = std::make_unique<SkyShare>(device_, programs_);
     write_block();
-    sky_share_->fill(filling.lattice, set.wi, filling.medium.sky_box, surfaces, filling.sky_shares);
+    filling.sky_shares = &sky_share_->shares(filling.lattice, set.wi, filling.medium.sky_box,
+                                             surfaces, ways_size(filling.medium.ways));
 }
 
 void RadianceField::draw_faces(const surface::SurfaceSet& surfaces)
@@ -770,9 +775,9 @@ void RadianceField::gather(int bands, bool adds, Of of, const gl::Texture& ways,
         defines.emplace_back("kClear", "");
     if (of != Of::field)
         defines.emplace_back("kWorld", "");
-    if (of == Of::clear && filling_->sky_shares) {
+    if (of == Of::clear && filling_->sky_shares != nullptr) {
         defines.emplace_back("kShares", "");
-        filling_->sky_shares.bind(FIELD_EMISSION_UNIT);
+        filling_->sky_shares->bind(FIELD_EMISSION_UNIT);
     }
     add_ways(defines);
     ways.bind(FIELD_WAYS_UNIT);
@@ -812,9 +817,10 @@ void RadianceField::carry_world(const Batch& batch, bool means)
     add(medium.dims && medium.closed && !alike, "kClosed");
     add(static_cast<bool>(filling_->crossed), "kSurfaces");
     add(means, "kMeans");
-    add(static_cast<bool>(filling_->sky_shares), "kShares");
+    add(filling_->sky_shares != nullptr, "kShares");
     set_batch(batch);
-    filling_->sky_shares.bind(FIELD_EMISSION_UNIT);
+    if (filling_->sky_shares != nullptr)
+        filling_->sky_shares->bind(FIELD_EMISSION_UNIT);
     (filling_->marched && !alike ? filling_->marched : filling_->sigma_t).bind(FIELD_SIGMA_T_UNIT);
     filling_->walls.bind(WALLS_UNIT);
     walk("light/world.comp", defines, batch.count);

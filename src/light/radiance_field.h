@@ -169,6 +169,7 @@ private:
     struct Batch;
     [[nodiscard]] GLenum light_format() const;  ///< of a way's light, as pack_light() makes it
     [[nodiscard]] gl::Texture make(const char* label, int layers) const;
+    [[nodiscard]] glm::ivec3 ways_size(int ways) const;
     [[nodiscard]] gl::Texture make_ways(const char* label, int ways, GLenum format) const;
     /// Coefficients of light at nodes that are not listed: where no medium looks it up it need not
     /// be known, but must not be taken for the inside of a surface.

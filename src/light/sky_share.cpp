@@ -79,8 +79,22 @@ int texels_of(const FieldLattice& lattice)
 
 }  // namespace
 
+const gl::Texture& SkyShare::shares(const FieldLattice& lattice,
+                                    const std::vector<glm::dvec3>& ways, const Bounds& box,
+                                    const surface::SurfaceSet& surfaces, glm::ivec3 size)
+{
+    const Key key{surfaces.shape(), ways.size(), lattice.node_from_eye, lattice.eye, size,
+                  box.min,          box.max};
+    if (shares_ && key == key_)
+        return shares_;
+    shares_ = gl::Texture::make_3d(device_, "the sky's shares", size, GL_R8UI, gl::Filter::nearest);
+    key_ = key;
+    fill(lattice, ways, box, surfaces);
+    return shares_;
+}
+
 void SkyShare::fill(const FieldLattice& lattice, const std::vector<glm::dvec3>& ways,
-                    const Bounds& box, const surface::SurfaceSet& surfaces, const gl::Texture& to)
+                    const Bounds& box, const surface::SurfaceSet& surfaces)
 {
     std::vector<glm::dvec3> corners;
     corners.reserve(8);
@@ -109,7 +123,7 @@ void SkyShare::fill(const FieldLattice& lattice, const std::vector<glm::dvec3>& 
         device_->BindBufferBase(GL_UNIFORM_BUFFER, SKY_MAPS_BLOCK, block_.id());
         draw(lattice, surfaces, params.texels);
         maps.bind(FACE_LIGHT_UNIT);
-        device_->BindImageTexture(0, to.id(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
+        device_->BindImageTexture(0, shares_.id(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
         device_->UseProgram(programs_.get({"light/sky_share.comp"}, {}).id());
         const glm::uvec3 groups((lattice.count + VOLUME_GROUP - 1) / VOLUME_GROUP);
         device_->DispatchCompute(groups.x, groups.y, groups.z);

@@ -29,14 +29,28 @@ public:
     {
     }
 
-    /// Draws and looks up; `to`, in the ways' layout, gets a texel a node and way. The field's
-    /// block is bound with the lattice.
+    /// A texel a node and way, in the ways' layout. Draws and looks up unless the last time was for
+    /// the same lattice and shapes: media and lights have no part in it. The field's block is bound
+    /// with the lattice.
     /// @param ways to where light comes from, unit length
     /// @param box what the maps cover: metres, world
-    void fill(const FieldLattice& lattice, const std::vector<glm::dvec3>& ways, const Bounds& box,
-              const surface::SurfaceSet& surfaces, const gl::Texture& to);
+    /// @param size of the ways' layout
+    const gl::Texture& shares(const FieldLattice& lattice, const std::vector<glm::dvec3>& ways,
+                              const Bounds& box, const surface::SurfaceSet& surfaces,
+                              glm::ivec3 size);
 
 private:
+    struct Key {
+        int shape = 0;
+        std::size_t ways = 0;
+        glm::dmat4 node_from_eye{1.0};
+        glm::dvec3 eye{0};
+        glm::ivec3 size{0};
+        glm::dvec3 low{0}, high{0};  ///< of the box
+        bool operator==(const Key&) const = default;
+    };
+    void fill(const FieldLattice& lattice, const std::vector<glm::dvec3>& ways, const Bounds& box,
+              const surface::SurfaceSet& surfaces);
     void draw(const FieldLattice& lattice, const surface::SurfaceSet& surfaces, int texels);
 
     const gl::Device& device_;
@@ -44,6 +58,8 @@ private:
     gl::UniformBuffer<shared::SkyMapParams> block_;
     gl::UniformBuffer<shared::DrawParams> draw_block_;
     gl::Framebuffer framebuffer_;
+    gl::Texture shares_;
+    Key key_;  ///< of shares_
 };
 
 }  // namespace fumarole::light

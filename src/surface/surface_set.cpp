@@ -5,6 +5,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <iterator>
 #include <numbers>
+#include <utility>
 
 namespace fumarole::surface {
 
@@ -111,6 +112,7 @@ int SurfaceSet::mesh_index(const std::shared_ptr<const Mesh>& mesh)
 void SurfaceSet::set(const std::vector<Surface>& surfaces)
 {
     instances_.clear();
+    const std::vector<Shape> old_shapes = std::exchange(shapes_, {});
     if (surfaces.empty()) {
         meshes_.clear();
         return;
@@ -150,8 +152,13 @@ void SurfaceSet::set(const std::vector<Surface>& surfaces)
         instance.bounds = meshes_[static_cast<std::size_t>(instance.mesh)].gpu.bounds().transformed(
             instance.world_from_object);
         instances_.push_back(instance);
+        const HeldMesh& held = meshes_[static_cast<std::size_t>(instance.mesh)];
+        shapes_.push_back(
+            {held.source, held.source ? 0 : instance.mesh, instance.world_from_object});
     }
     old_meshes_.clear();
+    if (shapes_ != old_shapes)
+        ++shape_;
 }
 
 Bounds SurfaceSet::bounds() const

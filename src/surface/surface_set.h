@@ -32,6 +32,8 @@ public:
     [[nodiscard]] std::span<const Instance> instances() const { return instances_; }
     [[nodiscard]] bool empty() const { return instances_.empty(); }
     [[nodiscard]] Bounds bounds() const;
+    /// Another number whenever another shape stands somewhere than before.
+    [[nodiscard]] int shape() const { return shape_; }
     /// Meshes sent to the GPU so far.
     [[nodiscard]] int uploads() const { return uploads_; }
 
@@ -51,6 +53,15 @@ private:
     std::vector<HeldMesh> meshes_;
     std::vector<HeldMesh> old_meshes_;  ///< old meshes of the scene before, while set() runs
     std::vector<Instance> instances_;
+    /// What stands where: a mesh of a file or the index of another one, and world from object.
+    struct Shape {
+        std::shared_ptr<const Mesh> source;
+        int mesh = 0;
+        glm::dmat4 world_from_object{1.0};
+        bool operator==(const Shape&) const = default;
+    };
+    std::vector<Shape> shapes_;
+    int shape_ = 0;
     int uploads_ = 0;
 };
 

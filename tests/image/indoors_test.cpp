@@ -247,6 +247,34 @@ TEST_F(Indoors, TheSkyThroughGapsIsSpreadOverTheFloor)
     EXPECT_LT(std::abs(m.bias), 0.08);
 }
 
+// What surfaces hide of the sky is kept while none of them changes: one that moves is looked at
+// anew.
+TEST_F(Indoors, TheSkyThroughGapsMovesWithThem)
+{
+    const auto gaps_at = [](double x) {
+        Scene scene = room(false);
+        double from = -6.2;
+        for (int i = -2; i <= 3; ++i) {
+            const double gap = x + 2 * i, to = i == 3 ? 6.2 : gap - 0.2;
+            scene.surfaces.emplace_back(box({from, -4.2, 4}, {to, 4.2, 4.2}));
+            from = gap + 0.2;
+        }
+        auto& clear = std::get<BoxMedium>(scene.media[0]);
+        clear.sigma_s = clear.sigma_a = glm::vec3(1e-6f);
+        return scene;
+    };
+    const Settings settings = plain_settings();
+    const auto before = render(gaps_at(0), settings).composite;
+    const auto moved = render(gaps_at(0.7), settings).composite;
+    EXPECT_NE(before, moved);
+    Scene elsewhere = gaps_at(0);
+    elsewhere.lights.clear();
+    render(elsewhere, settings);  // not the shapes, which are kept
+    EXPECT_EQ(render(gaps_at(0), settings).composite, before);
+    SceneRenderer fresh(get_proc());
+    EXPECT_EQ(fresh.render(gaps_at(0.7), settings, {}).composite, moved);
+}
+
 // A map of shadows has a surface a texel thick or so: light got in along the lines where walls and
 // ceilings meet, in dots, as edges are drawn to a part of a pixel.
 TEST_F(Indoors, NoSunGetsInWhereWallsMeet)
