@@ -25,9 +25,56 @@ std::string counts_of(std::span<const Light> lights)
     return text;
 }
 
+std::string reason_text(const LayerChoice& layer)
+{
+    constexpr std::string_view kOfGrids = "a voxel, or less where it is thick or glows";
+    switch (layer.reason) {
+    case LayerReason::history:
+        return "as another would drop the history";
+    case LayerReason::lobe:
+        return "as the phase changes within a texel of a quarter";
+    case LayerReason::beam:
+        return "as a quarter would blur the edge of a beam, or what is beside a lamp in the media";
+    case LayerReason::profile:
+        return "as media that are no grid's change within a texel of a quarter";
+    case LayerReason::outline:
+        return "as the media's outline is in the picture";
+    case LayerReason::voxels:
+        return fmt::format("as a quarter's texels would be {:.2f} times as wide as what a grid "
+                           "changes within ({}), {} at most",
+                           layer.of_voxel, kOfGrids, LayerChoice::kMostOfVoxel);
+    default:
+        return layer.of_voxel > 0
+                   ? fmt::format("as its texels are {:.2f} times as wide as what a grid changes "
+                                 "within ({})",
+                                 layer.of_voxel, kOfGrids)
+                   : "as a texel of it spans little of what the media, and the light that they "
+                     "scatter, change within";
+    }
+}
+
+std::string layer_text(const FrameSettings& settings, const LayerChoice& layer)
+{
+    const auto name = [](int scale) {
+        return scale == 1 ? "full" : scale == 2 ? "half" : "a quarter";
+    };
+    if (settings.resolution == kAutomatic && layer.scale > 0)
+        return fmt::format("{} in the last frame, {}", name(layer.scale), reason_text(layer));
+    if (settings.resolution == kAutomatic)
+        return "half, or a quarter where a texel of that spans little of what the media, and the "
+               "light that they scatter, change within";
+    if (layer.scale == 0)
+        return name(settings.resolution);
+    if (layer.scale == settings.resolution)
+        return fmt::format("{}, {}", name(layer.scale), reason_text(layer));
+    return fmt::format("{}, where frames are averaged; one by itself has {}, {}",
+                       name(settings.resolution), name(layer.scale), reason_text(layer));
+}
+
 }  // namespace
 
-std::vector<std::string> explain(const Toolbox& tools, int surfaces, const FrameSettings& settings)
+std::vector<std::string> explain(const Toolbox& tools, int surfaces, const FrameSettings& settings,
+                                 const LayerChoice& layer)
 {
     const medium::MediaTraits& media = tools.media.traits();
     const light::LightSet& lights = tools.lights;
@@ -65,13 +112,7 @@ std::vector<std::string> explain(const Toolbox& tools, int surfaces, const Frame
         : tools.device.capabilities().software ? "as on a software rasteriser compute is slower"
                                                : "as GPUs compute faster than they draw");
     if (!froxel)
-        say("resolution: {}",
-            settings.resolution == 1   ? "full"
-            : settings.resolution == 2 ? "half"
-            : settings.resolution == 4
-                ? "a quarter"
-                : "half, or a quarter where a texel of that spans little of what the media, and "
-                  "the light that they scatter, change within");
+        say("resolution: {}", layer_text(settings, layer));
     if (!froxel && settings.keeps_history())
         say("history: a view's layer is reprojected and weighs {} while the view moves, and is the "
             "mean of all frames while it stands; a frame of no view has none",

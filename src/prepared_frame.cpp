@@ -141,34 +141,46 @@ bool fills_picture(const PreparedFrame& frame, double around)
     return true;
 }
 
-/// Pixels along the edge of a texel of the march's layer, where that is left open: four where
-/// neither a medium nor its light changes much within so many, else two.
-int layer_scale(const PreparedFrame& frame, const FrameScene& scene)
+/// The size of the march's layer, where that is left open: a quarter where neither a medium nor its
+/// light changes much within a texel of that, else half.
+LayerChoice choose_layer(const PreparedFrame& frame, const FrameScene& scene)
 {
     constexpr int kSmall = 4, kUsual = 2;
-    // Shares of a phase's lobe, 1 - g radians wide, and of the media's detail, that a texel may
-    // span. What a texel leaves out grows with the square of its width: at these it is less than
-    // the grain that steps leave.
-    constexpr double kOfLobe = 0.05, kOfDetail = 0.25;
+    // Shares of what a texel may span: of a phase's lobe, 1 - g radians wide, of what media change
+    // within, and of the fade of a beam, whose steepest part is a third of it. What a texel leaves
+    // out grows with the square of its width: at these it is less than the grain that steps leave.
+    constexpr double kOfLobe = 0.05, kOfDetail = 0.25, kOfBeam = 0.1;
+    // Of a grid it may span more: that is linear within a voxel already, and what it holds is
+    // coarser. docs/measurements.md has what texels of other widths leave out.
     constexpr double kReach = 3;  // texels beyond the picture that its pixels are made of: guards
     const double pixel = 2 / (std::abs(frame.host.clip_from_view[1][1]) * frame.picture_size.y);
     const double texel = kSmall * pixel;  // rad, or metres
     const double farthest = frame.eye.perspective ? frame.media_range.y : 1;
-    // The outline of a box is an edge.
-    const bool smooth = texel * farthest <= kOfDetail * scene.detail &&
-                        (!frame.eye.perspective || texel <= kOfLobe * (1 - scene.most_g)) &&
-                        fills_picture(frame, kSmall * kReach);
-    return smooth ? kSmall : kUsual;
+    const double width = texel * farthest;
+    LayerChoice choice{kUsual, LayerReason::smooth, width / scene.voxel};
+    if (frame.eye.perspective && texel > kOfLobe * (1 - scene.most_g))
+        choice.reason = LayerReason::lobe;
+    else if (width > kOfBeam * scene.beam_edge)
+        choice.reason = LayerReason::beam;
+    else if (width > kOfDetail * scene.detail)
+        choice.reason = LayerReason::profile;
+    else if (choice.of_voxel > LayerChoice::kMostOfVoxel)
+        choice.reason = LayerReason::voxels;
+    else if (scene.has_outline && !fills_picture(frame, kSmall * kReach))
+        choice.reason = LayerReason::outline;
+    else
+        choice.scale = kSmall;
+    return choice;
 }
 
 /// What an automatic resolution is.
-int choose_resolution(const PreparedFrame& frame, const FrameScene& scene)
+LayerChoice choose_resolution(const PreparedFrame& frame, const FrameScene& scene)
 {
     if (frame.settings.mode == Settings::Mode::froxel)
-        return 1;  // it has no layer, and no reason to drop a history
+        return {1, LayerReason::no_layer};  // and no reason to drop a history
     if (frame.keeps_history)
-        return 2;  // which would be lost whenever the layer's size changed
-    return layer_scale(frame, scene);
+        return {2, LayerReason::history};
+    return choose_layer(frame, scene);
 }
 
 /// As PreparedFrame::layer_guard.
@@ -283,7 +295,9 @@ PreparedFrame prepare_frame(const Frame& frame, const FrameSettings& settings,
     out.step_range = step_range(out);
     out.picture_size = glm::ivec2(frame.color.size);
     if (settings.resolution == Settings::kAutomatic)
-        out.settings.resolution = choose_resolution(out, scene);
+        out.layer_choice = choose_resolution(out, scene);
+    if (out.layer_choice.scale > 0)
+        out.settings.resolution = out.layer_choice.scale;
     const int scale = out.settings.resolution;
     out.layer_guard = layer_guard(out.settings);
     out.layer_size = (out.picture_size + scale - 1) / scale + 2 * out.layer_guard;

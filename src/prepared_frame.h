@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include <fumarole/bounds.h>
@@ -33,8 +34,15 @@ struct CameraRays {
 
 /// What of a scene decides how its frames are drawn.
 struct FrameScene {
-    Bounds media;                ///< world bounds of all media [m]; empty where there are none
-    double detail = 0;           ///< metres within which the media, or the light in them, change
+    Bounds media;  ///< world bounds of all media [m]; empty where there are none
+    /// Metres within which media that are no grid's change; infinite: nowhere, as without any.
+    double detail = std::numeric_limits<double>::infinity();
+    /// Metres within which what is seen of grids changes: a voxel, or less.
+    double voxel = std::numeric_limits<double>::infinity();
+    /// Metres within which a light has detail of its own in the media, as the edge of a beam; 0:
+    /// one shines among them that has some at any distance.
+    double beam_edge = std::numeric_limits<double>::infinity();
+    bool has_outline = true;     ///< some medium ends at a face, and not in a grid's zeros
     double most_g = 0;           ///< the largest |g| of the media
     std::uint64_t id = 0;        ///< another whenever something of the scene changed
     std::uint64_t media_id = 0;  ///< another whenever that was how the media dim
@@ -55,10 +63,34 @@ struct DepthsAsked {
     std::vector<Area> areas;  ///< nowhere else
 };
 
+/// Why an automatic resolution is what it is.
+enum class LayerReason : std::uint8_t {
+    asked,     ///< it is not automatic
+    no_layer,  ///< froxels have none
+    history,   ///< one is kept, which another size would drop
+    lobe,      ///< the media's phase changes within a quarter's texel
+    beam,      ///< so does the edge of a light's beam, or an area light is amid a grid
+    profile,   ///< so do media that are no grid's
+    outline,   ///< a face of the media is in the picture
+    voxels,    ///< it spans more of what a grid changes within than it may
+    smooth,    ///< nothing changes much within it
+};
+
+/// The layer's size where that was left open.
+struct LayerChoice {
+    int scale = 0;  ///< pixels along a texel's edge; 0: none was chosen
+    LayerReason reason = LayerReason::asked;
+    /// How much of FrameScene::voxel a quarter's texel spans at the media's far end, and the most
+    /// that it may; 0: there are no grids.
+    double of_voxel = 0;
+    static constexpr double kMostOfVoxel = 0.8;
+};
+
 /// A frame with all that follows from it, its settings and its scene.
 struct PreparedFrame {
     Frame host;
     FrameSettings settings;      ///< nothing in them is automatic any more that a frame decides
+    LayerChoice layer_choice;    ///< of settings.resolution
     bool keeps_history = false;  ///< something of the frame is kept for the next one of its view
     std::uint64_t scene_id = 0, media_id = 0, life_id = 0;  ///< FrameScene's
 

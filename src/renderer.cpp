@@ -248,13 +248,25 @@ struct Renderer::Parts {
                         depth_sampler, blue_noise, sun_shades};
     std::string last_history;  ///< View::history() of the view that was drawn last
     std::string last_passes;   ///< FrameReport::passes of the last frame
+    LayerChoice last_layer;    ///< of the frame that was settled or drawn last
 };
 
 FrameScene Renderer::Parts::frame_scene() const
 {
-    const double detail = lights.has_edges() ? 0 : media.detail();
-    return {media.bounds(), detail,   static_cast<double>(media.traits().most_g),
-            scene_id,       media_id, life_id};
+    const medium::MediaDetail detail = media.detail();
+    const Bounds bounds = media.bounds();
+    // Around a point a frame has a ray for each pixel, around an area it has not, and in smoke
+    // there is something to be seen there.
+    const bool shines = std::isfinite(detail.grids) && lights.has_area_in(bounds);
+    return {bounds,
+            detail.boxes,
+            detail.grids,
+            shines ? 0 : lights.edge_width(bounds),
+            detail.has_outline,
+            static_cast<double>(media.traits().most_g),
+            scene_id,
+            media_id,
+            life_id};
 }
 
 PreparedFrame Renderer::Parts::begin(const View::State& view, const Frame& frame,
@@ -262,6 +274,7 @@ PreparedFrame Renderer::Parts::begin(const View::State& view, const Frame& frame
 {
     PreparedFrame prepared = prepare_frame(frame, s, frame_scene(), view.keeps_history);
     prepared.prepares = prepares;
+    last_layer = prepared.layer_choice;
     tools.bind(prepared);
     if (!prepared.sees_media)
         return prepared;
@@ -657,7 +670,9 @@ FrameSettings Renderer::settled(const View& view, const Frame& frame,
                                 const FrameSettings& settings) const
 {
     const bool history = parts_->state_of(view).keeps_history;
-    return prepare_frame(frame, settings, parts_->frame_scene(), history).settings;
+    const PreparedFrame prepared = prepare_frame(frame, settings, parts_->frame_scene(), history);
+    parts_->last_layer = prepared.layer_choice;
+    return prepared.settings;
 }
 
 void Renderer::composite(View& view, const Frame& frame, const FrameSettings& settings)
@@ -1013,7 +1028,8 @@ std::optional<double> Renderer::probes_next_turn() const
 std::vector<std::string> Renderer::explain(const FrameSettings& settings) const
 {
     const auto surfaces = static_cast<int>(parts_->surfaces.instances().size());
-    std::vector<std::string> lines = fumarole::explain(parts_->tools, surfaces, settings);
+    std::vector<std::string> lines =
+        fumarole::explain(parts_->tools, surfaces, settings, parts_->last_layer);
     for (std::string& line : parts_->probes.describe())
         lines.push_back(std::move(line));
     if (const auto added = probes_next_turn())

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 
 #include "light/light_source.h"
 #include "light/world_light.h"
@@ -236,7 +237,32 @@ gl::Defines LightSet::defines() const
 
 bool LightSet::has_edges() const
 {
-    return std::any_of(lights_.begin(), lights_.end(), has_edge);
+    return std::any_of(lights_.begin(), lights_.end(),
+                       [](const Light& light) { return std::isfinite(edge_angle_of(light)); });
+}
+
+double LightSet::edge_width(const Bounds& media) const
+{
+    double least = std::numeric_limits<double>::infinity();
+    for (const Light& light : lights_) {
+        const double angle = edge_angle_of(light);
+        if (!std::isfinite(angle))
+            continue;
+        const glm::dvec3 at = position_of(light).at;
+        least = std::min(least, angle * glm::length(at - glm::clamp(at, media.min, media.max)));
+    }
+    return least;
+}
+
+bool LightSet::has_area_in(const Bounds& media) const
+{
+    return std::any_of(lights_.begin(), lights_.end(), [&](const Light& light) {
+        if (!std::holds_alternative<RectLight>(light) && !std::holds_alternative<DiskLight>(light))
+            return false;
+        return std::ranges::any_of(points_of(light), [&](const LightPosition& point) {
+            return glm::clamp(point.at, media.min, media.max) == point.at;
+        });
+    });
 }
 
 void LightSet::bind(glm::dvec3 eye)

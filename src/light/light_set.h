@@ -72,6 +72,11 @@ public:
     [[nodiscard]] int count() const { return static_cast<int>(points_.size()); }
     /// Whether a light's beam has an edge where the medium has none.
     [[nodiscard]] bool has_edges() const;
+    /// Metres within which such an edge fades, the finest where it may meet the media: 0 if a light
+    /// that has one is among them; infinite if none has.
+    [[nodiscard]] double edge_width(const Bounds& media) const;
+    /// Whether a rectangle or a disk shines from among them.
+    [[nodiscard]] bool has_area_in(const Bounds& media) const;
     [[nodiscard]] int shadow_views() const { return static_cast<int>(views_.size()); }
     /// Views of the shadow map drawn so far, and of what transparents filter.
     [[nodiscard]] int views_drawn() const { return views_drawn_ + filters_.views_drawn(); }

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <fmt/format.h>
 #include <glm/gtc/constants.hpp>
+#include <limits>
 #include <string>
 
 namespace fumarole::light {
@@ -20,6 +21,8 @@ double range_from(glm::dvec3 p, const Bounds& bounds)
         far = std::max(far, glm::length(bounds.corner(i) - p));
     return 1.01 * far;
 }
+
+constexpr double kNoEdge = std::numeric_limits<double>::infinity();
 
 template <typename Own> void set_own(shared::LightParams& light, const Own& own)
 {
@@ -51,9 +54,9 @@ std::vector<LightPosition> points(const SunLight& sun)
 
 void write(const SunLight&, const LightSlot&, std::span<shared::LightParams>) {}
 
-constexpr bool edged(const SunLight&)
+constexpr double edge_angle(const SunLight&)
 {
-    return false;
+    return kNoEdge;
 }
 
 // ---------------------------------------------------------------------------------------- points
@@ -75,9 +78,9 @@ void write(const PointLight&, const LightSlot& slot, std::span<shared::LightPara
         out.cube_view_scale = 0.5f / static_cast<float>(point_view_tangent(slot.map_size));
 }
 
-constexpr bool edged(const PointLight&)
+constexpr double edge_angle(const PointLight&)
 {
-    return false;
+    return kNoEdge;
 }
 
 // ----------------------------------------------------------------------------------------- spots
@@ -105,9 +108,10 @@ void write(const SpotLight& spot, const LightSlot&, std::span<shared::LightParam
         set_own(out, own);
 }
 
-constexpr bool edged(const SpotLight&)
+double edge_angle(const SpotLight& spot)
 {
-    return true;
+    const double half = glm::radians(spot.cone_deg) / 2;
+    return (1 - std::cos(half)) * spot.blend / std::sin(half);  // across a cosine's blend
 }
 
 // -------------------------------------------------------------------------- rectangles and disks
@@ -220,9 +224,9 @@ void write(const RectLight& rect, const LightSlot& slot, std::span<shared::Light
     write_area(area_of(rect), slot, points);
 }
 
-constexpr bool edged(const RectLight&)
+constexpr double edge_angle(const RectLight&)
 {
-    return false;
+    return kNoEdge;
 }
 
 std::vector<LightPosition> points(const DiskLight& disk)
@@ -240,9 +244,9 @@ void write(const DiskLight& disk, const LightSlot& slot, std::span<shared::Light
     write_area(area_of(disk), slot, points);
 }
 
-constexpr bool edged(const DiskLight&)
+constexpr double edge_angle(const DiskLight&)
 {
-    return false;
+    return kNoEdge;
 }
 
 // ------------------------------------------------------------------------------------------ GLSL
@@ -327,9 +331,9 @@ void write_own(const Light& light, const LightSlot& slot, std::span<shared::Ligh
     std::visit([&](const auto& one) { write(one, slot, points); }, light);
 }
 
-bool has_edge(const Light& light)
+double edge_angle_of(const Light& light)
 {
-    return std::visit([](const auto& one) { return edged(one); }, light);
+    return std::visit([](const auto& one) { return edge_angle(one); }, light);
 }
 
 gl::Defines write_lights(std::span<const Light> lights)

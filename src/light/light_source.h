@@ -46,8 +46,9 @@ struct LightSlot {
 /// What a light's type has of its own, into the parameters of its points, which have the rest.
 void write_own(const Light& light, const LightSlot& slot, std::span<shared::LightParams> points);
 
-/// Whether its beam has an edge where the medium has none.
-bool has_edge(const Light& light);
+/// The angle over which the edge of its beam fades [rad], seen from the light; infinite if it has
+/// none.
+double edge_angle_of(const Light& light);
 
 /// What glsl/scene/lights.glsl needs: written/scattering.glsl and written/irradiance.glsl, which
 /// call the functions of each light's type.

@@ -492,10 +492,41 @@ Occupied MediaSet::occupied_by(int placed, std::vector<OccupiedBox> boxes, float
         box.most *= per_unit;
     const glm::dmat4 world_from_index =
         glm::inverse(placed_[static_cast<std::size_t>(placed)].index_from_world);
-    const double voxel =
-        std::min({glm::length(world_from_index[0]), glm::length(world_from_index[1]),
-                  glm::length(world_from_index[2])});
-    return {world_from_index, std::move(boxes), voxel};
+    return {world_from_index, std::move(boxes), voxel_of(placed)};
+}
+
+double MediaSet::voxel_of(int placed) const
+{
+    const glm::dmat4 world_from_index =
+        glm::inverse(placed_[static_cast<std::size_t>(placed)].index_from_world);
+    return std::min({glm::length(world_from_index[0]), glm::length(world_from_index[1]),
+                     glm::length(world_from_index[2])});
+}
+
+double MediaSet::grid_detail(const Entry& medium) const
+{
+    // Where a voxel is thicker than this a part of it hides what is behind, and the medium looks
+    // like a surface.
+    constexpr double kThick = 2;
+    // Flames end sharply, and what glows by Planck's law changes as a high power of a temperature.
+    constexpr double kOfFlame = 0.5, kOfGlow = 0.25;
+    double least = MediaDetail::kNowhere;
+    const auto add = [&](int placed, double share) {
+        if (placed >= 0)
+            least = std::min(least, share * voxel_of(placed));
+    };
+    if (medium.density >= 0 && medium.density != medium.temperature) {
+        const glm::vec3 sigma_t(medium.params.sigma_t);
+        const Grid& grid = grids_[static_cast<std::size_t>(
+            placed_[static_cast<std::size_t>(medium.density)].texture)];
+        const double most =
+            double{std::max({sigma_t.r, sigma_t.g, sigma_t.b})} * double{grid.source->max_value};
+        add(medium.density, 1 / std::max(1.0, most * voxel_of(medium.density) / kThick));
+    }
+    add(medium.tint, 1);
+    add(medium.emission, kOfFlame);
+    add(medium.temperature, kOfGlow);
+    return least;
 }
 
 void MediaSet::find_occupied()
@@ -554,12 +585,17 @@ void MediaSet::find_islands()
     }
 }
 
-double MediaSet::detail() const
+MediaDetail MediaSet::detail() const
 {
-    double least = std::numeric_limits<double>::infinity();
-    for (const Occupied& part : occupied_)
-        least = std::min(least, part.detail);
-    return least;
+    MediaDetail out;
+    for (const Entry& entry : media_) {
+        out.has_outline |= entry.is_box;
+        if (entry.is_box)
+            out.boxes = std::min(out.boxes, box_detail(entry));
+        else
+            out.grids = std::min(out.grids, grid_detail(entry));
+    }
+    return out;
 }
 
 Bounds MediaSet::bounds() const

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -82,6 +83,15 @@ struct Occupied {
     double detail = 0;               ///< metres within which it changes; infinite: nowhere
 };
 
+/// What of the media a picture of fewer rays leaves out.
+struct MediaDetail {
+    static constexpr double kNowhere = std::numeric_limits<double>::infinity();
+    double boxes = kNowhere;  ///< metres within which boxes change, as they do without a grid
+    double grids =
+        kNowhere;  ///< metres within which what is seen of a grid changes: a voxel or less
+    bool has_outline = false;  ///< some end at a face, and not in a grid's zeros
+};
+
 class MediaSet {
 public:
     explicit MediaSet(const gl::Device& device) : device_{device}, block_{device, "media"} {}
@@ -117,8 +127,7 @@ public:
     [[nodiscard]] const std::vector<Occupied>& occupied() const { return occupied_; }
     /// Another whenever they have changed.
     [[nodiscard]] std::uint64_t occupied_id() const { return occupied_id_; }
-    /// The least of their details.
-    [[nodiscard]] double detail() const;
+    [[nodiscard]] MediaDetail detail() const;
 
     [[nodiscard]] VoxelFrame voxel_frame() const;
     /// The same of each part that lies far from the others, of all media that are there.
@@ -254,6 +263,9 @@ private:
     /// that the eye is in. 0 for others.
     [[nodiscard]] glm::dvec3 base_voxel(int placed, glm::dvec3 eye) const;
     [[nodiscard]] double box_detail(const Entry& box) const;
+    [[nodiscard]] double grid_detail(const Entry& medium) const;
+    /// The least edge of a grid's voxels [m].
+    [[nodiscard]] double voxel_of(int placed) const;
     [[nodiscard]] Occupied occupied_by(const Entry& box, float per_unit) const;
     [[nodiscard]] Occupied occupied_by(int placed, std::vector<OccupiedBox> boxes,
                                        float per_unit) const;

@@ -40,7 +40,9 @@ struct TileBench {
         frame.view_from_world = view_from_world(scene.camera);
         frame.clip_from_view = clip_from_view(scene.camera, scene.resolution, {0, 0});
         frame.layer_offset = layer_offset;
-        return prepare_frame(frame, of, {.media = media.bounds(), .detail = media.detail()});
+        const medium::MediaDetail detail = media.detail();
+        return prepare_frame(
+            frame, of, {.media = media.bounds(), .detail = detail.boxes, .voxel = detail.grids});
     }
 
     [[nodiscard]] Texels read(const gl::Texture& texture) const
