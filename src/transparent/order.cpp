@@ -87,12 +87,15 @@ std::optional<std::vector<Placed>> put_in_order(const std::vector<Placed>& place
     // Some milliseconds of them; more are told apart by depth alone, as sprites are.
     constexpr int kMostCompared = 1 << 16;
     int compared = 0;
+    double slack = 0;
+    for (const Placed& one : placed)
+        slack = std::max(slack, one.slack);
     // They come by their nearest depth: those that begin behind its farthest lie behind it.
     const auto is_nearest = [&](std::size_t at, std::size_t first, const std::vector<bool>& taken) {
         for (std::size_t i = first; i < placed.size(); ++i) {
             if (i == at || taken[i])
                 continue;
-            if (placed[i].seen.view_z.x > placed[at].seen.view_z.y)
+            if (placed[i].seen.view_z.x > placed[at].seen.view_z.y + slack)
                 return true;
             ++compared;
             const Before which = before(placed[at], placed[i]);

@@ -561,6 +561,37 @@ TEST_F(Transparents, WhatLiesFlatIsInASmallerLayerWhatItIsInOneAsLargeAsThePictu
                                 "the layer's and the depths' interpolation"));
 }
 
+TEST_F(Transparents, TheLaterOfSpritesAtOneDepthIsInFrontWhicheverWayTheEyeLooks)
+{
+    for (const glm::dvec3 toward : {glm::dvec3(0.3, -1, 0.2), {-0.7, 0.4, 0.1}, {0.1, 0.2, -0.9}}) {
+        Scene scene = sprite_scene(8);
+        scene.camera.look_at = toward;
+        const std::vector<Transparent> kinds = scene.transparents;
+        scene.transparents.clear();
+        const glm::dvec3 forward = glm::normalize(toward);
+        const glm::dvec3 across = glm::normalize(glm::cross(forward, scene.camera.up));
+        for (std::size_t i = 0; i < 6; ++i) {
+            auto board = std::get<BillboardTransparent>(kinds.at(i));
+            board.center = 5.0 * forward + (0.1 * double(i * 5 % 6) - 0.25) * across;
+            scene.transparents.emplace_back(board);
+        }
+        const Settings settings = plain_froxels();
+        const Image in_order = composite(scene, settings);
+        EXPECT_EQ(scene_renderer().renderer().fragment_count(), FragmentCount{});
+        Scene listed = scene;
+        BillboardTransparent asks;  // for what is behind it, and is not seen
+        asks.center = 3.0 * forward;
+        asks.size = glm::dvec2(9);
+        asks.look.blend = {Kind::factors, BlendFactor::dst_color, BlendFactor::one};
+        listed.transparents.emplace_back(asks);
+        EXPECT_TRUE(
+            images_near(in_order, composite(listed, settings), 5e-6, 1e-6, "roundings"));
+        EXPECT_GT(scene_renderer().renderer().fragment_count().fragments, 0u);
+        std::reverse(scene.transparents.begin(), scene.transparents.end());
+        EXPECT_GT(max_difference(composite(scene, settings), in_order), 0.05);
+    }
+}
+
 TEST_F(Transparents, SpritesThatCrossTakeLists)
 {
     const Settings settings = plain_settings();
