@@ -23,16 +23,20 @@ void add_world_reflection(vec3 p, vec3 n, vec3 irradiance, vec3 open)
 {
     const float kOneLobe = 0.01;   // alpha of mirrors, all but
     const float kNarrowest = 0.2;  // of a lobe, over alpha
-    // About the middles of quarters of GGX's slopes along a line, over alpha, and how wide a lobe each stands for: fitted to
-    // the light of lamps at 6 places by lobes of roughness 0.2 to 1 (errors squared fall by a third beside the middles
-    // themselves and lobes of one width).
-    const float kSlopes[kLobes] = float[kLobes](-1.05, -0.27, 0.27, 1.05);
-    const float kWidths[kLobes] = float[kLobes](1.37, 0.93, 0.93, 1.37);
+    // Where they lie, in GGX's slopes over alpha, away from the eye and towards it, and how wide a lobe each stands for:
+    // polynomials of the roughness, fitted to the light of lamps all around by scripts/fit_probe_lobes.py.
+    const vec4 kSlopes[3] = vec4[3](vec4(-1.5567, 0.0581, -0.6070, 1.6021), vec4(1.7452, -0.5586, 2.9181, -0.4813),
+                                    vec4(-0.0859, 0.8849, -1.6474, 0.0219));
+    const vec4 kWidths[3] = vec4[3](vec4(1.0693, 1.6638, 0.0451, 1.4278), vec4(0.5580, -3.6862, 1.6229, 1.2999),
+                                    vec4(-0.5322, 3.5409, -0.1982, -0.2568));
+    float roughness = sqrt(gloss.alpha);
+    vec4 slopes = kSlopes[0] + roughness * (kSlopes[1] + roughness * kSlopes[2]);
+    vec4 widths = kWidths[0] + roughness * (kWidths[1] + roughness * kWidths[2]);
     float n_wo = max(dot(n, gloss.wo), 0.0);
     vec3 along = gloss.wo - n * n_wo;  // as long as the sine: none, and the lobe is round
     vec3 sum = vec3(0.0), weights = vec3(0.0);
     for (int i = 0; i < kLobes && gloss.alpha > kOneLobe; ++i) {
-        vec3 h = normalize(n + along * (gloss.alpha * kSlopes[i]));
+        vec3 h = normalize(n + along * (gloss.alpha * slopes[i]));
         float wo_h = dot(gloss.wo, h);
         vec3 d = 2.0 * wo_h * h - gloss.wo;
         float n_wi = dot(n, d);
@@ -40,7 +44,7 @@ void add_world_reflection(vec3 p, vec3 n, vec3 irradiance, vec3 open)
             continue;
         vec3 weight =
             schlick_fresnel(gloss.f0, wo_h) * (ggx_visibility(n_wo, n_wi, gloss.alpha) * n_wi * wo_h / dot(n, h));
-        sum += weight * light_around(p, d, gloss.alpha * max(kWidths[i] * wo_h, kNarrowest), irradiance, open);
+        sum += weight * light_around(p, d, gloss.alpha * max(widths[i] * wo_h, kNarrowest), irradiance, open);
         weights += weight;
     }
     vec3 light = weights.g > 0.0 ? sum / max(weights, 1e-20)
