@@ -322,12 +322,13 @@ void Renderer::Parts::order_transparents(const View::State& view, PreparedFrame&
             const std::size_t variant =
                 (transparents.image(one) ? 1 : 0) + (transparents.fades(one) ? 2 : 0);
             return needs_list(one) || (prepares_way == Way::as_panes && !is_plain(one)) ||
+                   (prepares_way == Way::at_panes && !transparents.is_flat(one)) ||
                    std::exchange(had.at(variant), true);
         });
     }
     if (std::any_of(seen.list.begin(), seen.list.end(), needs_list))
         return;
-    std::vector<transparent::Placed> ordered = transparent::place(seen, prepared.eye);
+    std::vector<transparent::Placed> ordered = transparent::place(transparents, seen, prepared.eye);
     if (!prepares_way) {
         auto found = transparent::put_in_order(ordered);
         if (!found)

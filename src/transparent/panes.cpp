@@ -12,12 +12,12 @@ glm::dvec4 met(const Placed& one, const CameraRays& rays, glm::dvec2 ndc)
     const glm::dvec3 origin = rays.origin + ndc.x * rays.origin_dx + ndc.y * rays.origin_dy;
     const glm::dvec3 direction =
         rays.direction + ndc.x * rays.direction_dx + ndc.y * rays.direction_dy;
-    const auto& [a, b] = one.edges;
-    const glm::dvec3 to_a = glm::cross(b, one.normal), to_b = glm::cross(one.normal, a);
+    const glm::dvec3 &a = one.edges[0], &b = one.edges[1], &normal = one.planes.front().normal;
+    const glm::dvec3 to_a = glm::cross(b, normal), to_b = glm::cross(normal, a);
     const glm::dvec3 along_a = to_a / glm::dot(a, to_a), along_b = to_b / glm::dot(b, to_b);
     const glm::dvec3 from_corner = origin - one.corner;
-    const double w = glm::dot(one.normal, direction);
-    const double z = -glm::dot(one.normal, from_corner);
+    const double w = glm::dot(normal, direction);
+    const double z = -glm::dot(normal, from_corner);
     const auto along = [&](const glm::dvec3& axis) {
         return glm::dot(axis, from_corner) * w + glm::dot(axis, direction) * z;
     };
@@ -45,7 +45,8 @@ double between_rays(const Placed& one, const PreparedFrame& frame)
 
 bool suit_march(const std::vector<Placed>& ordered, const PreparedFrame& frame)
 {
-    if (ordered.size() > MAX_PANES)
+    const auto is_flat = [](const Placed& one) { return one.is_flat; };
+    if (ordered.size() > MAX_PANES || !std::all_of(ordered.begin(), ordered.end(), is_flat))
         return false;
     if (frame.settings.mode != Settings::Mode::raymarch || frame.settings.resolution == 1 ||
         !frame.sees_media)

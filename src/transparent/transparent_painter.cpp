@@ -85,14 +85,16 @@ void TransparentPainter::fill(const Toolbox& tools, const TransparentSet& transp
     gl->ClipControl(GL_LOWER_LEFT, frame.host.depth_convention.zero_to_one
                                        ? GL_ZERO_TO_ONE
                                        : GL_NEGATIVE_ONE_TO_ONE);
-    for (const SeenTransparent& one : seen)
-        draw(tools, transparents, one, "transparent/fragment.frag", lists.defines(), frame);
+    for (const SeenTransparent& one : seen) {
+        set(tools, transparents, one, "transparent/fragment.frag", lists.defines(), frame);
+        transparents.draw(one);
+    }
     gl->ClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
 }
 
-void TransparentPainter::draw(const Toolbox& tools, const TransparentSet& transparents,
-                              const SeenTransparent& one, const char* fragment_file,
-                              gl::Defines defines, const PreparedFrame& frame, int pane) const
+void TransparentPainter::set(const Toolbox& tools, const TransparentSet& transparents,
+                             const SeenTransparent& one, const char* fragment_file,
+                             gl::Defines defines, const PreparedFrame& frame, int pane) const
 {
     const gl::Device& gl = tools.device;
     const gl::TextureView image = transparents.image(one);
@@ -106,7 +108,6 @@ void TransparentPainter::draw(const Toolbox& tools, const TransparentSet& transp
     block_.write(params);
     gl->BindBufferBase(GL_UNIFORM_BUFFER, TRANSPARENT_BLOCK, block_.id());
     gl->UseProgram(tools.programs.get({"transparent/fragment.vert", fragment_file}, defines).id());
-    transparents.draw(one);
 }
 
 void TransparentPainter::resolve(const Toolbox& tools, const FragmentLists& lists,
@@ -156,9 +157,11 @@ void TransparentPainter::lay_in_order(const Toolbox& tools, const TransparentSet
         sum.framebuffer.copy_color_of(resolved.framebuffer, first, end);
     }
     const auto draw_all = [&](const gl::Defines& variant) {
-        for (std::size_t i = seen.size(); i-- > 0;)
-            draw(tools, transparents, seen[i], "transparent/over.frag", variant, frame,
-                 static_cast<int>(i));
+        for (std::size_t i = seen.size(); i-- > 0;) {
+            set(tools, transparents, seen[i], "transparent/over.frag", variant, frame,
+                static_cast<int>(i));
+            transparents.draw_in_order(seen[i], frame);
+        }
     };
     gl::Defines defines{{"kOver", ""}};
     if (frame.panes > 0)

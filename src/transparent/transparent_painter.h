@@ -66,10 +66,11 @@ public:
     void draw_counts(const Toolbox& tools, const FragmentLists* lists) const;
 
 private:
-    /// Draws one by transparent/fragment.vert. @param pane which of the panes in order it is
-    void draw(const Toolbox& tools, const TransparentSet& transparents, const SeenTransparent& one,
-              const char* fragment_file, gl::Defines defines, const PreparedFrame& frame,
-              int pane = 0) const;
+    /// Sets one up to be drawn by transparent/fragment.vert. @param pane which of the panes in
+    /// order it is
+    void set(const Toolbox& tools, const TransparentSet& transparents, const SeenTransparent& one,
+             const char* fragment_file, gl::Defines defines, const PreparedFrame& frame,
+             int pane = 0) const;
 
     gl::UniformBuffer<shared::TransparentParams> block_;
     gl::UniformBuffer<shared::PaneParams> panes_block_;

@@ -152,7 +152,8 @@ void TransparentSet::set(const std::vector<Transparent>& transparents)
         if (const auto* mesh = std::get_if<MeshTransparent>(&transparent);
             mesh != nullptr && mesh->mesh != nullptr)
             item.mesh = kept_or_made(old_meshes, meshes_, mesh->mesh, [&](const Mesh& source) {
-                return std::make_shared<surface::GpuMesh>(device_, source, "transparent mesh");
+                return std::make_shared<TransparentMesh>(
+                    TransparentMesh{{device_, source, "transparent mesh"}, convex_winding(source)});
             });
         if (look.image != nullptr)
             item.image =
@@ -188,7 +189,8 @@ std::vector<light::Caster> TransparentSet::casters() const
         if (!can_cast(look.blend) || std::holds_alternative<BillboardTransparent>(item.transparent))
             throw Error("Scene::transparents: one that casts is a billboard, or has a factor of "
                         "what is behind; take a quad or a mesh, and another blend");
-        casters.push_back({world_from_object(item, {}), item.mesh ? item.mesh.get() : &square_,
+        casters.push_back({world_from_object(item, {}),
+                           item.mesh ? &item.mesh->triangles : &square_,
                            item.image ? item.image->view() : gl::TextureView{}, own_source(look),
                            static_cast<std::uint32_t>(factor),
                            look.blend.kind == Blend::Kind::multiply, is_mesh});
@@ -232,7 +234,7 @@ SeenTransparents TransparentSet::look(const PreparedFrame& frame) const
         SeenTransparent seen;
         seen.index = i;
         seen.world_from_object = world_from_object(item, frame.eye);
-        const Bounds& bounds = is_mesh ? item.mesh->bounds() : square_.bounds();
+        const Bounds& bounds = is_mesh ? item.mesh->triangles.bounds() : square_.bounds();
         seen.view_z = {kFar, -kFar};
         seen.area = {glm::dvec2(kFar), glm::dvec2(-kFar)};
         bool crosses = false;  // the near plane: it may be anywhere in the picture
@@ -269,8 +271,21 @@ bool TransparentSet::needs_list(const SeenTransparent& seen) const
 {
     const Item& item = items_[seen.index];
     const BlendState state = blend_state(look_of(item.transparent));
-    return item.mesh != nullptr || is_of_destination(state.source) ||
-           is_of_destination(state.destination);
+    return (item.mesh != nullptr && item.mesh->winding == Winding::none) ||
+           is_of_destination(state.source) || is_of_destination(state.destination);
+}
+
+bool TransparentSet::is_flat(const SeenTransparent& seen) const
+{
+    return items_[seen.index].mesh == nullptr;
+}
+
+glm::dmat4 TransparentSet::world_from_box(const SeenTransparent& seen) const
+{
+    if (is_flat(seen))
+        return seen.world_from_object;
+    const Bounds& bounds = items_[seen.index].mesh->triangles.bounds();
+    return glm::scale(glm::translate(seen.world_from_object, bounds.min), bounds.max - bounds.min);
 }
 
 std::optional<PlainPane> TransparentSet::plain(const SeenTransparent& seen) const
@@ -278,7 +293,7 @@ std::optional<PlainPane> TransparentSet::plain(const SeenTransparent& seen) cons
     const Item& item = items_[seen.index];
     const TransparentLook& look = look_of(item.transparent);
     const BlendState state = blend_state(look);
-    if (needs_list(seen) || look.image != nullptr || fades(seen))
+    if (!is_flat(seen) || needs_list(seen) || look.image != nullptr || fades(seen))
         return {};
     return PlainPane{own_source(look), state.source, state.destination};
 }
@@ -324,7 +339,27 @@ gl::TextureView TransparentSet::image(const SeenTransparent& seen) const
 void TransparentSet::draw(const SeenTransparent& seen) const
 {
     const Item& item = items_[seen.index];
-    (item.mesh != nullptr ? *item.mesh : square_).draw(device_);
+    (item.mesh != nullptr ? item.mesh->triangles : square_).draw(device_);
+}
+
+void TransparentSet::draw_in_order(const SeenTransparent& seen, const PreparedFrame& frame) const
+{
+    if (is_flat(seen)) {
+        draw(seen);
+        return;
+    }
+    // What a picture mirrors winds the other way in it.
+    const glm::dmat4& clip = frame.host.clip_from_view;
+    const double turned = (clip[0][0] * clip[1][1] - clip[1][0] * clip[0][1]) *
+                          glm::determinant(glm::dmat3(frame.host.view_from_world));
+    const bool winds_left = items_[seen.index].mesh->winding == Winding::counter_clockwise;
+    device_->FrontFace(winds_left == (turned > 0) ? GL_CCW : GL_CW);
+    device_->Enable(GL_CULL_FACE);
+    for (const GLenum away : {GL_FRONT, GL_BACK}) {
+        device_->CullFace(away);
+        draw(seen);
+    }
+    device_->Disable(GL_CULL_FACE);
 }
 
 }  // namespace fumarole::transparent

@@ -10,6 +10,7 @@
 #include "prepared_frame.h"
 #include "shared/transparent_params.h"
 #include "surface/gpu_mesh.h"
+#include "transparent/convex.h"
 #include <fumarole/scene.h>
 
 namespace fumarole::transparent {
@@ -64,7 +65,12 @@ public:
 
     [[nodiscard]] SeenTransparents look(const PreparedFrame& frame) const;
 
-    /// Whether it may lie before itself, or is blended by what is behind it.
+    /// Whether it is a parallelogram, the first two edges of its box; else a mesh.
+    [[nodiscard]] bool is_flat(const SeenTransparent& seen) const;
+    /// From 0..1 to a box around it.
+    [[nodiscard]] glm::dmat4 world_from_box(const SeenTransparent& seen) const;
+    /// Whether it may lie before itself, other than by two sides of a convex mesh, or is blended by
+    /// what is behind it.
     [[nodiscard]] bool needs_list(const SeenTransparent& seen) const;
     /// It as a pane; nothing if it is none.
     [[nodiscard]] std::optional<PlainPane> plain(const SeenTransparent& seen) const;
@@ -78,16 +84,22 @@ public:
     [[nodiscard]] gl::TextureView image(const SeenTransparent& seen) const;
     /// Issues its draw; program and state are the caller's.
     void draw(const SeenTransparent& seen) const;
+    /// The same for what is laid over a picture: of a mesh its far sides first.
+    void draw_in_order(const SeenTransparent& seen, const PreparedFrame& frame) const;
 
 private:
     template <class Source, class Made> struct Held {
         std::shared_ptr<const Source> source;
         std::shared_ptr<Made> made;
     };
+    struct TransparentMesh {
+        surface::GpuMesh triangles;
+        Winding winding = Winding::none;
+    };
     struct Item {
         Transparent transparent;
-        std::shared_ptr<surface::GpuMesh> mesh;  ///< null for the square
-        std::shared_ptr<gl::Texture> image;      ///< null for none
+        std::shared_ptr<TransparentMesh> mesh;  ///< null for the square
+        std::shared_ptr<gl::Texture> image;     ///< null for none
     };
     [[nodiscard]] glm::dmat4 world_from_object(const Item& item, const Eye& eye) const;
 
@@ -95,7 +107,7 @@ private:
     surface::GpuMesh square_;  ///< 0..1 along x and y
     bool has_square_ = false;
     std::vector<Item> items_;
-    std::vector<Held<Mesh, surface::GpuMesh>> meshes_;
+    std::vector<Held<Mesh, TransparentMesh>> meshes_;
     std::vector<Held<TransparentImage, gl::Texture>> images_;
     std::size_t listed_ = 0, plain_panes_ = 0;
     bool reads_picture_ = false;

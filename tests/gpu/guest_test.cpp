@@ -820,6 +820,15 @@ TEST_P(Guest, LeavesTheStateOfTransparentsInOrder)
 {
     Scene scene = glassy_scene();
     scene.transparents.erase(scene.transparents.begin() + 1);  // the one that asks
+    auto mesh = std::make_shared<Mesh>();
+    mesh->positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    mesh->normals.assign(4, glm::vec3(0, 0, 1));
+    mesh->triangles = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+    MeshTransparent glass;
+    glass.mesh = mesh;
+    glass.translate = {-0.5, -8, -0.5};
+    glass.look.alpha = 0.5f;
+    scene.transparents.emplace_back(glass);
     expect_good_manners(gl(), get_proc(), scene, GetParam(), false);
     Picture picture(gl(), scene);
     Renderer renderer(get_proc());

@@ -143,10 +143,11 @@ inline Scene sprite_scene(int count, int size = 33)
     return scene;
 }
 
-/// With one more that nobody sees, and that asks for what is behind it: all go to lists.
-inline Scene in_lists(Scene scene)
+/// With one more that nobody sees, and that asks for what is behind it: all go to lists. At the
+/// distance of the nearest it changes no depth that a march keeps.
+inline Scene in_lists(Scene scene, double distance = 3.1)
 {
-    QuadTransparent asks = pane(3.1, Kind::factors);
+    QuadTransparent asks = pane(distance, Kind::factors);
     asks.look.blend = {Kind::factors, BlendFactor::dst_color, BlendFactor::one};
     asks.look.radiance = glm::vec3(0);
     scene.transparents.emplace_back(asks);

@@ -494,11 +494,7 @@ TEST_F(Transparents, PanesInOrderAreWhatListsMakeOfThem)
     high = low;
     high.corner.z = 0.9;
     scene.transparents = {middle, low, front, high, last};
-    Scene listed = scene;
-    MeshTransparent unseen;  // no pane: all go to lists
-    unseen.mesh = sheets(1).mesh;
-    unseen.look.blend.kind = Kind::add;
-    listed.transparents.emplace_back(unseen);
+    const Scene listed = in_lists(scene);
     for (Settings settings : modes()) {
         settings.splits = 64;  // between which lists interpolate, over the fog's faces too
         SCOPED_TRACE(testing::Message()
@@ -535,6 +531,134 @@ TEST_F(Transparents, SpritesInOrderAreWhatListsMakeOfThem)
                 scene.transparents.clear();
                 EXPECT_GT(max_difference(in_order, composite(scene, settings)), 0.3);
             }
+}
+
+/// An octahedron, whose triangles wind either way.
+std::shared_ptr<Mesh> gem(bool clockwise)
+{
+    auto mesh = std::make_shared<Mesh>();
+    mesh->positions = {{0.7f, 0, 0},  {-0.7f, 0, 0}, {0, 0.5f, 0},
+                       {0, -0.5f, 0}, {0, 0, 0.6f},  {0, 0, -0.6f}};
+    mesh->normals.assign(6, glm::vec3(0, 0, 1));
+    for (std::uint32_t i = 0; i < 8; ++i) {
+        const std::uint32_t x = i & 1, y = 2 + (i >> 1 & 1), z = 4 + (i >> 2);
+        if (((i ^ i >> 1 ^ i >> 2) % 2 == 0) == clockwise)
+            mesh->triangles.insert(mesh->triangles.end(), {x, z, y});
+        else
+            mesh->triangles.insert(mesh->triangles.end(), {x, y, z});
+    }
+    return mesh;
+}
+
+/// Such a gem amid sprites, between the nearest and the card.
+Scene gem_scene(bool clockwise)
+{
+    Scene scene = sprite_scene(4);
+    for (std::size_t i = 0; i < 3; ++i)
+        std::get<BillboardTransparent>(scene.transparents.at(i)).center.y = i < 2 ? -3.5 : -6.2;
+    MeshTransparent glass;
+    glass.mesh = gem(clockwise);
+    glass.translate = {0.1, -5.1, 0.35};
+    glass.look.alpha = 0.4f;
+    glass.look.radiance = {0.1f, 0.3f, 0.2f};
+    glass.look.depth_fade = 0.2f;
+    scene.transparents.emplace_back(glass);
+    return scene;
+}
+
+TEST_F(Transparents, AConvexMeshIsInOrderAndIsWhatListsMakeOfIt)
+{
+    for (const bool is_parallel : {false, true})
+        for (const bool clockwise : {false, true})
+            for (const Settings& settings : modes()) {
+                Scene scene = gem_scene(clockwise);
+                if (is_parallel) {
+                    scene.camera.projection = Camera::Projection::orthographic;
+                    scene.camera.ortho_height = 3;
+                }
+                SCOPED_TRACE(testing::Message() << "mode " << int(settings.mode) << ", 1/"
+                                                << settings.resolution << ", " << clockwise);
+                const Image in_order = composite(scene, settings);
+                EXPECT_EQ(scene_renderer().renderer().fragment_count(), FragmentCount{});
+                const Image of_lists = composite(in_lists(scene, 3.5), settings);
+                EXPECT_GT(scene_renderer().renderer().fragment_count().fragments, 0u);
+                EXPECT_TRUE(images_near(in_order, of_lists, 1e-5, 1e-6, "roundings"));
+            }
+}
+
+TEST_F(Transparents, ConvexMeshesAskewAreInOrderByTheirBoxes)
+{
+    // Their depths overlap; a plane between their boxes tells.
+    Scene scene = gem_scene(false);
+    scene.camera.look_at = {1, -1, 0};
+    MeshTransparent near = std::get<MeshTransparent>(scene.transparents.back()), far = near;
+    near.translate = {3.6, -3.6, 0};
+    far.translate = {3.6, -4.7, 0};
+    far.look.radiance = {1, 0.1f, 0.5f};
+    scene.transparents = {near, far};
+    const Settings settings = plain_froxels();
+    const Image in_order = composite(scene, settings);
+    EXPECT_EQ(scene_renderer().renderer().fragment_count(), FragmentCount{});
+    QuadTransparent asks;  // beside both, and not seen
+    asks.corner = {1, -1, -1};
+    asks.edges = {glm::dvec3(0, 0, 2), glm::dvec3(0.1, 0.1, 0)};
+    asks.look.blend = {Kind::factors, BlendFactor::dst_color, BlendFactor::one};
+    scene.transparents.emplace_back(asks);
+    const Image listed = composite(scene, settings);
+    EXPECT_GT(scene_renderer().renderer().fragment_count().fragments, 0u);
+    EXPECT_TRUE(images_near(in_order, listed, 1e-5, 1e-6, "roundings"));
+    std::get<MeshTransparent>(scene.transparents.at(1)).translate.y = -4.2;
+    scene.transparents.pop_back();
+    composite(scene, settings);
+    EXPECT_GT(scene_renderer().renderer().fragment_count().fragments, 0u) << "no plane between";
+}
+
+TEST_F(Transparents, AConvexMeshInAHostsMirroredPictureIsWhatListsMakeOfIt)
+{
+    const Settings settings = plain_settings();
+    const auto draw = [&](const Scene& scene) {
+        Renderer renderer(get_proc());
+        renderer.set_scene(scene, settings);
+        View view = renderer.make_view();
+        HostPicture picture(gl(), glm::ivec2(33));
+        picture.look(scene.camera);
+        picture.frame.clip_from_view[1][1] *= -1;
+        for (int i = 0; i < 2; ++i) {  // of which the second has room for all in lists
+            picture.fill(glm::vec3(0.5f), scene.camera.near, [](int, int) { return 0.0; });
+            renderer.composite(view, picture.frame, settings);
+            renderer.wait_until_ready();
+        }
+        return picture.read();
+    };
+    Scene scene = gem_scene(false);
+    const Image in_order = draw(scene);
+    EXPECT_TRUE(images_near(in_order, draw(in_lists(scene, 3.5)), 1e-5, 1e-6, "roundings"));
+    scene.transparents.pop_back();
+    EXPECT_GT(max_difference(in_order, draw(scene)), 0.1);
+}
+
+TEST_F(Transparents, AMeshThatIsNotConvexOrIsCrossedTakesLists)
+{
+    const Settings settings = plain_froxels();
+    const auto fragments = [&](const Scene& scene) {
+        composite(scene, settings);
+        return scene_renderer().renderer().fragment_count().fragments;
+    };
+    Scene scene = gem_scene(false);
+    EXPECT_EQ(fragments(scene), 0u);
+    std::get<BillboardTransparent>(scene.transparents.at(0)).center = {0, -5.1, 0.3};
+    EXPECT_GT(fragments(scene), 0u) << "a card in the gem";
+    scene = gem_scene(false);
+    const auto dent = [&](const auto& change) {
+        auto mesh = std::make_shared<Mesh>(*gem(false));
+        change(*mesh);
+        std::get<MeshTransparent>(scene.transparents.back()).mesh = mesh;
+        return fragments(scene);
+    };
+    EXPECT_GT(dent([](Mesh& mesh) { mesh.positions[4].z = -0.2f; }), 0u) << "a dent";
+    EXPECT_GT(dent([](Mesh& mesh) { std::swap(mesh.triangles[0], mesh.triangles[1]); }), 0u)
+        << "a triangle that winds the other way";
+    EXPECT_EQ(dent([](Mesh& mesh) { mesh.triangles.resize(12); }), 0u) << "half of it";
 }
 
 TEST_F(Transparents, WhatLiesFlatIsInASmallerLayerWhatItIsInOneAsLargeAsThePicture)
@@ -584,8 +708,7 @@ TEST_F(Transparents, TheLaterOfSpritesAtOneDepthIsInFrontWhicheverWayTheEyeLooks
         asks.size = glm::dvec2(9);
         asks.look.blend = {Kind::factors, BlendFactor::dst_color, BlendFactor::one};
         listed.transparents.emplace_back(asks);
-        EXPECT_TRUE(
-            images_near(in_order, composite(listed, settings), 5e-6, 1e-6, "roundings"));
+        EXPECT_TRUE(images_near(in_order, composite(listed, settings), 5e-6, 1e-6, "roundings"));
         EXPECT_GT(scene_renderer().renderer().fragment_count().fragments, 0u);
         std::reverse(scene.transparents.begin(), scene.transparents.end());
         EXPECT_GT(max_difference(composite(scene, settings), in_order), 0.05);
