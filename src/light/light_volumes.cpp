@@ -860,7 +860,12 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
     // Flames are small: along few ways they would throw a star.
     const int ways_on_surfaces = field.glows ? kAllWays : world_key_.ways_on_surfaces;
     const bool lights_up = turns && field.on_surfaces && on_surfaces_dimmed_;
-    const TurnPlan plan = plan_turns(field.turns, !lights_up ? 0 : field.orders.count > 0 ? 2 : 1);
+    // The media's light is sent back if they are filled now, and what they emit in any case.
+    const bool fills_twice = fills_field && field.orders.count > 0;
+    const TurnPlan plan = plan_turns(field.turns, !lights_up    ? 0
+                                                  : fills_twice ? 2
+                                                  : field.glows ? 1
+                                                                : 0);
     const FieldScene around{media, surfaces, lights};
     const Bounds near_surfaces = with_details(media.bounds(), surfaces);
     if (turns && !part_ && (anew || fills_surfaces)) {
