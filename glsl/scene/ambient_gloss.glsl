@@ -6,8 +6,9 @@
 const int kLobes = 4;
 
 // light [W/m^2/sr] about d, of GGX's alpha. irradiance: of the world as far as it arrives, and of media; open: of the world
-// if nothing hid or dimmed it. So much less of it is seen in the surface; what media send is taken to be even.
-vec3 light_around(vec3 p, vec3 d, float alpha, vec3 irradiance, vec3 open)
+// if nothing hid or dimmed it. So much less of it is seen in the surface; what media send is taken to be even. probes: those
+// that have a share.
+vec3 light_around(vec3 p, vec3 d, float alpha, vec3 irradiance, vec3 open, uint probes)
 {
     vec3 light = irradiance / kPi;
     if (kEnvironment) {
@@ -15,7 +16,7 @@ vec3 light_around(vec3 p, vec3 d, float alpha, vec3 irradiance, vec3 open)
         light = seen * world_reflection(d, alpha) + (irradiance - seen * open) / kPi;
     }
     if (kProbes)
-        light = probes_reflection(p, d, alpha, light);
+        light = probes_reflection(p, d, alpha, light, probes);
     return light;
 }
 
@@ -34,6 +35,7 @@ void add_world_reflection(vec3 p, vec3 n, vec3 irradiance, vec3 open)
     vec4 widths = kWidths[0] + roughness * (kWidths[1] + roughness * kWidths[2]);
     float n_wo = max(dot(n, gloss.wo), 0.0);
     vec3 along = gloss.wo - n * n_wo;  // as long as the sine: none, and the lobe is round
+    uint probes = kProbes ? probes_at(p) : 0u;
     vec3 sum = vec3(0.0), weights = vec3(0.0);
     for (int i = 0; i < kLobes && gloss.alpha > kOneLobe; ++i) {
         vec3 h = normalize(n + along * (gloss.alpha * slopes[i]));
@@ -44,10 +46,10 @@ void add_world_reflection(vec3 p, vec3 n, vec3 irradiance, vec3 open)
             continue;
         vec3 weight =
             schlick_fresnel(gloss.f0, wo_h) * (ggx_visibility(n_wo, n_wi, gloss.alpha) * n_wi * wo_h / dot(n, h));
-        sum += weight * light_around(p, d, gloss.alpha * max(widths[i] * wo_h, kNarrowest), irradiance, open);
+        sum += weight * light_around(p, d, gloss.alpha * max(widths[i] * wo_h, kNarrowest), irradiance, open, probes);
         weights += weight;
     }
     vec3 light = weights.g > 0.0 ? sum / max(weights, 1e-20)
-                                 : light_around(p, reflect(-gloss.wo, n), gloss.alpha, irradiance, open);
+                                 : light_around(p, reflect(-gloss.wo, n), gloss.alpha, irradiance, open, probes);
     reflected += ggx_once(gloss.f0, gloss.ab) * light;
 }

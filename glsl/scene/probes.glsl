@@ -92,21 +92,46 @@ vec3 probe_reflection(int i, int layer, vec3 seen_from, float alpha, vec3 p, vec
                        from.w > 0.0 ? from.w - way : 0.0);
 }
 
-// What a surface of alpha at p shows about d, of unit length; world: of the world.
-vec3 probes_reflection(vec3 p, vec3 d, float alpha, vec3 world)
+// Which probes have a share at p, a bit each.
+uint probes_at(vec3 p)
+{
+    uint found = 0u;
+    for (int i = 0; i < u_probes.count; ++i)
+        if (u_probes.probes[i].weight > 0.0 && distance(p, u_probes.probes[i].position) < u_probes.probes[i].radius)
+            found |= 1u << i;
+    return found;
+}
+
+// What it has seen, and as far as that is not all there yet what it had seen before.
+vec3 probe_light(int i, vec3 p, vec3 d, float alpha)
+{
+    vec3 light = vec3(0.0);
+    float rest = 1.0;
+    // llvmpipe works out both sides of a branch for all pixels, while a loop ends with the last pixel that goes on.
+    for (bool old = false;; old = true) {
+        float part = old ? rest : u_probes.probes[i].newness;
+        light +=
+            part * probe_reflection(i, old ? u_probes.probes[i].old_layer : u_probes.probes[i].layer,
+                                    old ? u_probes.probes[i].old_seen_from : u_probes.probes[i].seen_from, alpha, p, d);
+        rest -= part;
+        if (old || rest <= 0.0)
+            break;
+    }
+    return light;
+}
+
+// What a surface of alpha at p shows about d, of unit length; world: of the world. probes: probes_at(p)
+vec3 probes_reflection(vec3 p, vec3 d, float alpha, vec3 world, uint probes)
 {
     ProbeShares shares = ProbeShares(1.0, 0.0);
     vec3 sum = vec3(0.0);
-    for (int i = 0; i < u_probes.count; ++i) {
-        float share = probe_share(i, p, shares);
-        if (share == 0.0)
-            continue;
-        vec3 light = probe_reflection(i, u_probes.probes[i].layer, u_probes.probes[i].seen_from, alpha, p, d);
-        if (u_probes.probes[i].newness < 1.0)
-            light =
-                mix(probe_reflection(i, u_probes.probes[i].old_layer, u_probes.probes[i].old_seen_from, alpha, p, d),
-                    light, u_probes.probes[i].newness);
-        sum += share * light;
+    for (uint left = probes;;) {
+        int i = max(findLSB(left), 0);
+        float share = left == 0u ? 0.0 : probe_share(i, p, shares);
+        sum += share * probe_light(i, p, d, alpha);
+        left &= left - 1u;
+        if (left == 0u)
+            break;
     }
     return shares.sum > 0.0 ? mix(sum / shares.sum, world, shares.left) : world;
 }
