@@ -313,6 +313,7 @@ ProbePlaces place_probes(const Scene& scene, const medium::MediaSet& media)
         else
             others.push_back(mirror);
     std::vector<std::string> where;
+    where.reserve(probes.size() + 1);
     for (const LightProbe& probe : probes)
         where.push_back(words_of(probe) + ", in a ball");
     // They are sorted: the first of the others gains most.
