@@ -435,7 +435,8 @@ TEST_F(PlacedProbes, ALineThroughThreeMeetsNoJump)
 #include "scene/probes.glsl"
 void kernel(int i)
 {
-    vec3 light = probes_reflection(in_data[2 * i].xyz, in_data[2 * i + 1].xyz, in_data[2 * i + 1].w, vec3(0.25));
+    vec3 p = in_data[2 * i].xyz;
+    vec3 light = probes_reflection(p, in_data[2 * i + 1].xyz, in_data[2 * i + 1].w, vec3(0.25), probes_at(p));
     out_data[i] = vec4(light, 0.0);
 }
 )");
@@ -469,7 +470,8 @@ TEST_F(PlacedProbes, WhatIsNewFadesIn)
 #include "scene/probes.glsl"
 void kernel(int i)
 {
-    vec3 light = probes_reflection(in_data[2 * i].xyz, in_data[2 * i + 1].xyz, in_data[2 * i + 1].w, vec3(0.0, 1.0, 0.0));
+    vec3 p = in_data[2 * i].xyz;
+    vec3 light = probes_reflection(p, in_data[2 * i + 1].xyz, in_data[2 * i + 1].w, vec3(0.0, 1.0, 0.0), probes_at(p));
     out_data[i] = vec4(light, 0.0);
 }
 )")[0];
