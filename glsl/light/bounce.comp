@@ -105,7 +105,7 @@ void main()
         vec2 off = way.slope * float(chain.slice) - vec2(across_at(way, chain.slice));
         Walls walls = walls_of(u_walls_tx, node, node_count().z);
         ivec3 on_line = node;
-        bool crossed = is_crossed(node, k);
+        Crossing crossing = crossing_at(node, k);
         int between = -1;
         bool is_of_face = false;
         for (int i = 0; i < 2 && between < 0; ++i) {
@@ -116,25 +116,25 @@ void main()
             between = layer;
             on_line[axis] += off[i] > 0.0 ? 1 : -1;
             is_of_face = off[i] * way.slope[i] < 0.0;
-            if (is_of_face || !crossed || (way.forward > 0.0 ? walls.down : walls.up)[way.axis] > 1.0)
+            if (is_of_face || !crossing.is_crossed || (way.forward > 0.0 ? walls.down : walls.up)[way.axis] > 1.0)
                 continue;
             // Another one stands between the node and the one behind it.
             between = 2 * way.axis + (way.forward > 0.0 ? 0 : 1);
             is_of_face = true;
         }
         Bounced before = bounced;
-        if (crossed) {
+        if (crossing.is_crossed) {
             // Where on the way is not known: half of it.
             bounced =
                 Bounced(radiance_of_face(on_line, course), chain.enters ? vec3(0.0) : 0.5 * tau, 0.5 * way.metres);
-            inside = !is_left(node, k);
+            inside = !crossing.is_left;
         }
         Bounced here = bounced;
         if (is_of_face && kBeyond)
             here = Bounced(vec3(0.0), vec3(0.0), 0.0);
         else if (is_of_face)
             here = Bounced(texelFetch(u_face_light_tx, node + layer_of(between), 0).rgb, vec3(0.0), 0.0);
-        else if (between >= 0 && crossed)
+        else if (between >= 0 && crossing.is_crossed)
             here = before;
         vec3 light = arriving(here, node_position(u_field.nodes, node), way.wi);
         imageStore(u_ways_img, node + way_of(k), pack_way(light, between < 0 && inside ? kInside : 0.0));

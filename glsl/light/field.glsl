@@ -83,24 +83,26 @@ vec3 unpack_light(uvec2 texel)
            uintBitsToFloat(((texel.x >> 24) - 7u) << 23);
 }
 
-bool is_marked(ivec3 node, int bit)
+// What surfaces do to a way between a node and the one before it.
+struct Crossing {
+    bool is_crossed;  // one lies there
+    bool is_left;     // and of a solid, whose inside is there
+    float open;       // where the way enters the lattice, what of the light those beyond leave: of two lines what reaches it
+};
+
+// Of way k of the batch; light/crossings.comp.
+Crossing crossing_at(ivec3 node, int k)
 {
-    return (texelFetch(u_crossed_tx, node + layer_of(bit >> 5), 0).x >> uint(bit & 31) & 1u) != 0u;
+    int number = u_field.first + k;
+    uvec4 bits = texelFetch(u_crossed_tx, node + layer_of(number >> 5), 0) >> uint(number & 31) & 1u;
+    return Crossing(bits.x != 0u, bits.w != 0u, 1.0 - 0.5 * float(bits.y + bits.z));
 }
 
-// Whether a surface lies between a node and the one before it on way k of the batch.
-bool is_crossed(ivec3 node, int k) { return is_marked(node, u_field.first + k); }
-
-// And whether one of them, of a solid, has its inside there: it is left.
-bool is_left(ivec3 node, int k) { return is_marked(node, u_field.first + k + 96 * FIELD_CROSSED_WORDS); }
-
-// What surfaces beyond the lattice leave of the light that enters it at a node: what of two lines reaches it.
-float open_beyond(ivec3 node, int k)
-{
-    const int kPart = 32 * FIELD_CROSSED_WORDS;
-    int bit = u_field.first + k;
-    return 1.0 - 0.5 * (float(is_marked(node, bit + kPart)) + float(is_marked(node, bit + 2 * kPart)));
-}
+// Whether a surface lies there, of all near ways, as bits of a float that goes beside what the medium is at a node: never
+// of one that is no number, or so small that it might be taken for 0.
+const uint kNumber = 0x40000000u;
+float crossed_near(ivec3 node) { return uintBitsToFloat(kNumber | texelFetch(u_crossed_tx, node, 0).x); }
+bool is_crossed_near(float crossed, int k) { return (floatBitsToUint(crossed) >> uint(k) & 1u) != 0u; }
 
 // What surfaces let through of the part of the sky that way k of the batch stands for: what light/sky_share.comp tells of
 // it, or `open`, where that tells nothing.

@@ -2,7 +2,7 @@
 //   in   coefficients of the world's light or, kField, of what is scattered again and emitted, of all that is scattered,
 //        and of the world's light, as it is looked up without the others
 //   out  their sum [W/m^2/sr]; alpha of the first: 0 inside of surfaces, which most ways tell
-#include "light/field.glsl"
+#include "light/field_listed.glsl"
 #include "shared/spherical_harmonics.h"
 
 // Variant
@@ -19,7 +19,7 @@ layout(binding = FIELD_ORDER_UNIT) uniform sampler3D u_total_tx;
 void main()
 {
     const int kCount = kHarmonics[kBands - 1];
-    ivec3 node = ivec3(gl_GlobalInvocationID);
+    ivec3 node = own_node();
     if (any(greaterThanEqual(node, node_count())))
         return;
     float seen = kField ? texelFetch(u_total_tx, node, 0).a : step(0.5, texelFetch(u_light_tx, node, 0).a);

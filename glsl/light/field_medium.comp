@@ -1,5 +1,5 @@
 // What the media are at each node of a lattice: means over its cell.
-//   out  sigma_t [1/m]; unless kMarched, albedo, and in alpha g; emission [W/m^2/sr per m]; sigma_t and albedo without the
+//   out  sigma_t [1/m], and in alpha what surfaces cross of the near ways; unless kMarched, albedo, and in alpha g; emission [W/m^2/sr per m]; sigma_t and albedo without the
 //        forward peak
 #include "light/field.glsl"
 #include "light/forward_peak.glsl"
@@ -7,6 +7,7 @@
 
 // Variant
 const bool kGlows = false;    // emission is asked for
+const bool kSurfaces = false;  // surfaces may stand between nodes
 const bool kMarched = false;  // the extinction of the marched media is, and nothing else
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
@@ -41,7 +42,8 @@ void main()
     vec3 albedo = (sigma_s + kLittle * u_field.albedo) / (max(sigma_t, sigma_s) + kLittle);
     float g = phase.y > 0.0 ? phase.x / phase.y : u_media.media[0].g;
     vec3 peak = forward_peak(albedo, g, u_field.straight_on);
-    imageStore(u_sigma_t_img, node, vec4(sigma_t * rest_of_extinction(albedo, peak), 0.0));
+    float crossed = kSurfaces ? crossed_near(node) : 0.0;
+    imageStore(u_sigma_t_img, node, vec4(sigma_t * rest_of_extinction(albedo, peak), crossed));
     if (kMarched)
         return;
     imageStore(u_albedo_img, node, vec4(rest_of_albedo(albedo, peak), g));

@@ -30,7 +30,7 @@ void main()
         vec3 came = vec3(0.0);
         if (is_node(node - step)) {
             Piece piece = piece_of(0.5 * way.metres * (sigma_t + sigma_t_at(node - step)));
-            bool is_cut = kSurfaces && is_crossed(node, k);
+            bool is_cut = kSurfaces && crossing_at(node, k).is_crossed;
             came = vec3(is_cut ? 0.5 * piece.of_end : piece.of_end);
             part += is_cut ? came : mean_in(piece, vec3(0.0), came, vec3(0.0), vec3(0.5));
             parts += 1.0;
@@ -38,7 +38,7 @@ void main()
         if (is_node(node + step)) {
             Piece piece = piece_of(0.5 * way.metres * (sigma_t + sigma_t_at(node + step)));
             vec3 left = came * piece.through + vec3(piece.of_begin);
-            bool is_cut = kSurfaces && is_crossed(node + step, k);
+            bool is_cut = kSurfaces && crossing_at(node + step, k).is_crossed;
             part += is_cut ? came : mean_in(piece, came, left, vec3(0.0), vec3(0.5));
             parts += 1.0;
         }

@@ -11,6 +11,7 @@ const bool kScatters = false;  // and scatter
 const bool kMeans = false;     // out: the mean over what lies between a node and its neighbours, by what dims there. It
                                // times sigma_t is all that the medium takes in, however thick it is.
 const bool kSurfaces = false;  // surfaces stand in the way
+const bool kNear = false;      // of the near ways
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 1) writeonly uniform uimage3D u_ways_img;
@@ -32,7 +33,8 @@ void main()
     bool first = true, alone = true;
     for (; is_in(chain, way); go_on(chain, way)) {
         ivec3 node = chain.node;
-        extinction_t sigma_t = extinction_t(texelFetch(u_sigma_t_tx, node, 0).rgb);
+        vec4 medium = texelFetch(u_sigma_t_tx, node, 0);
+        extinction_t sigma_t = extinction_t(medium.rgb);
         vec3 emission = kEmits ? texelFetch(u_emission_tx, node, 0).rgb : vec3(0.0);
         vec3 source = kScatters ? unpack_light(texelFetch(u_source_tx, node + way_of(k), 0).rg) : vec3(0.0);
         vec3 mean = vec3(0.0);   // between the one before and this one, as this one has it
@@ -46,7 +48,7 @@ void main()
             light = came * piece.through + source * piece.of_end + old_source * piece.of_begin + emitted * piece.weight;
             mean = mean_in(piece, came, light, emitted, 0.5 * (source + old_source));
             begin = mean;
-            if (kSurfaces && is_crossed(node, k)) {
+            if (kSurfaces && (kNear ? is_crossed_near(medium.a, k) : crossing_at(node, k).is_crossed)) {
                 // Where on the way is not known: half of it lies behind the surface, and has what is there.
                 light = 0.5 * source * piece.of_end;
                 begin = came;

@@ -23,7 +23,7 @@ layout(binding = FIELD_EMISSION_UNIT) uniform usampler3D u_shares_tx;  // nothin
 // A line goes past a node at up to half a node. If a surface lies between the two, then what reaches the node is what the
 // line had before that surface, or nothing, if it comes from behind it. Nothing, too, if the line has met another one
 // first, as at the foot of a wall: then that stands between the node and the one behind it.
-float visible_at_node(Chain chain, FieldWay way, int k, float visible, float before)
+float visible_at_node(Chain chain, FieldWay way, bool is_crossed, float visible, float before)
 {
     vec2 line = way.slope * float(chain.slice);
     vec2 off = line - vec2(across_at(way, chain.slice));
@@ -36,7 +36,7 @@ float visible_at_node(Chain chain, FieldWay way, int k, float visible, float bef
         if (wall >= abs(off[i]) - 1e-3)
             continue;
         float behind = way.forward > 0.0 ? walls.down[way.axis] : walls.up[way.axis];
-        return off[i] * way.slope[i] < 0.0 ? 0.0 : !is_crossed(chain.node, k) ? visible : behind <= 1.0 ? 0.0 : before;
+        return off[i] * way.slope[i] < 0.0 ? 0.0 : !is_crossed ? visible : behind <= 1.0 ? 0.0 : before;
     }
     return visible;
 }
@@ -62,20 +62,22 @@ void main()
         extinction_t sigma_t = extinction_t(0.0);
         if (!kClear && kMarched)
             sigma_t = extinction_t(texelFetch(u_sigma_t_tx, node, 0).rgb);
+        Crossing crossing = Crossing(false, false, 1.0);
+        if (kSurfaces)
+            crossing = crossing_at(node, k);
         if (chain.enters) {
-            visible = kSurfaces ? open_beyond(node, k) : 1.0;
+            visible = crossing.open;
             inside = false;
             tau = extinction_t(0.0);
         } else if (!kClear && kMarched) {
             tau += 0.5 * way.metres * (sigma_t + old_sigma_t);
         }
         before = visible;
-        bool is_met = kSurfaces && is_crossed(node, k);
-        if (is_met) {
+        if (crossing.is_crossed) {
             visible = 0.0;
-            inside = !is_left(node, k);
+            inside = !crossing.is_left;
         }
-        float open = kSurfaces && !kMeans ? visible_at_node(chain, way, k, visible, before) : visible;
+        float open = kSurfaces && !kMeans ? visible_at_node(chain, way, crossing.is_crossed, visible, before) : visible;
         bool is_inside = open == 0.0 && inside;
         if (kShares && !is_inside)
             open = share_of_sky(u_shares_tx, node, k, open);
@@ -91,7 +93,7 @@ void main()
         if (kMeans) {
             // Between two nodes light falls off evenly in optical depth, and what they see of the sky goes from the one's to
             // the other's; or it is the one's before a surface.
-            bool is_cut = kShares ? is_met : visible < before;
+            bool is_cut = kShares ? crossing.is_crossed : visible < before;
             extinction_t mean =
                 chain.enters || is_cut ? through : old_through * slab_weight(max(depth - old_depth, 0.0));
             if (kShares && !chain.enters && !is_cut)

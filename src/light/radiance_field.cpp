@@ -140,7 +140,7 @@ struct RadianceField::Filling {
     gl::Texture sigma_t, albedo, emission;
     gl::Buffer nodes;            ///< a FieldNodesHead and the nodes that light is scattered at
     gl::Texture marched;         ///< sigma_t of the marched media, where there are others too
-    gl::Texture crossed;         ///< what surfaces cross, a bit a way; empty: none
+    gl::Texture crossed;         ///< light/crossings.comp; empty: no surface
     gl::Texture steps_to_walls;  ///< as they are drawn
     gl::Texture walls;           ///< walls between nodes, as take_walls()
     const gl::Texture* sky_shares = nullptr;  ///< light/sky_share.comp; null: all or nothing
@@ -202,6 +202,14 @@ void RadianceField::dispatch_listed(const char* file, gl::Defines defines) const
     device_->UseProgram(programs_.get({file}, defines).id());
     device_->DispatchComputeIndirect(0);
     device_->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+}
+
+void RadianceField::dispatch_at(Nodes nodes, const char* file, const gl::Defines& defines) const
+{
+    if (nodes == Nodes::listed)
+        dispatch_listed(file, defines);
+    else
+        dispatch_nodes(file, defines);
 }
 
 void RadianceField::list_nodes()
@@ -315,20 +323,19 @@ void RadianceField::end()
 
 void RadianceField::draw(const surface::SurfaceSet& surfaces)
 {
-    filling_->crossed =
-        gl::Texture::make_3d(device_, "field: surfaces",
-                             filling_->lattice.count * glm::ivec3(1, 1, 4 * FIELD_CROSSED_WORDS),
-                             GL_R32UI, gl::Filter::nearest);
+    const glm::ivec3 count = filling_->lattice.count;
+    const gl::Texture crossed = gl::Texture::make_3d(
+        device_, "field: surfaces as they are drawn",
+        count * glm::ivec3(1, 1, 4 * FIELD_CROSSED_WORDS), GL_R32UI, gl::Filter::nearest);
     const GLuint none = 0;
-    device_->ClearTexImage(filling_->crossed.id(), 0, GL_RED_INTEGER, GL_UNSIGNED_INT, &none);
+    crossed.clear(GL_RED_INTEGER, GL_UNSIGNED_INT, &none);
     if (!framebuffer_)
         framebuffer_ = {device_, "field: surfaces"};
     // Of the lines along any way: of one size, since another would have a GPU or a rasteriser end
     // what it draws.
-    const glm::ivec3 count = filling_->lattice.count;
     framebuffer_.set_empty(glm::ivec2(2 * std::max({count.x, count.y, count.z}) + 4));
     device_->BindBufferBase(GL_UNIFORM_BUFFER, DRAW_BLOCK, draw_block_.id());
-    bind_image(0, filling_->crossed, GL_READ_WRITE, GL_R32UI);
+    bind_image(0, crossed, GL_READ_WRITE, GL_R32UI);
     glm::ivec2 lines(0);
     const int ways = filling_->medium.ways;
     for (int i = 0; i < ways; ++i)
@@ -347,6 +354,20 @@ void RadianceField::draw(const surface::SurfaceSet& surfaces)
         draw_lines(surfaces, drawn, ways, lines, framebuffer_);
     }
     draw_walls(surfaces);
+    put_side_by_side(crossed);
+}
+
+void RadianceField::put_side_by_side(const gl::Texture& crossed)
+{
+    constexpr int kWaysAWord = 32;
+    params_.count = (filling_->medium.ways + kWaysAWord - 1) / kWaysAWord;
+    write_block();
+    filling_->crossed = gl::Texture::make_3d(
+        device_, "field: surfaces", filling_->lattice.count * glm::ivec3(1, 1, params_.count),
+        GL_RGBA32UI, gl::Filter::nearest);
+    crossed.bind(FIELD_CROSSED_UNIT);
+    bind_image(0, filling_->crossed, GL_WRITE_ONLY, GL_RGBA32UI);
+    dispatch_nodes("light/crossings.comp", {});
 }
 
 void RadianceField::wait_for_drawing()
@@ -724,6 +745,10 @@ void RadianceField::sample_medium()
             filling.emission = make("field: emission", 1);
             bind_image(2, filling.emission, GL_WRITE_ONLY);
         }
+        if (filling.crossed) {
+            defines.emplace_back("kSurfaces", "");
+            filling.crossed.bind(FIELD_CROSSED_UNIT);
+        }
         bind_image(0, filling.sigma_t, GL_WRITE_ONLY);
         bind_image(1, filling.albedo, GL_WRITE_ONLY);
         dispatch_nodes("light/field_medium.comp", defines);
@@ -786,10 +811,7 @@ void RadianceField::gather(int bands, bool adds, Of of, const gl::Texture& ways,
         defines.emplace_back("kDimmed", "");
         bind_image(1, *dimmed, GL_READ_WRITE);
     }
-    if (nodes == Nodes::listed)
-        dispatch_listed("light/field_gather.comp", defines);
-    else
-        dispatch_nodes("light/field_gather.comp", defines);
+    dispatch_at(nodes, "light/field_gather.comp", defines);
 }
 
 void RadianceField::walk(const char* file, const gl::Defines& defines, int ways)
@@ -882,7 +904,8 @@ void RadianceField::fill_world(int ways, int bands, const gl::Texture* clear,
     if (of_clear)
         finish(bands, of_clear, nullptr, nullptr, *clear);
     if (of_dimmed)
-        finish(bands, of_dimmed, nullptr, nullptr, *dimmed);
+        finish(bands, of_dimmed, nullptr, nullptr, *dimmed,
+               of_clear ? Nodes::all : Nodes::listed);
 }
 
 void RadianceField::add_light(int bands, const FieldLight& light, const gl::Texture& dimmed,
@@ -927,6 +950,7 @@ void RadianceField::sweep(bool emits, const gl::Texture* source, bool means)
     add(source != nullptr, "kScatters");
     add(means, "kMeans");
     add(static_cast<bool>(filling.crossed), "kSurfaces");
+    add(filling.crossed && params_.count == kNearWays && params_.first == 0, "kNear");
     filling.emission.bind(FIELD_EMISSION_UNIT);
     filling.sigma_t.bind(FIELD_SIGMA_T_UNIT);
     if (source != nullptr)
@@ -935,9 +959,11 @@ void RadianceField::sweep(bool emits, const gl::Texture* source, bool means)
 }
 
 void RadianceField::finish(int bands, const gl::Texture& light, const gl::Texture* world,
-                           const gl::Texture* total, const gl::Texture& to)
+                           const gl::Texture* total, const gl::Texture& to, Nodes nodes)
 {
     gl::Defines defines{{"kBands", fmt::format("{}", bands)}};
+    if (nodes == Nodes::listed)
+        clear_unlisted(to);
     if (world != nullptr) {
         defines.emplace_back("kWorld", "");
         world->bind(FIELD_WORLD_UNIT);
@@ -948,7 +974,7 @@ void RadianceField::finish(int bands, const gl::Texture& light, const gl::Textur
     }
     light.bind(FIELD_LIGHT_UNIT);
     bind_image(0, to, GL_WRITE_ONLY, GL_RGBA16F);
-    dispatch_nodes("light/field_finish.comp", defines);
+    dispatch_at(nodes, "light/field_finish.comp", defines);
 }
 
 gl::Texture RadianceField::fill(int ways, int bands, FieldOrders orders, const gl::Texture* world,
@@ -1009,7 +1035,7 @@ gl::Texture RadianceField::fill(int ways, int bands, FieldOrders orders, const g
     }
     if (bounced != nullptr)
         take_over(*bounced, bands, light);
-    finish(bands, light, world, &first, field);
+    finish(bands, light, world, &first, field, Nodes::listed);
     return gives_scattered ? std::move(scattered) : gl::Texture();
 }
 

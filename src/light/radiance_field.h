@@ -167,6 +167,8 @@ public:
 private:
     struct Filling;
     struct Batch;
+    /// Nodes that light is asked for at: all, or those that media are near to, if it is known which.
+    enum class Nodes { all, listed };
     [[nodiscard]] GLenum light_format() const;  ///< of a way's light, as pack_light() makes it
     [[nodiscard]] gl::Texture make(const char* label, int layers) const;
     [[nodiscard]] glm::ivec3 ways_size(int ways) const;
@@ -177,6 +179,7 @@ private:
     /// Of what is scattered into ways: none at nodes that are not listed.
     [[nodiscard]] gl::Texture make_sources(int ways) const;
     void draw(const surface::SurfaceSet& surfaces);
+    void put_side_by_side(const gl::Texture& crossed);
     void draw_walls(const surface::SurfaceSet& surfaces);
     void share_sky(const surface::SurfaceSet& surfaces);
     void keep_walls();
@@ -209,8 +212,6 @@ private:
     /// which the media send on.
     enum class Of { clear, dimmed, field };
     /// @param dimmed beside what is clear: takes what media let through too
-    /// @param nodes that it is gathered at
-    enum class Nodes { all, listed };
     void gather(int bands, bool adds, Of of, const gl::Texture& ways, const gl::Texture& to,
                 Nodes nodes = Nodes::all, const gl::Texture* dimmed = nullptr);
     void add(const FieldLight& light, int bands, const gl::Texture& to);
@@ -229,7 +230,7 @@ private:
     /// Weights of the orders that are kept, as light/field_rest.comp gives them.
     void weigh(const gl::Texture& kept, int orders);
     void finish(int bands, const gl::Texture& light, const gl::Texture* world,
-                const gl::Texture* total, const gl::Texture& to);
+                const gl::Texture* total, const gl::Texture& to, Nodes nodes = Nodes::all);
     void write_block();
     void bind_image(GLuint unit, const gl::Texture& texture, GLenum access,
                     GLenum format = GL_RGBA32F) const;
@@ -238,6 +239,7 @@ private:
     void dispatch_nodes(const char* file, const gl::Defines& defines) const;
     /// Over those nodes alone that media are near to, if it is known which.
     void dispatch_listed(const char* file, gl::Defines defines) const;
+    void dispatch_at(Nodes nodes, const char* file, const gl::Defines& defines) const;
     void list_nodes();
 
     const gl::Device& device_;
