@@ -43,6 +43,9 @@ constexpr int kMostCycles = 6, kFewerCycles = 3;
 constexpr float kLeastStraightOn = 0.05f;
 constexpr int kMostSamples =
     4;  ///< most samples of the media along an edge of a cell that is larger than a voxel
+/// What a plume leaves of the light on surfaces is smooth: with 2 pictures have a relMSE of 2e-6
+/// against those with 4. What is cut off by a box, as of haze in a hall, is 0.5 % less with them.
+constexpr int kMostSamplesOnSurfaces = 2;
 
 /// Of the volume for surfaces: how far it goes beyond them and the media, in parts of their size.
 /// What smoke or a ball hides of the sky there is a few per cent.
@@ -1259,7 +1262,10 @@ void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice,
     const glm::dmat4 voxel_from_node =
         frame_of(media).voxel_from_world * glm::inverse(lattice.node_from_world);
     const double voxels = glm::length(glm::dvec3(voxel_from_node[0]));
-    params_.samples = std::clamp(static_cast<int>(std::round(voxels / 2)), 2, kMostSamples);
+    const bool in_voxels = traits.media == traits.marched;
+    const int most =
+        &field == &field_on_surfaces_ && in_voxels ? kMostSamplesOnSurfaces : kMostSamples;
+    params_.samples = std::clamp(static_cast<int>(std::round(voxels / 2)), 2, most);
     write_block(eye);
     depth_.bind(DEPTH_VOLUME_UNIT);
     const bool marches = task.scatters && world_key_.dims && extinction_ && !depth_;
