@@ -87,7 +87,7 @@ vec3 unpack_light(uvec2 texel)
 struct Crossing {
     bool is_crossed;  // one lies there
     bool is_left;     // and of a solid, whose inside is there
-    float open;       // where the way enters the lattice, what of the light those beyond leave: of two lines what reaches it
+    float open;  // where the way enters the lattice, what of the light those beyond leave: of two lines what reaches it
 };
 
 // Of way k of the batch; light/crossings.comp.

@@ -6,9 +6,9 @@
 #include "scene/light_volumes.glsl"
 
 // Variant
-const bool kGlows = false;    // emission is asked for
+const bool kGlows = false;     // emission is asked for
 const bool kSurfaces = false;  // surfaces may stand between nodes
-const bool kMarched = false;  // the extinction of the marched media is, and nothing else
+const bool kMarched = false;   // the extinction of the marched media is, and nothing else
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
 layout(binding = 0) writeonly uniform image3D u_sigma_t_img;

@@ -904,8 +904,7 @@ void RadianceField::fill_world(int ways, int bands, const gl::Texture* clear,
     if (of_clear)
         finish(bands, of_clear, nullptr, nullptr, *clear);
     if (of_dimmed)
-        finish(bands, of_dimmed, nullptr, nullptr, *dimmed,
-               of_clear ? Nodes::all : Nodes::listed);
+        finish(bands, of_dimmed, nullptr, nullptr, *dimmed, of_clear ? Nodes::all : Nodes::listed);
 }
 
 void RadianceField::add_light(int bands, const FieldLight& light, const gl::Texture& dimmed,

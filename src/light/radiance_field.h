@@ -167,7 +167,8 @@ public:
 private:
     struct Filling;
     struct Batch;
-    /// Nodes that light is asked for at: all, or those that media are near to, if it is known which.
+    /// Nodes that light is asked for at: all, or those that media are near to, if it is known
+    /// which.
     enum class Nodes { all, listed };
     [[nodiscard]] GLenum light_format() const;  ///< of a way's light, as pack_light() makes it
     [[nodiscard]] gl::Texture make(const char* label, int layers) const;

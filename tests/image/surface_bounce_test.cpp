@@ -150,6 +150,31 @@ TEST_F(SurfaceBounces, SmokeBesideARedWallIsRedOnThatSide)
         ASSERT_NEAR(with.scattering[i], without.scattering[i], 2e-3f) << "green is not the wall's";
 }
 
+// Over a plain that shines, thick smoke has half the plain's radiance times E2 of the optical depth
+// down to it (Abramowitz and Stegun 1964, 5.1.4): between two nodes of the surfaces' lattice, an
+// optical depth of 1 apart, far less than the mean of both.
+TEST_F(SurfaceBounces, ThickSmokeOverAShiningPlainDimsItsLight)
+{
+    constexpr double kSigmaT = 4, kHeight = 1, kRadiance = 3;
+    Scene scene = empty_scene(24);
+    scene.camera.position = {0, 0, 6};
+    scene.camera.look_at = {0, 0, 0};
+    scene.camera.up = {0, 1, 0};
+    scene.camera.vfov_deg = 4;
+    BoxSurface plain{{-2, -2, -1}, {2, 2, 0}, glm::vec3(0)};
+    plain.emission = glm::vec3(kRadiance);
+    scene.surfaces = {plain};
+    scene.media = {thin({-2, -2, 0}, {2, 2, kHeight}, float{kSigmaT})};
+    const Still with = render(scene, settings_of(1)), without = render(scene, settings_of(0));
+    const double seen = (middle(with, with.scattering) - middle(without, without.scattering)).x;
+    const double expected = integrate(0, kHeight * kSigmaT, 64, [&](double tau) {
+        const double e2 = integrate(1e-3, 1, 64, [&](double mu) { return std::exp(-tau / mu); });
+        return kRadiance / 2 * e2 * std::exp(tau - kHeight * kSigmaT);
+    });
+    figure("a shining plain's light in thick smoke", seen / expected - 1);
+    EXPECT_NEAR(seen / expected, 1, 0.06);
+}
+
 // A window of light in the ceiling of a black room: what few directions carry of it would lie in
 // stripes on the floor.
 TEST_F(SurfaceBounces, AShiningWindowThrowsNoStripesOnTheFloor)
