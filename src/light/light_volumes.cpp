@@ -538,7 +538,7 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
         const bool is_used = has_field || field.on_surfaces || field.turns > 0;
         FieldKey used = is_used ? std::move(field) : FieldKey();
         FieldPlaces places = take_places(used, scene.time);
-        set_world(std::move(key), std::move(used), std::move(places), media, surfaces, lights);
+        set_world(std::move(key), std::move(used), std::move(places), {media, surfaces, lights});
     } else {
         clear_world();
     }
@@ -818,38 +818,54 @@ void LightVolumes::make_world(const WorldKey& key, bool surfaces)
         on_surfaces_dimmed_ = make("world's light on surfaces, dimmed", surface_lattice_, kLayers);
 }
 
-void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
-                             medium::MediaSet& media, const surface::SurfaceSet& surfaces,
-                             LightSet& lights)
+/// What one filling of the world's volumes is for, and what its steps give each other.
+struct LightVolumes::WorldFill {
+    const FieldKey& field;
+    const FieldScene& scene;
+    bool anew = false;         ///< nothing of what was there stays
+    bool of_media = false;     ///< what the media scatter or emit is filled
+    bool on_surfaces = false;  ///< what they and the surfaces throw on surfaces is, or is no more
+    bool shines = false;       ///< the world does
+    TurnPlan turns = {};
+    gl::Texture guessed = {};    ///< what the media scatter, as a coarser lattice has it
+    OtherLight guess = {};       ///< that, if there is any
+    gl::Texture scattered = {};  ///< what they scatter, as RadianceField::fill() gives it
+};
+
+bool LightVolumes::is_same_field(const FieldKey& field, const FieldPlaces& places,
+                                 const DepthKey& lattice) const
 {
-    plan_world(key, media, surfaces, field.on_surfaces && field.glows);
-    const medium::MediaTraits& traits = media.traits();
+    const double tolerance = kSameNode * spacing_of(lattice.edges);
+    return field == field_key_ &&
+           std::equal(field_places_.of_all.begin(), field_places_.of_all.end(),
+                      places.of_all.begin(), places.of_all.end(),
+                      [&](glm::dvec3 before, glm::dvec3 now) {
+                          return medium::is_same_place(
+                              before + places.origin - field_places_.origin, now, tolerance);
+                      });
+}
+
+void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
+                             const FieldScene& scene)
+{
+    plan_world(key, scene.media, scene.surfaces, field.on_surfaces && field.glows);
     const glm::dvec3 origin = key.in_media.origin;
-    const bool shines = lights.world_radiance() != glm::vec3(0.0f);
     const DepthKey& lattice = key.bands > 0 ? key.in_media : key.on_surfaces;
     places.origin = lattice.origin;
-    const double tolerance = kSameNode * spacing_of(lattice.edges);
-    const bool same_field =
-        field == field_key_ &&
-        std::equal(field_places_.of_all.begin(), field_places_.of_all.end(), places.of_all.begin(),
-                   places.of_all.end(), [&](glm::dvec3 before, glm::dvec3 now) {
-                       return medium::is_same_place(before + places.origin - field_places_.origin,
-                                                    now, tolerance);
-                   });
+    const bool same_field = is_same_field(field, places, lattice);
+    WorldFill fill{field, scene};
+    fill.shines = scene.lights.world_radiance() != glm::vec3(0.0f);
     // The world's light is dimmed by what albedo and g leave of the extinction.
-    const bool anew = !(coefficients_ || on_surfaces_) || !is_moved(world_key_, key) ||
-                      (key.straight_on > 0 && !same_field);
-    const bool fills_field =
-        key.bands > 0 && field.filled && (anew || !field_coefficients_ || !same_field);
-    const gl::Stopwatch watch(device_, timers_);
-    const bool turns = field.turns > 0;
-    const bool lights_surfaces = field.on_surfaces || turns;
+    fill.anew = !(coefficients_ || on_surfaces_) || !is_moved(world_key_, key) ||
+                (key.straight_on > 0 && !same_field);
+    fill.of_media =
+        key.bands > 0 && field.filled && (fill.anew || !field_coefficients_ || !same_field);
+    const bool lights_surfaces = field.on_surfaces || field.turns > 0;
     const bool lit_surfaces = field_key_.on_surfaces || field_key_.turns > 0;
-    const bool fills_surfaces = (lights_surfaces || lit_surfaces) && (anew || !same_field);
-    gl::Texture scattered;
-    if (anew) {
-        make_world(key,
-                   !surfaces.empty() && !part_ && (shines || field.on_surfaces || field.turns > 0));
+    fill.on_surfaces = fill.anew || ((lights_surfaces || lit_surfaces) && !same_field);
+    const gl::Stopwatch watch(device_, timers_);
+    if (fill.anew) {
+        make_world(key, !scene.surfaces.empty() && !part_ && (fill.shines || lights_surfaces));
         world_key_ = std::move(key);
         turned_ = false;
         ++fills_.world;
@@ -858,142 +874,175 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
         field_coefficients_ = {};
         turned_ = false;  // or what was turned to the eye would stay
     }
-    if (!turns || part_)
+    if (field.turns == 0 || part_)
         bounced_ = {};
-    // Flames are small: along few ways they would throw a star.
-    const int ways_on_surfaces = field.glows ? kAllWays : world_key_.ways_on_surfaces;
-    const bool lights_up = turns && field.on_surfaces && on_surfaces_dimmed_;
+    const bool lights_up = field.turns > 0 && field.on_surfaces && on_surfaces_dimmed_;
     // The media's light is sent back if they are filled now, and what they emit in any case.
-    const bool fills_twice = fills_field && field.orders.count > 0;
-    const TurnPlan plan = plan_turns(field.turns, !lights_up    ? 0
-                                                  : fills_twice ? 2
-                                                  : field.glows ? 1
-                                                                : 0);
-    const FieldScene around{media, surfaces, lights};
-    const Bounds near_surfaces = with_details(media.bounds(), surfaces);
-    if (turns && !part_ && (anew || fills_surfaces)) {
-        const glm::dvec3 eye = centre_of(surface_lattice_);
-        begin_fill(eye, media, lights);
-        begin_field(field_on_surfaces_, surface_lattice_, around,
-                    {.scatters = field.on_surfaces,
-                     .world = shines,
-                     .bounces = true,
-                     .ways = ways_on_surfaces,
-                     .sky_box = near_surfaces});
-        field_on_surfaces_.fill_world(world_key_.ways_on_surfaces, kSurfaceBands, &on_surfaces_,
-                                      on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr);
+    const bool fills_twice = fill.of_media && field.orders.count > 0;
+    fill.turns = plan_turns(field.turns, !lights_up ? 0 : fills_twice ? 2 : field.glows ? 1 : 0);
+    if (field.turns > 0 && !part_ && fill.on_surfaces) {
+        begin_surfaces(fill, nullptr);
         bounced_ = make_volume(device_, "light of surfaces", surface_lattice_,
                                kSurfaceBands * kSurfaceBands, GL_RGBA16F);
-        turn_surfaces(plan.first, surfaces, lights, true);
-        turns_after_noted_ = field.turns - plan.first;
+        turn_surfaces(fill.turns.first, scene.surfaces, scene.lights, true);
+        turns_after_noted_ = field.turns - fill.turns.first;
     }
-    const LightVolumes& whole = part_ ? *part_->whole : *this;
-    const glm::dvec3 eye_of_media = centre_of(world_lattice_);
-    const OtherLight bounced{
-        &whole.bounced_,
-        whole.field_on_surfaces_.is_open() ? &whole.field_on_surfaces_.walls() : &whole.walls_,
-        to_shared(whole.surface_lattice_, kSurfaceBands * kSurfaceBands, eye_of_media),
-        kSurfaceBands};
-    gl::Texture guessed;
-    OtherLight guess;
-    const auto fill = [&](int ways, FieldOrders orders, const gl::Texture* world,
-                          const gl::Texture& to, bool gives_scattered) {
-        return field_.fill(ways, bands_, orders, world, to, gives_scattered,
-                           turns ? &bounced : nullptr, guess.light != nullptr ? &guess : nullptr);
-    };
-    const auto fill_field = [&] {
-        begin_fill(eye_of_media, media, lights);
-        scattered = fill(shines ? world_key_.ways : kNearWays, field.orders,
-                         shines ? &coefficients_ : nullptr, field_coefficients_, field.on_surfaces);
-        if (scattered)
-            field_.make_whole(bands_, scattered);
-    };
-    if (coefficients_ && (anew || fills_field)) {
-        if (fills_field &&
-            (!field_coefficients_ || field_coefficients_.size() != coefficients_.size()))
-            field_coefficients_ = make_volume(device_, "light that is not direct", world_lattice_,
-                                              bands_ * bands_, GL_RGBA16F);
-        if (fills_field && traits.marched > 0 && world_key_.dims && !depth_ && !extinction_)
-            fill_extinction(media, lights);
-        begin_fill(eye_of_media, media, lights);
-        const glm::ivec3 count = world_lattice_.count;
-        const int most = std::max({count.x, count.y, count.z});
-        for (int nodes = kCoarsestNodes;
-             fills_field && field.orders.coarse_first && 3 * nodes / 2 < most; nodes *= 2) {
-            const Lattice coarse = coarser(world_lattice_, nodes);
-            const int cycles = nodes == kCoarsestNodes ? kMostCycles : kFewerCycles;
-            const gl::Texture light = make_volume(device_, "light that is not direct, coarsely",
-                                                  coarse, bands_ * bands_, GL_RGBA16F);
-            begin_field(
-                field_, coarse, around,
-                {.scatters = true, .world = shines, .ways = kNearWays, .orders = field.orders});
-            gl::Texture finer =
-                fill(kNearWays, {FIELD_KEPT_ORDERS, cycles, true}, nullptr, light, true);
-            field_.end();
-            guessed = std::move(finer);
-            guess = {&guessed, nullptr, to_shared(coarse, bands_ * bands_, eye_of_media), bands_};
-        }
-        begin_field(field_, world_lattice_, around,
-                    {.scatters = fills_field,
-                     .world = shines,
-                     .ways = world_key_.ways,
-                     .orders = field.orders,
-                     .sky_box = bounds_of(world_lattice_)});
-        if (anew && shines)
-            field_.fill_world(world_key_.ways, bands_, nullptr, &coefficients_);
-        if (fills_field) {
-            fill_field();
-            turned_ = false;
-            ++fills_.field;
-        }
-    }
-    if ((anew || fills_surfaces) && on_surfaces_) {
-        const glm::dvec3 eye = centre_of(surface_lattice_);
-        begin_fill(eye, media, lights);
-        FieldLight light;
-        light.glows = field.glows;
-        light.at = to_shared(world_lattice_, bands_ * bands_, eye);
-        light.bands = bands_;
-        if (scattered)
-            light.scattered = &scattered;
-        if (!turns) {
-            begin_field(field_on_surfaces_, surface_lattice_, around,
-                        {.scatters = field.on_surfaces,
-                         .world = shines,
-                         .ways = ways_on_surfaces,
-                         .sky_box = near_surfaces});
-            field_on_surfaces_.fill_world(world_key_.ways_on_surfaces, kSurfaceBands, &on_surfaces_,
-                                          on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr,
-                                          field.on_surfaces ? &light : nullptr);
-        } else {
-            for (std::size_t i = 0; i < plan.taken_back.size(); ++i) {
-                if (i > 0) {  // what surfaces send back of the media's own light
-                    fill_field();
-                    begin_fill(eye, media, lights);
-                }
-                field_on_surfaces_.add_light(kSurfaceBands, light, on_surfaces_dimmed_,
-                                             plan.taken_back[i]);
-                turn_surfaces(plan.again, surfaces, lights, false);
-            }
-            field_on_surfaces_.smooth(world_key_.ways_on_surfaces, kSurfaceBands,
-                                      lights_up ? &light : nullptr, on_surfaces_,
-                                      on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr);
-        }
-        walls_ = field_on_surfaces_.take_walls();
-        field_on_surfaces_.end();
-    }
+    if (coefficients_ && (fill.anew || fill.of_media))
+        fill_media(fill);
+    if (fill.on_surfaces && on_surfaces_)
+        fill_surfaces(fill);
     if (field_.is_open()) {
-        world_walls_ =
-            turns && !part_ && field_.has_walls(surfaces) ? field_.take_walls() : gl::Texture();
+        world_walls_ = field.turns > 0 && !part_ && field_.has_walls(scene.surfaces)
+                           ? field_.take_walls()
+                           : gl::Texture();
         copied_walls_ = false;
         field_.end();
     }
-    if (anew || fills_field || fills_surfaces)
+    if (fill.anew || fill.of_media || fill.on_surfaces)
         world_ms_ = watch.ms();
     field_key_ = std::move(field);
     field_places_ = std::move(places);
-    if (!coefficients_)
+    if (coefficients_)
+        make_view(scene.media.traits(), origin);
+}
+
+void LightVolumes::begin_surfaces(const WorldFill& fill, const FieldLight* light)
+{
+    const FieldKey& field = fill.field;
+    const FieldScene& scene = fill.scene;
+    begin_fill(centre_of(surface_lattice_), scene.media, scene.lights);
+    // Flames are small: along few ways they would throw a star.
+    begin_field(field_on_surfaces_, surface_lattice_, scene,
+                {.scatters = field.on_surfaces,
+                 .world = fill.shines,
+                 .bounces = field.turns > 0,
+                 .ways = field.glows ? kAllWays : world_key_.ways_on_surfaces,
+                 .sky_box = with_details(scene.media.bounds(), scene.surfaces)});
+    field_on_surfaces_.fill_world(world_key_.ways_on_surfaces, kSurfaceBands, &on_surfaces_,
+                                  on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr, light);
+}
+
+OtherLight LightVolumes::light_of_surfaces() const
+{
+    const LightVolumes& whole = part_ ? *part_->whole : *this;
+    const RadianceField& field = whole.field_on_surfaces_;
+    return {
+        &whole.bounced_, field.is_open() ? &field.walls() : &whole.walls_,
+        to_shared(whole.surface_lattice_, kSurfaceBands * kSurfaceBands, centre_of(world_lattice_)),
+        kSurfaceBands};
+}
+
+gl::Texture LightVolumes::fill_lattice(const WorldFill& fill, int ways, const FieldOrders& orders,
+                                       const gl::Texture* world, const gl::Texture& to,
+                                       bool gives_scattered)
+{
+    const OtherLight bounced = light_of_surfaces();
+    return field_.fill(ways, bands_, orders, world, to, gives_scattered,
+                       fill.field.turns > 0 ? &bounced : nullptr,
+                       fill.guess.light != nullptr ? &fill.guess : nullptr);
+}
+
+void LightVolumes::guess_coarsely(WorldFill& fill)
+{
+    const glm::ivec3 count = world_lattice_.count;
+    const int most = std::max({count.x, count.y, count.z});
+    for (int nodes = kCoarsestNodes; 3 * nodes / 2 < most; nodes *= 2) {
+        const Lattice coarse = coarser(world_lattice_, nodes);
+        const int cycles = nodes == kCoarsestNodes ? kMostCycles : kFewerCycles;
+        const gl::Texture light = make_volume(device_, "light that is not direct, coarsely", coarse,
+                                              bands_ * bands_, GL_RGBA16F);
+        begin_field(field_, coarse, fill.scene,
+                    {.scatters = true,
+                     .world = fill.shines,
+                     .ways = kNearWays,
+                     .orders = fill.field.orders});
+        gl::Texture finer =
+            fill_lattice(fill, kNearWays, {FIELD_KEPT_ORDERS, cycles, true}, nullptr, light, true);
+        field_.end();
+        fill.guessed = std::move(finer);
+        fill.guess = {&fill.guessed, nullptr,
+                      to_shared(coarse, bands_ * bands_, centre_of(world_lattice_)), bands_};
+    }
+}
+
+void LightVolumes::fill_media(WorldFill& fill)
+{
+    const FieldScene& scene = fill.scene;
+    const medium::MediaTraits& traits = scene.media.traits();
+    if (fill.of_media &&
+        (!field_coefficients_ || field_coefficients_.size() != coefficients_.size()))
+        field_coefficients_ = make_volume(device_, "light that is not direct", world_lattice_,
+                                          bands_ * bands_, GL_RGBA16F);
+    if (fill.of_media && traits.marched > 0 && world_key_.dims && !depth_ && !extinction_)
+        fill_extinction(scene.media, scene.lights);
+    begin_fill(centre_of(world_lattice_), scene.media, scene.lights);
+    if (fill.of_media && fill.field.orders.coarse_first)
+        guess_coarsely(fill);
+    begin_field(field_, world_lattice_, scene,
+                {.scatters = fill.of_media,
+                 .world = fill.shines,
+                 .ways = world_key_.ways,
+                 .orders = fill.field.orders,
+                 .sky_box = bounds_of(world_lattice_)});
+    if (fill.anew && fill.shines)
+        field_.fill_world(world_key_.ways, bands_, nullptr, &coefficients_);
+    if (!fill.of_media)
         return;
+    fill_field(fill);
+    turned_ = false;
+    ++fills_.field;
+}
+
+void LightVolumes::fill_field(WorldFill& fill)
+{
+    begin_fill(centre_of(world_lattice_), fill.scene.media, fill.scene.lights);
+    fill.scattered = fill_lattice(fill, fill.shines ? world_key_.ways : kNearWays,
+                                  fill.field.orders, fill.shines ? &coefficients_ : nullptr,
+                                  field_coefficients_, fill.field.on_surfaces);
+    if (fill.scattered)
+        field_.make_whole(bands_, fill.scattered);
+}
+
+void LightVolumes::fill_surfaces(WorldFill& fill)
+{
+    const FieldKey& field = fill.field;
+    const FieldScene& scene = fill.scene;
+    const glm::dvec3 eye = centre_of(surface_lattice_);
+    const auto light = [&] {
+        FieldLight of_media;
+        of_media.glows = field.glows;
+        of_media.at = to_shared(world_lattice_, bands_ * bands_, eye);
+        of_media.bands = bands_;
+        if (fill.scattered)
+            of_media.scattered = &fill.scattered;
+        return of_media;
+    };
+    if (field.turns == 0) {
+        const FieldLight of_media = light();
+        begin_surfaces(fill, field.on_surfaces ? &of_media : nullptr);
+    } else {
+        begin_fill(eye, scene.media, scene.lights);
+        const std::vector<int>& rounds = fill.turns.taken_back;
+        for (std::size_t i = 0; i < rounds.size(); ++i) {
+            if (i > 0) {  // what surfaces send back of the media's own light
+                fill_field(fill);
+                begin_fill(eye, scene.media, scene.lights);
+            }
+            field_on_surfaces_.add_light(kSurfaceBands, light(), on_surfaces_dimmed_, rounds[i]);
+            turn_surfaces(fill.turns.again, scene.surfaces, scene.lights, false);
+        }
+        const FieldLight of_media = light();
+        field_on_surfaces_.smooth(world_key_.ways_on_surfaces, kSurfaceBands,
+                                  field.on_surfaces && on_surfaces_dimmed_ ? &of_media : nullptr,
+                                  on_surfaces_,
+                                  on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr);
+    }
+    walls_ = field_on_surfaces_.take_walls();
+    field_on_surfaces_.end();
+}
+
+void LightVolumes::make_view(const medium::MediaTraits& traits, glm::dvec3 origin)
+{
     // Another g takes the same light another way.
     const int layers_of_light = traits.mixed_g ? bands_ : 1;
     const int layers = layers_of_light + (world_walls_ ? kWallLayers : 0);

@@ -187,8 +187,30 @@ private:
     void bind_islands(glm::dvec3 eye, glm::dvec3 forward, bool perspective,
                       const medium::MediaSet& media);
     void copy_island(std::size_t island, const LightVolumes& from);
-    void set_world(WorldKey key, FieldKey field, FieldPlaces places, medium::MediaSet& media,
-                   const surface::SurfaceSet& surfaces, LightSet& lights);
+    struct FieldScene {
+        medium::MediaSet& media;
+        const surface::SurfaceSet& surfaces;
+        LightSet& lights;
+    };
+    struct WorldFill;
+    void set_world(WorldKey key, FieldKey field, FieldPlaces places, const FieldScene& scene);
+    [[nodiscard]] bool is_same_field(const FieldKey& field, const FieldPlaces& places,
+                                     const DepthKey& lattice) const;
+    /// Takes up the surfaces' lattice, with the world's light and, not null, the media's.
+    void begin_surfaces(const WorldFill& fill, const FieldLight* light);
+    /// What surfaces send on, for the media's lattice.
+    [[nodiscard]] OtherLight light_of_surfaces() const;
+    gl::Texture fill_lattice(const WorldFill& fill, int ways, const FieldOrders& orders,
+                             const gl::Texture* world, const gl::Texture& to, bool gives_scattered);
+    void guess_coarsely(WorldFill& fill);
+    /// Fills the media's lattice with the world's light, and with theirs. It is open then.
+    void fill_media(WorldFill& fill);
+    /// Fills it with theirs, of all that reaches them now.
+    void fill_field(WorldFill& fill);
+    /// Lights surfaces by the media, which they light in turn; and for good.
+    void fill_surfaces(WorldFill& fill);
+    /// Makes room for what is turned to the eye. origin: first node of the lattice [m]
+    void make_view(const medium::MediaTraits& traits, glm::dvec3 origin);
     [[nodiscard]] Lattice extinction_lattice(const medium::VoxelFrame& frame) const;
     void fill_extinction(medium::MediaSet& media, LightSet& lights);
     [[nodiscard]] gl::Texture make_depth(const char* label, int layers) const;
@@ -206,11 +228,6 @@ private:
     void plan_world(WorldKey& key, const medium::MediaSet& media,
                     const surface::SurfaceSet& surfaces, bool fire);
     void make_world(const WorldKey& key, bool surfaces);
-    struct FieldScene {
-        const medium::MediaSet& media;
-        const surface::SurfaceSet& surfaces;
-        const LightSet& lights;
-    };
     /// What a lattice is filled for.
     struct FieldTask {
         bool scatters = false;  ///< light that the media scatter or emit is asked for

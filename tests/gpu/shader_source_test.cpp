@@ -360,7 +360,8 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                              flags(set, {"kListed"}));
         }
         variants.add("light/field_medium.comp",
-                     media + kLights[0] + stored + flags(set >> 1, {"kGlows", "kMarched"}));
+                     media + kLights[0] + stored +
+                         flags(set >> 1, {"kGlows", "kMarched", "kSurfaces"}));
         variants.add("light/bounce.comp", media + kLights[0] + stored +
                                               flags(set >> 1, {"kMarched", "kClear", "kBeyond"}));
         variants.add("light/face_gather.comp",
@@ -397,7 +398,8 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     variants.add("light/crossed.frag", {{"kFaces", ""}});
     for (const char* bands : {"1", "3"})
         variants.add("light/field_other.comp", {{"kBands", bands}});
-    variants.add("light/field_list.comp", {});
+    for (const char* file : {"light/field_list.comp", "light/crossings.comp"})
+        variants.add(file, {});
     variants.add("light/field_sum.comp", {});
     variants.add("light/field_sum.comp", {{"kFinish", ""}});
     for (const char* bands : {"1", "3", "4"}) {
@@ -424,9 +426,11 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                      of_bands +
                          Defines{{"kFirst", ""}, {"kMean", ""}, {"kKeeps", ""}, {"kListed", ""}});
         for (unsigned set = 0; set < 2; ++set)
-            variants.add("light/field_finish.comp",
-                         of_bands + Defines{{"kField", ""}} + flags(set, {"kWorld"}));
-        variants.add("light/field_finish.comp", of_bands);
+            variants.add("light/field_finish.comp", of_bands +
+                                                        Defines{{"kField", ""}, {"kListed", ""}} +
+                                                        flags(set, {"kWorld"}));
+        for (unsigned set = 0; set < 2; ++set)
+            variants.add("light/field_finish.comp", of_bands + flags(set, {"kListed"}));
         variants.add("light/field_scatter.comp", of_bands);
         variants.add("light/field_whole.comp", of_bands + Defines{{"kListed", ""}});
         variants.add("light/field_scatter.comp", of_bands + Defines{{"kListed", ""}});
@@ -441,10 +445,10 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
             variants.add("light/field_own.comp",
                          flags(set, {"kSurfaces"}) +
                              Defines{{"extinction_t", type}, {"kListed", ""}});
-    for (unsigned set = 0; set < 16; ++set)
+    for (unsigned set = 0; set < 32; ++set)
         for (const char* type : {"float", "vec3"})
             variants.add("light/field_sweep.comp",
-                         flags(set, {"kEmits", "kScatters", "kMeans", "kSurfaces"}) +
+                         flags(set, {"kEmits", "kScatters", "kMeans", "kSurfaces", "kNear"}) +
                              Defines{{"extinction_t", type}});
 
     for (const char* extinction : {"EXTINCTION_IN_ALPHA", "kOneColor"})
