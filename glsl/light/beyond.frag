@@ -14,7 +14,7 @@ layout(location = 0) out vec4 out_light;
 void main()
 {
     FieldWay way = u_field.ways[0];
-    Meeting meeting = meeting_at(way, p_world, gl_FragCoord.xy);
+    Meeting meeting = meeting_at(way, p_world, ivec2(gl_FragCoord.xy));
     if (!meeting.beyond || !meeting.is_met)
         discard;
     vec3 n = normalize(normal);

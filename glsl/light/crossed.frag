@@ -9,6 +9,7 @@
 const bool kBeyond = false;  // what lies beyond the lattice is asked for, else what lies in it
 const bool kWalls = false;   // how far before the node it lies is kept instead, along an axis of the lattice
 const bool kFaces = false;   // and what lies there
+const bool kParts = false;   // as FACE_PARTS lines on each side of a node's own part have it
 
 layout(std140, binding = DRAW_BLOCK) uniform Draw { DrawParams u_draw; };
 layout(r32ui, binding = 0) uniform uimage3D u_crossed_img;
@@ -19,7 +20,8 @@ flat in int k;
 void main()
 {
     FieldWay way = u_field.ways[k];
-    Meeting meeting = meeting_at(way, p_world, gl_FragCoord.xy);
+    ivec2 line = ivec2(gl_FragCoord.xy);
+    Meeting meeting = meeting_at(way, p_world, kParts ? line / FACE_PARTS : line);
     if (meeting.beyond != kBeyond || !meeting.is_met)
         return;
     float before = max(meeting.before, 0.0);
@@ -32,7 +34,10 @@ void main()
             bool is_open = u_draw.is_open != 0;
             word = pack_face(before, is_inside ? -normal : normal, is_inside && !is_open ? kNoSurface : u_draw.number);
         }
-        imageAtomicMin(u_crossed_img, meeting.node + layer_of(k), word);
+        ivec3 at = meeting.node + layer_of(k);
+        if (kParts)
+            at += part_of_face(line);
+        imageAtomicMin(u_crossed_img, at, word);
         return;
     }
     int number = u_field.first + k;

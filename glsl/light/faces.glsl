@@ -1,6 +1,7 @@
 // Of each node, the surface that is met first along each of the lattice's axes, before the next node: how far away,
 // in which direction it faces, and which it is, in 8, 12 and 12 bits.
 #include "lib/octahedral.glsl"
+#include "light/field.glsl"
 
 const uint kNoFace = 0xffffffffu;
 const int kNoSurface = 0xfff;  // the inside of one
@@ -24,4 +25,11 @@ Face unpack_face(uint word)
 {
     vec2 facing = (vec2(word >> 18 & 63u, word >> 12 & 63u) - 32.0) / kFacings;
     return Face(float(word >> 24) / kFaceSteps, octahedral_direction(0.5 + 0.5 * facing), int(word & 0xfffu));
+}
+
+// Where the image of the parts of faces has that which a line among finer ones falls in.
+ivec3 part_of_face(ivec2 line)
+{
+    ivec2 part = line % FACE_PARTS;
+    return ivec3((part.y * FACE_PARTS + part.x) * node_count().x, 0, 0);
 }

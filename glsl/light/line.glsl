@@ -16,7 +16,7 @@ struct Meeting {
 };
 
 // p: eye-centred metres
-Meeting meeting_at(FieldWay way, vec3 p, vec2 pixel)
+Meeting meeting_at(FieldWay way, vec3 p, ivec2 pixel)
 {
     Meeting meeting = Meeting(false, false, ivec3(0), 0.0);
     ivec3 last = to_axes(way.axis, node_count()) - 1;
@@ -27,7 +27,7 @@ Meeting meeting_at(FieldWay way, vec3 p, vec2 pixel)
     float along = along_axes(way.axis, q).x;
     if (way.forward < 0.0)
         along = float(last.x) - along;
-    ivec2 start = ivec2(pixel) + way.first_line;
+    ivec2 start = pixel + way.first_line;
     // The first slice in which the line is in the lattice, to within one for rounding.
     int to = 0;
     for (int i = 0; i < 2; ++i) {

@@ -11,6 +11,7 @@ FUM_SHARED_BEGIN
 #define FIELD_WAYS_A_ROW 4     // beside each other in an image of them
 #define WALL_STEPS 65535       // of the way from a node to the next that surfaces are told apart by
 #define FIELD_CROSSED_WORDS 3  // of 32 ways each that surfaces cross
+#define FACE_PARTS 4           // along each edge of what a face stands for
 #define CLEARANCE_MOST 8       // nodes without a surface that are told of
 #define FIELD_MOST_ORDERS 64   // of scattering
 #define FIELD_KEPT_ORDERS 8    // that the rest is guessed from

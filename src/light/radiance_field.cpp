@@ -107,6 +107,12 @@ Lines lines_of(const shared::FieldWay& way, glm::dvec3 last)
 /// for what lies beyond it.
 constexpr std::array kTilts{0.0f, 0.2f, -0.2f};
 
+/// That takes the lines along any way.
+glm::ivec2 framebuffer_size(glm::ivec3 nodes)
+{
+    return glm::ivec2(2 * std::max({nodes.x, nodes.y, nodes.z}) + 4);
+}
+
 bool contains(const Bounds& outer, const Bounds& inner)
 {
     return glm::all(glm::lessThanEqual(outer.min, inner.min)) &&
@@ -150,6 +156,7 @@ struct RadianceField::Filling {
     gl::Texture bounced_before, bounced_before_that;  ///< a turn and two turns ago
     gl::Texture faces;       ///< light/faces.glsl, six layers; empty: surfaces send nothing on
     gl::Texture materials;   ///< each surface's albedo, and in row 1 its emission
+    gl::Texture emitted;     ///< light/face_emission.comp; empty: no surface emits
     gl::Texture face_light;  ///< what they send on
     gl::Texture clearance;   ///< light/clearance.glsl
     gl::Texture beyond;      ///< what surfaces beyond send in, two layers a way; alpha: metres
@@ -333,7 +340,7 @@ void RadianceField::draw(const surface::SurfaceSet& surfaces)
         framebuffer_ = {device_, "field: surfaces"};
     // Of the lines along any way: of one size, since another would have a GPU or a rasteriser end
     // what it draws.
-    framebuffer_.set_empty(glm::ivec2(2 * std::max({count.x, count.y, count.z}) + 4));
+    framebuffer_.set_empty(framebuffer_size(count));
     device_->BindBufferBase(GL_UNIFORM_BUFFER, DRAW_BLOCK, draw_block_.id());
     bind_image(0, crossed, GL_READ_WRITE, GL_R32UI);
     glm::ivec2 lines(0);
@@ -414,14 +421,14 @@ glm::ivec2 RadianceField::set_way(int slot, glm::dvec3 wi)
 
 void RadianceField::draw_lines(const surface::SurfaceSet& surfaces,
                                const std::vector<surface::SurfaceSet::Instance>& drawn, int ways,
-                               glm::ivec2 lines, const gl::Framebuffer& target)
+                               glm::ivec2 lines, const gl::Framebuffer& target, int parts)
 {
     // A ball of so few nodes across is drawn coarsely: what bits tell of it is as coarse.
     constexpr double kFewNodes = 12;
     using Detail = surface::SurfaceSet::Detail;
     params_.lines = lines;
     write_block();
-    target.bind(lines);
+    target.bind(parts * lines);
     for (const auto& instance : drawn) {
         const glm::dvec3 nodes = glm::dmat3(filling_->lattice.node_from_eye) *
                                  (instance.bounds.max - instance.bounds.min);
@@ -439,15 +446,14 @@ void RadianceField::draw_lines(const surface::SurfaceSet& surfaces,
 }
 
 void RadianceField::draw_along_axes(const surface::SurfaceSet& surfaces, const gl::Texture& to,
-                                    const char* variant)
+                                    gl::Defines variant, int parts)
 {
     const glm::dmat3 metres_from_node = glm::inverse(glm::dmat3(filling_->lattice.node_from_eye));
     const GLuint none = ~0u;
     to.clear(GL_RED_INTEGER, GL_UNSIGNED_INT, &none);
     device_->BindBufferBase(GL_UNIFORM_BUFFER, DRAW_BLOCK, draw_block_.id());
     bind_image(0, to, GL_READ_WRITE, GL_R32UI);
-    device_->UseProgram(
-        programs_.get({"light/line.vert", "light/crossed.frag"}, {{variant, ""}}).id());
+    device_->UseProgram(programs_.get({"light/line.vert", "light/crossed.frag"}, variant).id());
     const std::vector<surface::SurfaceSet::Instance> all(surfaces.instances().begin(),
                                                          surfaces.instances().end());
     constexpr int kLayers = 6;
@@ -458,7 +464,7 @@ void RadianceField::draw_along_axes(const surface::SurfaceSet& surfaces, const g
         lines = glm::max(lines, set_way(layer, layer % 2 == 0 ? -up : up));
     }
     params_.tilt = 0;
-    draw_lines(surfaces, all, kLayers, lines, framebuffer_);
+    draw_lines(surfaces, all, kLayers, lines, framebuffer_, parts);
     wait_for_drawing();
 }
 
@@ -468,7 +474,7 @@ void RadianceField::draw_walls(const surface::SurfaceSet& surfaces)
     filling_->steps_to_walls =
         gl::Texture::make_3d(device_, "field: steps to walls", count * glm::ivec3(1, 1, 6),
                              GL_R32UI, gl::Filter::nearest);
-    draw_along_axes(surfaces, filling_->steps_to_walls, "kWalls");
+    draw_along_axes(surfaces, filling_->steps_to_walls, {{"kWalls", ""}});
 }
 
 void RadianceField::keep_walls()
@@ -522,7 +528,7 @@ void RadianceField::draw_faces(const surface::SurfaceSet& surfaces)
     const glm::ivec3 six = filling.lattice.count * glm::ivec3(1, 1, 6);
     filling.faces =
         gl::Texture::make_3d(device_, "field: faces", six, GL_R32UI, gl::Filter::nearest);
-    draw_along_axes(surfaces, filling.faces, "kFaces");
+    draw_along_axes(surfaces, filling.faces, {{"kFaces", ""}});
     filling.face_light = gl::Texture::make_3d(device_, "field: light of faces", six, GL_RGBA16F,
                                               gl::Filter::nearest);
     const std::array<GLfloat, 4> none{};
@@ -536,6 +542,27 @@ void RadianceField::draw_faces(const surface::SurfaceSet& surfaces)
                                              {static_cast<int>(surfaces.instances().size()), 2},
                                              GL_RGBA32F, gl::Filter::nearest);
     filling.materials.upload(GL_RGBA, GL_FLOAT, materials.data());
+    const auto& drawn = surfaces.instances();
+    if (std::any_of(drawn.begin(), drawn.end(),
+                    [](const auto& instance) { return instance.emission != glm::vec3(0); }))
+        find_emission(surfaces);
+}
+
+void RadianceField::find_emission(const surface::SurfaceSet& surfaces)
+{
+    Filling& filling = *filling_;
+    const glm::ivec3 six = filling.lattice.count * glm::ivec3(1, 1, 6);
+    const gl::Texture parts = gl::Texture::make_3d(device_, "field: parts of faces",
+                                                   six * glm::ivec3(FACE_PARTS * FACE_PARTS, 1, 1),
+                                                   GL_R32UI, gl::Filter::nearest);
+    framebuffer_.set_empty(FACE_PARTS * framebuffer_size(filling.lattice.count));
+    draw_along_axes(surfaces, parts, {{"kFaces", ""}, {"kParts", ""}}, FACE_PARTS);
+    filling.emitted = gl::Texture::make_3d(device_, "field: emission of faces", six, GL_RGBA16F,
+                                           gl::Filter::nearest);
+    parts.bind(FACES_UNIT);
+    filling.materials.bind(FACE_MATERIALS_UNIT);
+    bind_image(0, filling.emitted, GL_WRITE_ONLY, GL_RGBA16F);
+    dispatch("light/face_emission.comp", {}, six, kVolumeGroup);
 }
 
 void RadianceField::draw_beyond(const gl::Defines& shading, const surface::SurfaceSet& surfaces)
@@ -605,6 +632,10 @@ void RadianceField::light_surfaces(const gl::Defines& shading, const surface::Su
     bind_image(0, filling.face_light, GL_WRITE_ONLY, GL_RGBA16F);
     gl::Defines defines = dimmed_defines();
     defines += shading;
+    if (filling.emitted) {
+        defines.emplace_back("kEmits", "");
+        filling.emitted.bind(FACE_LIGHT_UNIT);
+    }
     dispatch("light/face_light.comp", defines, filling.lattice.count * glm::ivec3(1, 1, 6),
              kVolumeGroup);
 }

@@ -187,9 +187,10 @@ private:
     void find_clearance();
     void wait_for_drawing();
     void draw_faces(const surface::SurfaceSet& surfaces);
+    void find_emission(const surface::SurfaceSet& surfaces);
     void draw_beyond(const gl::Defines& shading, const surface::SurfaceSet& surfaces);
     void draw_along_axes(const surface::SurfaceSet& surfaces, const gl::Texture& to,
-                         const char* variant);
+                         gl::Defines variant, int parts = 1);
     [[nodiscard]] gl::Defines bounce_defines() const;
     void even_out(int bands, gl::Texture& light);
     void carry_bounced(int ways, int bands, const gl::Defines& defines, const gl::Texture& to);
@@ -197,9 +198,10 @@ private:
     /// Sets the course of a way, and gives how many lines along it meet the lattice, across.
     glm::ivec2 set_way(int slot, glm::dvec3 wi);
     /// Along the lines of the first `ways` ways that are set, into the images that are bound.
+    /// @param parts lines on each side of the square that one stands for
     void draw_lines(const surface::SurfaceSet& surfaces,
                     const std::vector<surface::SurfaceSet::Instance>& drawn, int ways,
-                    glm::ivec2 lines, const gl::Framebuffer& target);
+                    glm::ivec2 lines, const gl::Framebuffer& target, int parts = 1);
     /// The surfaces of which some lies within the lattice, and some beyond it.
     [[nodiscard]] std::vector<surface::SurfaceSet::Instance>
     within(const surface::SurfaceSet& surfaces) const;

@@ -373,6 +373,8 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                 file, media + kLights[set % kLights.size()] + stored +
                           flags(set >> 1, {"kDims", "kMarched", "kDepthVolume", "kEnvironment"}) +
                           Defines{{"kWorldIrradiance", ""}});
+        variants.add("light/face_light.comp",
+                     media + kLights[set % kLights.size()] + stored + Defines{{"kEmits", ""}});
         variants.add("light/world.comp",
                      media + kLights[0] + stored +
                          flags(set >> 1, {"kMarched", "kSurfaces", "kMeans", "kClear", "kClosed"}) +
@@ -396,6 +398,8 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         variants.add(file, {});
     variants.add("light/walls.comp", {{"kDims", ""}});
     variants.add("light/crossed.frag", {{"kFaces", ""}});
+    variants.add("light/crossed.frag", {{"kFaces", ""}, {"kParts", ""}});
+    variants.add("light/face_emission.comp", {});
     for (const char* bands : {"1", "3"})
         variants.add("light/field_other.comp", {{"kBands", bands}});
     for (const char* file : {"light/field_list.comp", "light/crossings.comp"})
