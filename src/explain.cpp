@@ -43,6 +43,8 @@ std::string reason_text(const LayerChoice& layer)
         return fmt::format("as a quarter's texels would be {:.2f} times as wide as what a grid "
                            "changes within ({}), {} at most",
                            layer.of_voxel, kOfGrids, LayerChoice::kMostOfVoxel);
+    case LayerReason::held:
+        return "as the view had in the frame before, until a quarter would do by a tenth more";
     default:
         return layer.of_voxel > 0
                    ? fmt::format("as its texels are {:.2f} times as wide as what a grid changes "

@@ -141,11 +141,24 @@ bool fills_picture(const PreparedFrame& frame, double around)
     return true;
 }
 
-/// The size of the march's layer, where that is left open: a quarter where neither a medium nor its
-/// light changes much within a texel of that, else half.
-LayerChoice choose_layer(const PreparedFrame& frame, const FrameScene& scene)
+constexpr int kSmallLayer = 4, kUsualLayer = 2;
+
+/// Of a texel of a quarter of the size: the angle that it spans, or metres where rays are parallel.
+double quarter_texel(const PreparedFrame& frame)
 {
-    constexpr int kSmall = 4, kUsual = 2;
+    return kSmallLayer * 2 / (std::abs(frame.host.clip_from_view[1][1]) * frame.picture_size.y);
+}
+
+/// Metres that it spans at the media's far end.
+double quarter_width(const PreparedFrame& frame)
+{
+    return quarter_texel(frame) * (frame.eye.perspective ? frame.media_range.y : 1);
+}
+
+/// Why a quarter of the size would lose something; smooth: it would not.
+/// @param within what it may have of each limit
+LayerReason lost_by_quarter(const PreparedFrame& frame, const FrameScene& scene, double within)
+{
     // Shares of what a texel may span: of a phase's lobe, 1 - g radians wide, of what media change
     // within, and of the fade of a beam, whose steepest part is a third of it. What a texel leaves
     // out grows with the square of its width: at these it is less than the grain that steps leave.
@@ -153,34 +166,47 @@ LayerChoice choose_layer(const PreparedFrame& frame, const FrameScene& scene)
     // Of a grid it may span more: that is linear within a voxel already, and what it holds is
     // coarser. docs/measurements.md has what texels of other widths leave out.
     constexpr double kReach = 3;  // texels beyond the picture that its pixels are made of: guards
-    const double pixel = 2 / (std::abs(frame.host.clip_from_view[1][1]) * frame.picture_size.y);
-    const double texel = kSmall * pixel;  // rad, or metres
-    const double farthest = frame.eye.perspective ? frame.media_range.y : 1;
-    const double width = texel * farthest;
-    LayerChoice choice{kUsual, LayerReason::smooth, width / scene.voxel};
+    const double texel = quarter_texel(frame) / within, width = quarter_width(frame) / within;
     if (frame.eye.perspective && texel > kOfLobe * (1 - scene.most_g))
-        choice.reason = LayerReason::lobe;
-    else if (width > kOfBeam * scene.beam_edge)
-        choice.reason = LayerReason::beam;
-    else if (width > kOfDetail * scene.detail)
-        choice.reason = LayerReason::profile;
-    else if (choice.of_voxel > LayerChoice::kMostOfVoxel)
-        choice.reason = LayerReason::voxels;
-    else if (scene.has_outline && !fills_picture(frame, kSmall * kReach))
-        choice.reason = LayerReason::outline;
+        return LayerReason::lobe;
+    if (width > kOfBeam * scene.beam_edge)
+        return LayerReason::beam;
+    if (width > kOfDetail * scene.detail)
+        return LayerReason::profile;
+    if (width > LayerChoice::kMostOfVoxel * scene.voxel)
+        return LayerReason::voxels;
+    const double beyond = kSmallLayer * kReach + (1 - within) * frame.picture_size.y;
+    if (scene.has_outline && !fills_picture(frame, beyond))
+        return LayerReason::outline;
+    return LayerReason::smooth;
+}
+
+/// The size of the march's layer, where that is left open: a quarter where neither a medium nor its
+/// light changes much within a texel of that, else half. An eye that stays about a limit would go
+/// to and fro, and its layers' textures and grain with it: from half it takes a quarter only where
+/// that is well within.
+LayerChoice choose_layer(const PreparedFrame& frame, const FrameScene& scene, int before)
+{
+    constexpr double kWellWithin = 0.9;
+    LayerChoice choice{kUsualLayer, lost_by_quarter(frame, scene, 1),
+                       quarter_width(frame) / scene.voxel};
+    if (choice.reason != LayerReason::smooth)
+        return choice;
+    if (before == kUsualLayer && lost_by_quarter(frame, scene, kWellWithin) != LayerReason::smooth)
+        choice.reason = LayerReason::held;
     else
-        choice.scale = kSmall;
+        choice.scale = kSmallLayer;
     return choice;
 }
 
 /// What an automatic resolution is.
-LayerChoice choose_resolution(const PreparedFrame& frame, const FrameScene& scene)
+LayerChoice choose_resolution(const PreparedFrame& frame, const FrameScene& scene, int before)
 {
     if (frame.settings.mode == Settings::Mode::froxel)
         return {1, LayerReason::no_layer};  // and no reason to drop a history
     if (frame.keeps_history)
-        return {2, LayerReason::history};
-    return choose_layer(frame, scene);
+        return {kUsualLayer, LayerReason::history};
+    return choose_layer(frame, scene, before);
 }
 
 /// As PreparedFrame::layer_guard.
@@ -275,12 +301,12 @@ double depth_reach(const Eye& eye, glm::dvec2 media_range)
 }
 
 PreparedFrame prepare_frame(const Frame& frame, const FrameSettings& settings,
-                            const FrameScene& scene, bool history)
+                            const FrameScene& scene, const ViewPast& past)
 {
     PreparedFrame out;
     out.host = frame;
     out.settings = settings;
-    out.keeps_history = history && settings.keeps_history();
+    out.keeps_history = past.keeps_history && settings.keeps_history();
     out.scene_id = scene.id;
     out.media_id = scene.media_id;
     out.life_id = scene.life_id;
@@ -295,7 +321,7 @@ PreparedFrame prepare_frame(const Frame& frame, const FrameSettings& settings,
     out.step_range = step_range(out);
     out.picture_size = glm::ivec2(frame.color.size);
     if (settings.resolution == Settings::kAutomatic)
-        out.layer_choice = choose_resolution(out, scene);
+        out.layer_choice = choose_resolution(out, scene, past.scale);
     if (out.layer_choice.scale > 0)
         out.settings.resolution = out.layer_choice.scale;
     const int scale = out.settings.resolution;

@@ -73,6 +73,7 @@ enum class LayerReason : std::uint8_t {
     profile,   ///< so do media that are no grid's
     outline,   ///< a face of the media is in the picture
     voxels,    ///< it spans more of what a grid changes within than it may
+    held,      ///< the frame before had half, and a quarter is all but one of these
     smooth,    ///< nothing changes much within it
 };
 
@@ -84,6 +85,14 @@ struct LayerChoice {
     /// that it may; 0: there are no grids.
     double of_voxel = 0;
     static constexpr double kMostOfVoxel = 0.8;
+};
+
+/// What a view has of the frames before one.
+struct ViewPast {
+    bool keeps_history = false;  ///< it keeps what settings ask for
+    /// What the last frame's layer was, if that was chosen and its picture was as large: pixels
+    /// along a texel's edge; 0: there was none.
+    int scale = 0;
 };
 
 /// A frame with all that follows from it, its settings and its scene.
@@ -130,9 +139,8 @@ struct PreparedFrame {
 };
 
 /// @throws Error if the projection is neither perspective nor orthographic or can't be inverted.
-/// @param history whether the frame's view keeps what settings ask for
 PreparedFrame prepare_frame(const Frame& frame, const FrameSettings& settings,
-                            const FrameScene& scene, bool history = false);
+                            const FrameScene& scene, const ViewPast& past = {});
 
 /// The frame of the layer that has a ray for each pixel of its fine_tiles alone.
 PreparedFrame fine_frame(const PreparedFrame& frame);

@@ -145,6 +145,7 @@ struct Renderer::Parts {
     /// Settles a frame and binds what all passes read of it, the media and the lights too where it
     /// sees a medium.
     PreparedFrame begin(const View::State& view, const Frame& frame, const FrameSettings& s);
+    [[nodiscard]] ViewPast past_of(const View::State& view, const Frame& frame) const;
     /// @param unseen a flag for each of those that are left out
     void draw_surfaces(const Frame& frame, const FrameSettings& s, bool through_media,
                        const std::vector<bool>& unseen = {});
@@ -269,10 +270,17 @@ FrameScene Renderer::Parts::frame_scene() const
             life_id};
 }
 
+ViewPast Renderer::Parts::past_of(const View::State& view, const Frame& frame) const
+{
+    const View::State::Layer& last = view.last_layer;
+    const bool same = last.picture_size == glm::ivec2(frame.color.size) && last.life_id == life_id;
+    return {view.keeps_history, same ? last.scale : 0};
+}
+
 PreparedFrame Renderer::Parts::begin(const View::State& view, const Frame& frame,
                                      const FrameSettings& s)
 {
-    PreparedFrame prepared = prepare_frame(frame, s, frame_scene(), view.keeps_history);
+    PreparedFrame prepared = prepare_frame(frame, s, frame_scene(), past_of(view, frame));
     prepared.prepares = prepares;
     last_layer = prepared.layer_choice;
     tools.bind(prepared);
@@ -670,8 +678,8 @@ std::unique_ptr<View::State> Renderer::Parts::make_state(View::History history) 
 FrameSettings Renderer::settled(const View& view, const Frame& frame,
                                 const FrameSettings& settings) const
 {
-    const bool history = parts_->state_of(view).keeps_history;
-    const PreparedFrame prepared = prepare_frame(frame, settings, parts_->frame_scene(), history);
+    const ViewPast past = parts_->past_of(parts_->state_of(view), frame);
+    const PreparedFrame prepared = prepare_frame(frame, settings, parts_->frame_scene(), past);
     parts_->last_layer = prepared.layer_choice;
     return prepared.settings;
 }
@@ -737,7 +745,7 @@ void Renderer::begin_transparents(View& view, const Frame& frame, const FrameSet
                     "end_transparents() after them");
     parts.show_what_came();
     const PreparedFrame prepared =
-        prepare_frame(frame, settings, parts.frame_scene(), state.keeps_history);
+        prepare_frame(frame, settings, parts.frame_scene(), parts.past_of(state, frame));
     auto guard = std::make_unique<gl::BindingGuard>(
         parts.device, gl::BindingGuard::Points{bindings.block,
                                                bindings.depth_unit,

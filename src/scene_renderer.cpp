@@ -516,6 +516,9 @@ Still SceneRenderer::draw_part(const Drawing& drawing, const StillOptions& optio
             frame.jitter_offset =
                 golden_fraction(static_cast<double>(number) + 1024.0 * options.seed);
             view = options.aa == 1 ? &moving_ : &stills_;
+            // Frames of a picture that several processes share must not depend on who drew which.
+            if (!settings.keeps_history())
+                view->reset_history();
         }
     };
     // Frames that are averaged are each a picture of their own. One picture of several frames that

@@ -16,6 +16,7 @@ View& View::operator=(View&&) noexcept = default;
 
 void View::reset_history()
 {
+    state_->last_layer = {};
     if (state_->layers != nullptr)
         state_->layers->reset_history();
 }
@@ -71,6 +72,9 @@ void View::State::draw(const PreparedFrame& frame, const Toolbox& tools)
     drawn.reset();  // should this throw
     wanted.draw(frame);
     drawn = {frame.picture_size, frame.settings};
+    const LayerChoice& choice = frame.layer_choice;
+    const bool was_free = keeps_history && choice.reason != LayerReason::history;
+    last_layer = {frame.picture_size, frame.life_id, was_free ? choice.scale : 0};
 }
 
 bool View::State::holds(const PreparedFrame& frame) const

@@ -34,6 +34,13 @@ struct View::State {
     Settings::Mode mode{};
     std::unique_ptr<resolve::Layers> layers;
     std::optional<Drawn> drawn;
+    /// The last frame's layer, if its size was left open: the next one's is chosen by it.
+    struct Layer {
+        glm::ivec2 picture_size{0};
+        std::uint64_t life_id = 0;
+        int scale = 0;
+    };
+    Layer last_layer;
     gl::Texture full_scattering, full_transmittance;
     gl::Framebuffer framebuffer;
     /// Of transparents; none until a frame has some. Whoever asks for their number may outlive

@@ -1,3 +1,7 @@
+#include <cmath>
+#include <utility>
+
+#include <fumarole/asset/scene_file.h>
 #include <fumarole/errors.h>
 
 #include "host_picture.h"
@@ -215,6 +219,52 @@ TEST_F(ViewTest, ResetLetsTheNextFrameBeginAnew)
         const bool froxel = settings.mode == Settings::Mode::froxel;
         EXPECT_STREQ(none.history(), froxel ? "off" : "");
     }
+}
+
+// The eye goes to and fro where a quarter of the size is just enough, 3 % nearer and farther, as a
+// hand-held one does.
+TEST_F(ViewTest, AnEyeAboutALimitKeepsItsLayersSize)
+{
+    Scene scene = asset::load_scene(std::string(FUM_TEST_DATA) + "/smoke_plume_sun.json").scene;
+    scene.surfaces.clear();
+    Settings settings;
+    settings.bounces = 0;
+    Renderer renderer(get_proc());
+    renderer.set_scene(scene, settings);
+    HostPicture picture(gl(), {64, 48});
+    const double tangent = std::tan(glm::radians(scene.camera.vfov_deg) / 2);
+    const auto frame_at = [&](double zoom, std::uint64_t number) -> const Frame& {
+        Scene zoomed = scene;
+        zoomed.camera.vfov_deg = 2 * glm::degrees(std::atan(tangent / zoom));
+        picture.look(zoomed.camera);
+        picture.frame.index = number;
+        return picture.frame;
+    };
+    const View fresh = renderer.make_view();
+    double few = 1, many = 100;  // zooms with half and with a quarter
+    for (int i = 0; i < 40; ++i) {
+        const double zoom = std::sqrt(few * many);
+        (renderer.settled(fresh, frame_at(zoom, 0), settings).resolution == 2 ? few : many) = zoom;
+    }
+    View kept = renderer.make_view(), none = renderer.make_view(View::History::none);
+    const auto changes = [&](View& view, double begin) {
+        int last = 0, count = -1;
+        for (std::uint64_t i = 0; i < 8; ++i) {
+            const Frame& frame = frame_at(begin * (i % 2 == 0 ? 0.97 : 1.03), i);
+            renderer.composite(view, frame, settings);
+            const int now = renderer.settled(view, frame, settings).resolution;
+            count += now != std::exchange(last, now) ? 1 : 0;
+        }
+        return count;
+    };
+    EXPECT_EQ(changes(none, many), 7) << "not about a limit";
+    EXPECT_EQ(changes(kept, many), 0);
+    EXPECT_EQ(changes(kept, 1.5 * many), 0);
+    EXPECT_EQ(renderer.settled(kept, frame_at(many * 1.03, 0), settings).resolution, 4);
+    EXPECT_EQ(changes(kept, many), 0);
+    EXPECT_EQ(renderer.settled(kept, frame_at(many * 1.03, 0), settings).resolution, 2);
+    kept.reset_history();
+    EXPECT_EQ(renderer.settled(kept, frame_at(many * 1.03, 0), settings).resolution, 4) << "a cut";
 }
 
 }  // namespace
