@@ -7,5 +7,5 @@ void main()
 {
     ListedTexel at = listed_texel(ivec2(u_frame.full_size));
     if (at.is_there)
-        lay_over_picture(at.texel, resolve_pixel(at.texel));
+        lay_over_picture(at.texel, upsampled(at.texel));
 }

@@ -31,7 +31,7 @@ LightSample area_middle(int first, vec3 p)
     float range2 = max(dot(to_light, to_light), 0.1 * area.area);
     vec3 wi = to_light * inversesqrt(range2);
     float cosine = shines_on(area, p) ? abs(dot(wi, area.normal)) : 0.0;
-    return LightSample(wi, sqrt(range2), u_lights.lights[first].intensity * (area.area * cosine / range2));
+    return LightSample(wi, sqrt(range2), u_lights.lights[first].intensity * (area.area * cosine / range2), false);
 }
 
 LightSample rect_sample(int i, vec3 p) { return area_middle(i, p); }

@@ -28,9 +28,13 @@ struct LightLine {
     Ray ray;
     vec3 wo;                      // unit length, to the eye
     vec3 sun[max(kSunCount, 1)];  // what it scatters if nothing hides or dims it; kMixedG: its irradiance
-    vec3 shadow[max(kSunCount, 1)], dshadow[max(kSunCount, 1)];  // its inner shadow view, of all media: uv, depth
-    vec3 depth, ddepth;                                          // in nodes of the depth volume
-    vec3 world, dworld;                                          // and of the world's
+    vec3 shadow[max(kSunCount, 1)], dshadow[max(kSunCount, 1)];   // its inner shadow view, of all media: uv, depth
+    vec3 column[max(kSunCount, 1)], dcolumn[max(kSunCount, 1)];   // its columns in the depth volume
+    SunLayer layer[max(kSunCount, 1)];                            // which have this part of it
+    extinction_t dimming;                                         // of what is stored there
+    vec3 depth, ddepth;                                           // of others: in nodes of that volume
+    vec3 world, dworld;                                           // and of the world's
+    vec3 point[max(kPointCount, 1)], power[max(kPointCount, 1)];  // points: where they are [m], and their intensity
     vec2 placed[max(kPlacedCount, 1)];  // kExactFalloff: t nearest to a light that has a place, and how far it is [m]
 };
 
@@ -68,14 +72,24 @@ LightLine light_line(Ray ray, vec3 wo, vec2 spread)
             line.dshadow[i] = vec3((view.clip_from_world * vec4(ray.direction, 0.0)).xy * 0.5,
                                    dot(ray.direction, view.depth.travel) * view.depth.inverse_range);
         }
+        if (kDepthVolume) {
+            line.column[i] = sun_column(i, ray.origin).xyz;
+            line.dcolumn[i] = sun_column_way(i, ray.direction).xyz;
+            line.layer[i] = sun_layer(i);
+        }
     }
     if (kDepthVolume) {
+        line.dimming = u_media.marched_light_dimming * from_volume(volume_t(1.0));
         line.depth = node_at(u_volumes.depth, ray.origin);
         line.ddepth = node_way(u_volumes.depth, ray.direction);
     }
     if (kWorldVolume) {
         line.world = first_layer_at(u_volumes.world, ray.origin);
         line.dworld = first_layer_way(u_volumes.world, ray.direction);
+    }
+    for (int i = 0; i < kPointCount; ++i) {
+        line.point[i] = u_lights.lights[kSunCount + i].position;
+        line.power[i] = u_lights.lights[kSunCount + i].intensity;
     }
     for (int i = 0; kExactFalloff && i < kPlacedCount; ++i) {
         vec3 to_light = u_lights.lights[kSunCount + i].position - ray.origin;
@@ -87,10 +101,10 @@ LightLine light_line(Ray ray, vec3 wo, vec2 spread)
     return line;
 }
 
-// What the media let through of a light to p, kDepthAtPoint: stored is the marched ones' depth.
-vec3 through_depth(vec3 p, LightSample light, extinction_t stored)
+// What the media let through of a light to p, kDepthAtPoint: stored is the marched ones' depth, as it is in the volume.
+vec3 through_depth(vec3 p, LightLine line, LightSample light, volume_t stored)
 {
-    return vec3(exp(-closed_dimming(p, light.wi, light.range) - u_media.marched_light_dimming * stored));
+    return vec3(exp(-closed_dimming(p, light.wi, light.range) - line.dimming * stored));
 }
 
 // What the media let through of light i to t of the line.
@@ -100,7 +114,9 @@ vec3 volume_shadow(int i, LightLine line, float t, LightSample light)
         return vec3(1.0);
     vec3 p = line.ray.origin + line.ray.direction * t;
     if (kDepthAtPoint)
-        return through_depth(p, light, stored_depth(i, line.depth + line.ddepth * t));
+        return through_depth(p, line, light,
+                             light.is_sun ? stored_of_sun(line.layer[i], line.column[i] + line.dcolumn[i] * t)
+                                          : stored_of_placed(i, line.depth + line.ddepth * t));
     return vec3(exp(-light_depth(i, p, light)));
 }
 
@@ -116,6 +132,11 @@ float phase_over(Falloff falloff, float g)
     return (4.0 * phase_at(-sin(middle), g) +
             2.5 * (phase_at(-sin(middle - reach), g) + phase_at(-sin(middle + reach), g))) /
            9.0;
+}
+
+LightSample line_point(int i, LightLine line, vec3 p)
+{
+    return sample_of(line.point[i - kSunCount], line.power[i - kSunCount], p);
 }
 
 // A piece of a line whose light is asked for at one point of it.
@@ -153,7 +174,7 @@ vec3 seen_over(int i, LightLine line, LightStep step, Falloff falloff)
         float angle = falloff.begin + falloff.angle * (0.5 + 0.5 * kPlaces[k]);
         float t = clamp(nearest.x + nearest.y * tan(angle) / metres, step.ends.x, step.ends.y);
         vec3 p = line.ray.origin + line.ray.direction * t;
-        extinction_t depth = light_depth(i, p, point_sample(i, p)) + step.sigma_t * ((t - step.ends.x) * metres);
+        extinction_t depth = light_depth(i, p, line_point(i, line, p)) + step.sigma_t * ((t - step.ends.x) * metres);
         sum += kWeights[k] * phase_at(-sin(angle), step.g) * exp(-depth);
     }
     return sum / slab_weight(step.sigma_t * ((step.ends.y - step.ends.x) * metres));
@@ -222,7 +243,7 @@ void add_point(inout vec3 sum, int i, LightLine line, LightStep step)
     Falloff over;
     float t = place_of_light(i, line, step, over);
     vec3 p = line.ray.origin + line.ray.direction * t;
-    LightSample light = point_sample(i, p);
+    LightSample light = line_point(i, line, p);
     const bool kSeenOver = kExactFalloff && kVolumeShadows && kShadeOverStep;
     vec3 arriving;
     if (kSeenOver)
@@ -244,7 +265,7 @@ void add_point(inout vec3 sum, int i, LightLine line, LightStep step)
 vec3 scattered_far(int i, LightLine line, LightStep step)
 {
     float middle = 0.5 * (step.ends.x + step.ends.y);
-    vec3 to_light = u_lights.lights[i].position - line.ray.origin - line.ray.direction * middle;
+    vec3 to_light = line.point[i - kSunCount] - line.ray.origin - line.ray.direction * middle;
     float half_step = 0.5 * (step.ends.y - step.ends.x) * length(line.ray.direction);
     float inverse_range2 = 1.0 / max(dot(to_light, to_light), kLeastRange * kLeastRange);
     float inverse_range = sqrt(inverse_range2);
@@ -253,7 +274,7 @@ vec3 scattered_far(int i, LightLine line, LightStep step)
     float mean = inverse_range2 * (1.0 + x2 * (4.0 * cosine * cosine - 1.0) / 3.0);
     // How far the mean place of that light lies beyond the middle, towards the lamp.
     float ahead = 2.0 / 3.0 * cosine * x2 / inverse_range;
-    return u_lights.lights[i].intensity * mean * phase_at(cosine, step.g) *
+    return line.power[i - kSunCount] * mean * phase_at(cosine, step.g) *
            max(1.0 - vec3(step.sigma_t) * ahead, 0.0);  // of the exp, and of no step that is opaque
 }
 
@@ -293,7 +314,7 @@ void add_points(inout vec3 sum, int first, int beyond, LightLine line, LightStep
             stored = packed_depths(four, line.depth + line.ddepth * step.t);
         for (int k = 0; k < min(beyond - four, 4); ++k) {
             int i = four + k;
-            LightSample light = point_sample(i, p);
+            LightSample light = line_point(i, line, p);
             vec3 arriving = scattered_far(i, line, step);
             if (kAsksFew)
                 arriving *= visible[i - first];
@@ -302,7 +323,7 @@ void add_points(inout vec3 sum, int first, int beyond, LightLine line, LightStep
             if (kLightFilters)
                 arriving *= filter_in_medium(i, p);
             if (kFetchesFour)
-                arriving *= through_depth(p, light, depth_of_packed(stored[k]));
+                arriving *= through_depth(p, line, light, volume_t(stored[k]));
             else
                 arriving *= volume_shadow(i, line, step.t, light);
             sum += arriving;

@@ -9,7 +9,7 @@
 #include "scene/probes.glsl"
 #include "scene/world_irradiance.glsl"
 
-// Variant. THROUGH_MEDIA: the scene's media are there.
+// Variant. THROUGH_MEDIA: the scene's media are there, and pass/surface.vert tells of the first sun.
 const bool kEnvironment = false;      // the world is a map: irradiance by normal from a table, else pi * its one colour
 const bool kWorldIrradiance = false;  // what of it is hidden and dimmed is in a volume
 
@@ -26,7 +26,15 @@ void add_world_reflection(vec3 p, vec3 n, vec3 irradiance, vec3 open) {}
 #if defined(OWN_THROUGH_MEDIA)  // the includer has it
 #elif defined(THROUGH_MEDIA)
 #include "scene/light_volumes.glsl"
-vec3 through_media(int i, vec3 p, LightSample light) { return vec3(exp(-depth_to_light(i, p, light))); }
+#define SUN_VARYING in
+#include "scene/sun_varying.glsl"
+vec3 through_media(int i, vec3 p, LightSample light)
+{
+    if (!kDepthVolume || !light.is_sun || i > 0)
+        return vec3(exp(-depth_to_light(i, p, light)));
+    SunWay way = SunWay(way_column, way_enters, way_across, way_towards, SunLayer(way_first, way_period));
+    return vec3(exp(-closed_depth(p, light.wi, light.range) - from_volume(stored_on_way(way), way_color)));
+}
 #else
 vec3 through_media(int i, vec3 p, LightSample light) { return vec3(1.0); }
 #endif

@@ -19,12 +19,13 @@ layout(binding = WORLD_VOLUME_UNIT) uniform sampler3D u_world_volume_tx;
 #ifdef VOLUME_RGB
 #define volume_t vec3
 vec3 volume_value(vec4 texel) { return texel.rgb; }
-vec3 from_volume(vec3 stored) { return stored; }
+vec3 from_volume(vec3 stored, vec4 color) { return stored; }
 #else
 #define volume_t float
 float volume_value(vec4 texel) { return texel.r; }
-extinction_t from_volume(float stored) { return extinction_of(u_volumes.extinction_color) * stored; }
+extinction_t from_volume(float stored, vec4 color) { return extinction_of(color) * stored; }
 #endif
+extinction_t from_volume(volume_t stored) { return extinction_t(from_volume(stored, u_volumes.extinction_color)); }
 
 // What a layer of the volume of depths holds at a point of its lattice, given in nodes.
 vec4 depth_texel(int layer, vec3 node)
@@ -58,21 +59,64 @@ vec4 packed_depths(int i, vec3 node)
     return depth_texel(packed_layer(i), clamp(node, vec3(0.0), u_volumes.depth.last));
 }
 
-extinction_t depth_of_packed(float stored) { return extinction_t(from_volume(volume_t(stored))); }
+// Where a point is in the columns of sun i, and a way, which add up along a line. One matrix and a fract() find the texel.
+vec4 sun_column(int i, vec3 p) { return u_volumes.suns[i].column_from_world * vec4(p, 1.0); }
+vec4 sun_column_way(int i, vec3 d) { return u_volumes.suns[i].column_from_world * vec4(d, 0.0); }
 
-// The marched media's optical depth between light i and a point of the lattice, given in nodes.
-extinction_t stored_depth(int i, vec3 node)
+// Of its layer: the texture coordinates of its columns' first, and of their period.
+struct SunLayer {
+    vec3 first, period;
+};
+
+SunLayer sun_layer(int i)
 {
-    if (i < kSunCount) {
-        SunColumns sun = u_volumes.suns[i];
-        node -= sun.shear * dot(node, sun.normal);
-        node -= u_volumes.depth_period * floor(node / u_volumes.depth_period);
-    } else {
-        node = clamp(node, vec3(0.0), u_volumes.depth.last);
+    SunLayer layer = SunLayer(u_volumes.suns[i].first, u_volumes.period_size);
+    if (kPackedDepths) {
+        layer.first.z = u_volumes.suns[i].first_z;
+        layer.period.z = u_volumes.packed_period_z;
     }
+    return layer;
+}
+
+// What is stored of the marched media between a sun and a point of the lattice, given by its columns.
+volume_t stored_of_sun(SunLayer layer, vec3 column)
+{
+    vec4 texel = textureLod(u_depth_volume_tx, fract(column) * layer.period + layer.first, 0.0);
+    return kPackedDepths ? volume_t(texel.r) : volume_value(texel);
+}
+
+// The way of a point, which may be outside of the lattice, to a sun.
+struct SunWay {
+    vec4 column;
+    vec3 enters, across;  // planes where it comes into the lattice's range along each axis, and from there to its end
+    vec3 towards;         // what a plane adds to the column
+    SunLayer layer;
+};
+
+SunWay sun_way(int i, vec3 p)
+{
+    SunLookup sun = u_volumes.suns[i];
+    vec4 column = sun_column(i, p);
+    return SunWay(column, column.xyz * sun.per_period + sun.enters, sun.across, sun.towards, sun_layer(i));
+}
+
+// What is stored of it: outside nothing is marched, so a point has the optical depth of where its way comes in.
+volume_t stored_on_way(SunWay way)
+{
+    vec3 leaves = way.enters + way.across;
+    float plane = max(max(way.column.w, way.enters.x), max(way.enters.y, way.enters.z));
+    bool crosses = plane < min(leaves.x, min(leaves.y, leaves.z));
+    volume_t stored = stored_of_sun(way.layer, way.column.xyz + way.towards * (plane - way.column.w));
+    return crosses ? stored : volume_t(0.0);
+}
+
+// The same of light i, which has a place. The point is given in nodes.
+volume_t stored_of_placed(int i, vec3 node)
+{
+    node = clamp(node, vec3(0.0), u_volumes.depth.last);
     if (kPackedDepths)
-        return depth_of_packed(depth_texel(packed_layer(i), node)[packed_channel(i)]);
-    return extinction_t(from_volume(volume_value(depth_texel(i, node))));
+        return volume_t(depth_texel(packed_layer(i), node)[packed_channel(i)]);
+    return volume_value(depth_texel(i, node));
 }
 
 // The marched media's optical depth between p and light i.
@@ -80,9 +124,14 @@ extinction_t marched_to_light(int i, vec3 p, LightSample light)
 {
     if (!kDepthVolume)
         return marched_depth(p, light.wi, light.range, int(u_frame.shadow_steps));
-    // Outside the volume nothing is marched, so a point has the optical depth of its entry point.
+    if (light.is_sun)
+        return from_volume(stored_on_way(sun_way(i, p)));
+    // As of a sun: where its way comes in.
     vec2 t = lattice_segment(u_volumes.depth, p, light.wi, light.range);
-    return t.x < t.y ? stored_depth(i, node_at(u_volumes.depth, p + light.wi * t.x)) : extinction_t(0.0);
+    volume_t stored = volume_t(0.0);
+    if (t.x < t.y)
+        stored = stored_of_placed(i, node_at(u_volumes.depth, p + light.wi * t.x));
+    return from_volume(stored);
 }
 
 // All media's.

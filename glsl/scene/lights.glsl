@@ -32,19 +32,25 @@ struct LightSample {
     vec3 wi;          // to the light, unit length
     float range;      // metres to it
     vec3 irradiance;  // that it gives a plane facing it, if nothing is in between [W/m^2]
+    bool is_sun;      // in a loop over lights a number does not tell a compiler so
 };
 
 LightSample sun_sample(int i, vec3 p)
 {
-    return LightSample(u_lights.lights[i].position, 1e30, u_lights.lights[i].intensity);
+    return LightSample(u_lights.lights[i].position, 1e30, u_lights.lights[i].intensity, true);
+}
+
+LightSample sample_of(vec3 position, vec3 intensity, vec3 p)
+{
+    vec3 to_light = position - p;
+    float range2 = max(dot(to_light, to_light), kLeastRange * kLeastRange);
+    float range = sqrt(range2);
+    return LightSample(to_light / range, range, intensity / range2, false);
 }
 
 LightSample point_sample(int i, vec3 p)
 {
-    vec3 to_light = u_lights.lights[i].position - p;
-    float range2 = max(dot(to_light, to_light), kLeastRange * kLeastRange);
-    float range = sqrt(range2);
-    return LightSample(to_light / range, range, u_lights.lights[i].intensity / range2);
+    return sample_of(u_lights.lights[i].position, u_lights.lights[i].intensity, p);
 }
 
 LightSample spot_sample(int i, vec3 p)

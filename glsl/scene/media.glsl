@@ -13,6 +13,7 @@
 
 // Variant. extinction_t: a vec3 where the scene has coloured extinction, else one number.
 const int kGridCount = 0;
+const int kMediumCount = 0;
 const bool kMixedG = false;         // media differ in g
 const bool kIsotropic = false;      // no medium has g
 const bool kEmission = false;       // some medium glows
@@ -34,18 +35,29 @@ void count_sample()
         ++g_samples;
 }
 
+// The block's numbers, read once before a loop: llvmpipe gathers each of them lane by lane, in some twenty
+// instructions, wherever it is read, and takes none out of a loop by itself.
+struct HeldMedia {
+    GridParams grids[max(kGridCount, 1)];
+    MediumParams media[max(kMediumCount, 1)];
+};
+
+HeldMedia held_media();  // written/media.glsl
+
 // A point, eye-centred world [m], and where it is in each grid, in voxels.
 struct MediaPoint {
     vec3 p;
     vec3 q[max(kGridCount, 1)];
+    HeldMedia held;
 };
 
-MediaPoint media_point(vec3 p)
+MediaPoint media_point(vec3 p, HeldMedia held)
 {
     MediaPoint at;
     at.p = p;
     for (int k = 0; k < kGridCount; ++k)
-        at.q[k] = (u_media.grids[k].index_from_world * vec4(p, 1.0)).xyz;
+        at.q[k] = (held.grids[k].index_from_world * vec4(p, 1.0)).xyz;
+    at.held = held;
     return at;
 }
 
@@ -55,15 +67,17 @@ struct MediaLine {
     Ray ray;
     vec3 q[max(kGridCount, 1)];
     vec3 dq[max(kGridCount, 1)];
+    HeldMedia held;
 };
 
 MediaLine media_line(Ray ray)
 {
     MediaLine line;
     line.ray = ray;
+    line.held = held_media();
     for (int k = 0; k < kGridCount; ++k) {
-        line.q[k] = (u_media.grids[k].index_from_world * vec4(ray.origin, 1.0)).xyz;
-        line.dq[k] = (u_media.grids[k].index_from_world * vec4(ray.direction, 0.0)).xyz;
+        line.q[k] = (line.held.grids[k].index_from_world * vec4(ray.origin, 1.0)).xyz;
+        line.dq[k] = (line.held.grids[k].index_from_world * vec4(ray.direction, 0.0)).xyz;
     }
     return line;
 }
@@ -74,6 +88,7 @@ MediaPoint point_on(MediaLine line, float t)
     at.p = line.ray.origin + line.ray.direction * t;
     for (int k = 0; k < kGridCount; ++k)
         at.q[k] = line.q[k] + line.dq[k] * t;
+    at.held = line.held;
     return at;
 }
 
@@ -179,7 +194,7 @@ float exp_height_depth(MediumParams medium, vec3 p, vec3 wi, vec2 t)
 MediumSample sample_media(MediaPoint at)
 {
     count_sample();
-    MediumSample s = MediumSample(vec3(0.0), extinction_t(0.0), vec3(0.0), u_media.media[0].g);
+    MediumSample s = MediumSample(vec3(0.0), extinction_t(0.0), vec3(0.0), at.held.media[0].g);
     vec2 phase = vec2(0.0);
     add_media(s, phase, at);
     if (kMixedG)
@@ -189,7 +204,7 @@ MediumSample sample_media(MediaPoint at)
     return s;
 }
 
-MediumSample sample_media(vec3 p) { return sample_media(media_point(p)); }
+MediumSample sample_media(vec3 p) { return sample_media(media_point(p, held_media())); }
 
 // Optical depth of all media from p along wi over a length of `range` metres: what has no closed form in `steps`
 // midpoint steps within each medium's bounds.

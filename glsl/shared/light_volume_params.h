@@ -26,6 +26,24 @@ struct FUM_STD140 SunColumns {
     int to_last;  // 1 if the sun is at the axis' end, else 0
 };
 
+// A point in them: along each axis of the lattice in periods of the columns, the one along which
+// they run with its plane of nodes, and so where it is in the volume, whichever period it is in.
+struct FUM_STD140 SunLookup {
+    mat4 column_from_world;  // w: planes, in periods, that grow towards the sun
+    // Along each axis: the plane where a column comes into the lattice's range is this times where
+    // the column is, and added to `enters`.
+    vec3 per_period;
+    float first_z;  // of kPackedDepths
+    vec3 enters;
+    float unused_1;
+    vec3 across;  // planes from there to where it leaves that range
+    float unused_2;
+    vec3 towards;  // what a plane adds to a place in periods
+    float unused_3;
+    vec3 first;  // texture coordinates of the first node of its layer
+    float unused_4;
+};
+
 struct FUM_STD140 LightVolumesParams {
     LatticeParams extinction;  // of the marched media: there while the others are filled
     LatticeParams depth;       // a layer a light; its texture has more than its nodes
@@ -42,8 +60,10 @@ struct FUM_STD140 LightVolumesParams {
     int samples;  // of the media along an edge of a node's cell, or from node to node of a column
     int unused_1;
     int unused_2;
-    SunColumns filled;            // the sun's whose layer is filled
-    SunColumns suns[MAX_LIGHTS];  // each sun's
+    SunColumns filled;           // the sun's whose layer is filled
+    vec3 period_size;            // of the columns, in texture coordinates
+    float packed_period_z;       // of kPackedDepths
+    SunLookup suns[MAX_LIGHTS];  // each sun's
 };
 
 FUM_SHARED_END

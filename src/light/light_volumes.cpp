@@ -1134,7 +1134,45 @@ void LightVolumes::set_depth_params(glm::dvec3 eye)
     params_.packed_scale = 1.0f / static_cast<float>(texels.z * std::max(packs, 1));
     for (std::size_t i = 0; i < std::min<std::size_t>(depth_lights_.size(), MAX_LIGHTS); ++i)
         if (depth_lights_[i].far)
-            params_.suns[i] = columns_of(depth_lights_[i]);
+            params_.suns[i] = lookup_of(columns_of(depth_lights_[i]), static_cast<int>(i), eye);
+    params_.period_size = params_.depth_period * params_.depth.inverse_size;
+    params_.packed_period_z = params_.depth_period.z * params_.packed_scale;
+}
+
+shared::SunLookup LightVolumes::lookup_of(const shared::SunColumns& columns, int layer,
+                                          glm::dvec3 eye) const
+{
+    constexpr double kLeastShear = 1e-6;  // of the lattice's width: far less than a float shows
+    const int axis = columns.axis;
+    const double towards = columns.to_last != 0 ? 1 : -1;
+    const glm::dvec3 period(params_.depth_period), last(depth_lattice_.count - 1);
+    const glm::dmat4 rows =
+        glm::transpose(depth_lattice_.node_from_world * glm::translate(glm::dmat4(1.0), eye));
+    glm::dmat4 column_from_world(0.0);
+    shared::SunLookup lookup{};
+    for (int i = 0; i < 3; ++i) {
+        const double shear = i == axis ? 0 : static_cast<double>(columns.shear[i]);
+        column_from_world[i] = (rows[i] - shear * rows[axis]) / period[i];
+        // From one side of the lattice to the other the column is inside while its planes are
+        // between 0 and `across`, from where it stands on.
+        double across = towards * last[i] / period[i];
+        if (i != axis) {
+            const double a_plane = towards * shear * period[axis] / period[i];
+            const double slope = std::copysign(std::max(std::abs(a_plane), kLeastShear), a_plane);
+            lookup.per_period[i] = static_cast<float>(-1 / slope);
+            across = last[i] / period[i] / slope;
+        }
+        lookup.enters[i] = static_cast<float>(std::min(across, 0.0));
+        lookup.across[i] = static_cast<float>(std::abs(across));
+    }
+    column_from_world[3] = towards * rows[axis] / period[axis];
+    lookup.column_from_world = glm::mat4(glm::transpose(column_from_world));
+    lookup.towards[axis] = static_cast<float>(towards);
+    lookup.first = 0.5f * params_.depth.inverse_size;
+    const float z = 0.5f + static_cast<float>(layer) * (params_.depth_period.z + 1);
+    lookup.first.z = z * params_.depth.inverse_size.z;
+    lookup.first_z = z * params_.packed_scale;
+    return lookup;
 }
 
 void LightVolumes::write_block(glm::dvec3 eye)

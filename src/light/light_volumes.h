@@ -216,6 +216,8 @@ private:
     [[nodiscard]] gl::Texture make_depth(const char* label, int layers) const;
     void set_depth_params(glm::dvec3 eye);
     [[nodiscard]] shared::SunColumns columns_of(const LightPosition& sun) const;
+    [[nodiscard]] shared::SunLookup lookup_of(const shared::SunColumns& columns, int layer,
+                                              glm::dvec3 eye) const;
     [[nodiscard]] int depth_slices(const LightPosition& light) const;
     void drop_depth();
     /// The first light of each layer of packed depths, and how many it has; none where a fetch

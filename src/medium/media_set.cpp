@@ -874,7 +874,8 @@ gl::Defines MediaSet::defines() const
                          entry.density, !is_zero(entry.params.emission), entry.emission, entry.tint,
                          entry.temperature});
     gl::Defines defines{{"extinction_t", traits_.colored_extinction ? "vec3" : "float"},
-                        {"kGridCount", fmt::format("{}", placed_.size())}};
+                        {"kGridCount", fmt::format("{}", placed_.size())},
+                        {"kMediumCount", fmt::format("{}", media_.size())}};
     const auto add = [&](bool condition, const char* name) {
         if (condition)
             defines.emplace_back(name, "");

@@ -28,6 +28,7 @@ public:
             write("#include \"lib/blackbody.glsl\"\n\n");
         for (std::size_t k = 0; k < grids_.size(); ++k)
             textures(k);
+        held();
         for (std::size_t m = 0; m < media_.size(); ++m)
             medium(m, media_[m]);
         sums();
@@ -48,16 +49,26 @@ private:
                   grids_.size() + k, k);
     }
 
+    void held()
+    {
+        write("\nHeldMedia held_media()\n{{\n    HeldMedia held;\n");
+        for (std::size_t k = 0; k < grids_.size(); ++k)
+            write("    held.grids[{0}] = u_media.grids[{0}];\n", k);
+        for (std::size_t m = 0; m < media_.size(); ++m)
+            write("    held.media[{0}] = u_media.media[{0}];\n", m);
+        write("    return held;\n}}\n");
+    }
+
     /// The value of grid k at a MediaPoint `at`.
     [[nodiscard]] std::string lookup(int k) const
     {
         const GridSource& grid = grids_[static_cast<std::size_t>(k)];
         const char* channels = grid.color ? "rgb" : "r";
         if (grid.kind == GridSource::Kind::dense)
-            return fmt::format("sample_dense(u_grid_{0}_tx, u_media.grids[{0}], at.q[{0}]).{1}", k,
+            return fmt::format("sample_dense(u_grid_{0}_tx, at.held.grids[{0}], at.q[{0}]).{1}", k,
                                channels);
         return fmt::format(
-            "sample_{2}(u_grid_{0}_tx, u_page_{0}_tx, u_media.grids[{0}], at.q[{0}]).{1}", k,
+            "sample_{2}(u_grid_{0}_tx, u_page_{0}_tx, at.held.grids[{0}], at.q[{0}]).{1}", k,
             channels, grid.kind == GridSource::Kind::tree ? "tree" : "bricks");
     }
 
@@ -65,17 +76,17 @@ private:
     [[nodiscard]] std::string density(std::size_t m, const MediumSource& medium) const
     {
         if (medium.density >= 0 && medium.is_box)  // its grid goes on for a voxel past the faces
-            return fmt::format("inside_bounds(u_media.media[{}], at.p) ? {} : 0.0", m,
+            return fmt::format("inside_bounds(at.held.media[{}], at.p) ? {} : 0.0", m,
                                lookup(medium.density));
         if (medium.density >= 0)
             return lookup(medium.density);
         switch (medium.profile) {
         case Profile::exp_height:
-            return fmt::format("profile_exp_height(u_media.media[{}], at.p)", m);
+            return fmt::format("profile_exp_height(at.held.media[{}], at.p)", m);
         case Profile::noise:
             return fmt::format("profile_noise({}, at.p)", m);
         default:
-            return fmt::format("profile_homogeneous(u_media.media[{}], at.p)", m);
+            return fmt::format("profile_homogeneous(at.held.media[{}], at.p)", m);
         }
     }
 
@@ -105,7 +116,7 @@ private:
         write("\n{} medium_{}_density(MediaPoint at)\n{{\n    return {};\n}}\n", type, m,
               density(m, medium));
         write("\nMediumSample medium_{0}(MediaPoint at)\n{{\n"
-              "    MediumParams medium = u_media.media[{0}];\n"
+              "    MediumParams medium = at.held.media[{0}];\n"
               "    {1} density = medium_{0}_density(at);\n"
               "    return MediumSample(medium.sigma_s * density{2}, "
               "extinction_t(medium.sigma_t.{3} * "
@@ -142,10 +153,11 @@ private:
               "    if (!(t.x < t.y))\n        return extinction_t(0.0);\n"
               "    {1} sum = {1}(0.0);\n"
               "    float ds = (t.y - t.x) / float(steps);\n"
+              "    HeldMedia held = held_media();\n"
               "    for (int j = 0; j < steps; ++j) {{\n"
               "        count_sample();\n"
               "        sum += medium_{0}_density(media_point(p + wi * (t.x + (float(j) + 0.5) * "
-              "ds)));\n    }}\n"
+              "ds), held));\n    }}\n"
               "    return u_media.media[{0}].sigma_t.{2} * sum * ds;\n}}\n",
               m, type, channels_);
     }
@@ -154,6 +166,7 @@ private:
     {
         write("\nextinction_t medium_{0}_depth(vec3 p, vec3 wi, float range, int steps)\n{{\n"
               "    {1} sum = {1}(0.0);\n"
+              "    HeldMedia held = held_media();\n"
               "    for (int i = 0; i < u_media.island_count; ++i) {{\n"
               "        if (u_media.islands[i].medium != {0})\n            continue;\n"
               "        vec2 t = island_segment(u_media.islands[i], p, wi, 0.0, range);\n"
@@ -162,7 +175,7 @@ private:
               "        for (int j = 0; j < steps; ++j) {{\n"
               "            count_sample();\n"
               "            sum += ds * medium_{0}_density(media_point(p + wi * (t.x + (float(j) + "
-              "0.5) * ds)));\n        }}\n    }}\n"
+              "0.5) * ds), held));\n        }}\n    }}\n"
               "    return u_media.media[{0}].sigma_t.{2} * sum;\n}}\n",
               m, type, channels_);
     }
@@ -212,10 +225,11 @@ private:
                 return fmt::format("    sum += medium_{}_depth(p, wi, range, steps);\n", m);
             });
         sum("// Their extinction [1/m].\nextinction_t marched_extinction(vec3 p)",
-            "    extinction_t sum = extinction_t(0.0);\n    MediaPoint at = media_point(p);\n",
+            "    extinction_t sum = extinction_t(0.0);\n    MediaPoint at = media_point(p, "
+            "held_media());\n",
             false, Depth::marched, end, [&](std::size_t m) {
                 return fmt::format(
-                    "    sum += u_media.media[{0}].sigma_t.{1} * medium_{0}_density(at);\n", m,
+                    "    sum += at.held.media[{0}].sigma_t.{1} * medium_{0}_density(at);\n", m,
                     channels_);
             });
     }

@@ -23,6 +23,8 @@ void upsample(const PreparedFrame& frame, const pass::MarchedLayer& marched, Lay
         marched.transmittance->bind(TRANSMITTANCE_UNIT);
         defines.emplace_back("BOTH", "");
     }
+    if (!canvas.image)
+        defines.emplace_back("FRAME_VARYINGS", "");
     marched.tiles->run_picture("resolve/upsample", defines, canvas.image.has_value());
 }
 

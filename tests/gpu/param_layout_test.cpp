@@ -107,6 +107,12 @@ const Offsets kLattice{MEMBER(LatticeParams, node_from_world),
                        MEMBER(LatticeParams, spacing)};
 const Offsets kColumns{MEMBER(SunColumns, shear), MEMBER(SunColumns, axis),
                        MEMBER(SunColumns, normal), MEMBER(SunColumns, to_last)};
+const Offsets kSunLookup{MEMBER(SunLookup, column_from_world), MEMBER(SunLookup, per_period),
+                         MEMBER(SunLookup, first_z),           MEMBER(SunLookup, enters),
+                         MEMBER(SunLookup, unused_1),          MEMBER(SunLookup, across),
+                         MEMBER(SunLookup, unused_2),          MEMBER(SunLookup, towards),
+                         MEMBER(SunLookup, unused_3),          MEMBER(SunLookup, first),
+                         MEMBER(SunLookup, unused_4)};
 const Offsets kGrid{MEMBER(GridParams, index_from_world), MEMBER(GridParams, inverse_size),
                     MEMBER(GridParams, unit), MEMBER(GridParams, pages), MEMBER(GridParams, tree)};
 const Offsets kMedium{MEMBER(MediumParams, bounds_from_world),
@@ -425,14 +431,16 @@ TEST_F(ParamLayout, LightVolumes)
                      MEMBER(LightVolumesParams, first_slice),
                      MEMBER(LightVolumesParams, samples),
                      MEMBER(LightVolumesParams, unused_1),
-                     MEMBER(LightVolumesParams, unused_2)};
+                     MEMBER(LightVolumesParams, unused_2),
+                     MEMBER(LightVolumesParams, period_size),
+                     MEMBER(LightVolumesParams, packed_period_z)};
     add_struct(expected, "extinction", offsetof(LightVolumesParams, extinction), kLattice);
     add_struct(expected, "depth", offsetof(LightVolumesParams, depth), kLattice);
     add_struct(expected, "world", offsetof(LightVolumesParams, world), kLattice);
     add_struct(expected, "surfaces", offsetof(LightVolumesParams, surfaces), kLattice);
     add_struct(expected, "filled", offsetof(LightVolumesParams, filled), kColumns);
-    add_array<SunColumns>(expected, "suns", offsetof(LightVolumesParams, suns), MAX_LIGHTS,
-                          kColumns);
+    add_array<SunLookup>(expected, "suns", offsetof(LightVolumesParams, suns), MAX_LIGHTS,
+                         kSunLookup);
     expect_same(layout("light_volume_params.h", "LightVolumesParams"), expected,
                 sizeof(LightVolumesParams));
 }

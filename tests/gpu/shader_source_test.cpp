@@ -285,6 +285,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
          {Defines{}, Defines{{"kSplit", ""}}, Defines{{"kDifference", ""}}})
         variants.add("pass/display.frag", compared);
     variants.add("pass/tiles.vert", {{"kTilePixels", "8"}});
+    variants.add("pass/tiles.vert", {{"kTilePixels", "16"}, {"FRAME_VARYINGS", ""}});
     for (const char* lit : {"true", "false"})
         for (const char* file : {"pass/tiles.vert", "pass/list_tiles.comp"})
             variants.add(file, {{"kAllTiles", "false"},
@@ -296,6 +297,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
          {"pass/see_boxes.comp", "pass/choose_steps.comp", "pass/want_depths.comp"})
         variants.add(file, {});
     variants.add("pass/surface.vert", {});
+    variants.add("pass/surface.vert", {{"THROUGH_MEDIA", ""}});
     for (const char* file : {"study/texel_rate.frag", "study/texel_rate.comp"})
         variants.add(file, {{"kFetches", "64"}, {"kTexelPixels", "512"}});
     variants.add("light/shadow_map.frag", {});
