@@ -110,7 +110,7 @@ TEST(LayerScale, IsHalfBesideAGridWhereSomethingElseIsFine)
     Settings settings;
     settings.temporal = true;
     const Frame frame = street({0, -10, 0});
-    EXPECT_EQ(prepare_frame(frame, settings, scene, true).layer_choice.reason,
+    EXPECT_EQ(prepare_frame(frame, settings, scene, {.keeps_history = true}).layer_choice.reason,
               LayerReason::history);
     settings = {};
     settings.resolution = 4;
