@@ -336,9 +336,9 @@ void Renderer::Parts::order_transparents(const View::State& view, PreparedFrame&
     }
     if (std::any_of(seen.list.begin(), seen.list.end(), needs_list))
         return;
-    std::vector<transparent::Placed> ordered = transparent::place(transparents, seen, prepared.eye);
+    std::vector<transparent::Placed> ordered = transparent::place(transparents, seen, prepared);
     if (!prepares_way) {
-        auto found = transparent::put_in_order(ordered);
+        auto found = transparent::put_in_order(std::move(ordered), prepared);
         if (!found)
             return;
         ordered = std::move(*found);
@@ -347,6 +347,13 @@ void Renderer::Parts::order_transparents(const View::State& view, PreparedFrame&
     seen.list.clear();
     for (const transparent::Placed& one : ordered)
         seen.list.push_back(one.seen);
+    if (prepares_way == Way::in_order && transparents.may_cross())  // pieces of each as well
+        for (const transparent::Placed& one : ordered)
+            for (const std::size_t cuts : {1, MAX_CUTS})
+                if (one.is_flat) {
+                    seen.list.push_back(one.seen);
+                    seen.list.back().cuts.assign(cuts, glm::vec4(1));
+                }
     if (prepares_way ? prepares_way == Way::in_order : !transparent::suit_march(ordered, prepared))
         return;
     const shared::PaneParams panes = transparent::pane_params(transparents, ordered, prepared);
@@ -866,12 +873,13 @@ TransparentImages Renderer::read_transparents(View& view, const Frame& frame,
                              GL_RGBA32F, gl::Filter::nearest);
     gl::Framebuffer framebuffer(parts.device, "what transparents did");
     framebuffer.attach_color({texture.view()});
-    const auto read = [&](float nothing, GLenum of_added) {
+    const auto read = [&](float nothing, GLenum of_added, bool needs_media) {
         const std::array<GLfloat, 4> value{nothing, nothing, nothing, 1};
         parts.device->ClearNamedFramebufferfv(framebuffer.id(), GL_COLOR, 0, value.data());
         const transparent::Resolved resolved{
             framebuffer, picture, of_added, parts.reads_picture(state), true, true};
-        resolve::Layers* const layers = prepared.sees_media ? state.layers.get() : nullptr;
+        resolve::Layers* const layers =
+            prepared.sees_media && needs_media ? state.layers.get() : nullptr;
         if (seen.in_order)
             parts.lay_in_order(state, prepared, seen, layers, resolved);
         else
@@ -880,8 +888,9 @@ TransparentImages Renderer::read_transparents(View& view, const Frame& frame,
         return gl::read_texture(parts.device, texture.view(), 3);
     };
     TransparentImages images;
-    images.added = read(0, GL_ONE);
-    images.kept = read(1, GL_ZERO);
+    images.added = read(0, GL_ONE, true);
+    // By factors of their own alone, whatever the media do.
+    images.kept = read(1, GL_ZERO, !seen.in_order && parts.reads_picture(state));
     return images;
 }
 

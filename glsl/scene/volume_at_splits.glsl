@@ -100,18 +100,23 @@ VolumeAt volume_at_pane(SplitRay ray, int k, float view_z)
 
 VolumeAt volume_at(SplitRay ray, float view_z)
 {
-    // All are compared: a search would gather each of its depths.
+    // The four depths that it lies among, and the next, by those that fours begin with, which are all compared: a search
+    // would gather each of its depths.
     const float kBeyond = 3e38;
-    float begin = u_splits.view_z[0].x, end = kBeyond;
+    vec4 z = u_splits.view_z[0];
+    float next = kBeyond;
     int low = -1;
-    for (int i = 0; i < kSplitFours; ++i) {
-        vec4 z = u_splits.view_z[i];
-        vec4 is_before = step(z, vec4(view_z));
-        low += int(dot(is_before, vec4(1.0)));
-        vec4 before = mix(vec4(begin), z, is_before), after = mix(z, vec4(kBeyond), is_before);
-        begin = max(max(before.x, before.y), max(before.z, before.w));
-        end = min(end, min(min(after.x, after.y), min(after.z, after.w)));
+    for (int i = 1; i < kSplitFours; ++i) {
+        vec4 four = u_splits.view_z[i];
+        bool is_before = four.x <= view_z;
+        z = is_before ? four : z;
+        low = is_before ? 4 * i - 1 : low;
+        next = is_before ? next : min(next, four.x);
     }
+    bvec4 are_before = lessThanEqual(z, vec4(view_z));
+    low += int(dot(vec4(are_before), vec4(1.0)));
+    float begin = are_before.w ? z.w : are_before.z ? z.z : are_before.y ? z.y : z.x;
+    float end = !are_before.x ? z.x : !are_before.y ? z.y : !are_before.z ? z.z : !are_before.w ? z.w : next;
     low = clamp(low, 0, u_splits.count - 1);
     int high = min(low + 1, u_splits.count - 1);
     float share = clamp((view_z - begin) / max(end - begin, 1e-30), 0.0, 1.0);

@@ -43,6 +43,9 @@ FUM_SHARED_FUNCTION uint fragment_destination_factor(uint key)
     return key & 15u;
 }
 
+// Along how many lines a piece of a transparent is cut off at most.
+#define MAX_CUTS 8
+
 struct FUM_STD140 TransparentParams {
     mat4 clip_from_object;
     vec4 view_z_from_object;  // view_z [m] of p = dot(vec4(p, 1), this)
@@ -56,6 +59,12 @@ struct FUM_STD140 TransparentParams {
     vec2 view_z;     // the near and the far plane's [m]
     float inverse_depth_fade;  // 1/m
     int pane;                  // which of the panes in order it is
+    // Of a piece, lines of the picture, four in one: it has the pixels where the sign of
+    // cut + cut_dx * NDC x + cut_dy * NDC y has the bit that cut_sign has.
+    vec4 cut[MAX_CUTS / 4];
+    vec4 cut_dx[MAX_CUTS / 4];
+    vec4 cut_dy[MAX_CUTS / 4];
+    ivec4 cut_sign[MAX_CUTS / 4];
 };
 
 FUM_SHARED_END

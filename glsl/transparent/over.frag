@@ -8,16 +8,31 @@
 
 // Variant
 const bool kKeptAtPanes = false;  // a march kept what it met where its rays meet the planes of panes in order
+const int kCutFours = 0;  // along how many lines it is cut off, where others go through it, by fours; 0: it is whole
 
 layout(early_fragment_tests) in;  // src/transparent/media_mask.h
 layout(location = 0, index = 0) out vec4 out_added;
 layout(location = 0, index = 1) out vec4 out_kept;
 
+// Of two pieces on both sides of a line each pixel has one, as both work out the same of it.
+bool is_cut_off()
+{
+    vec2 ndc = gl_FragCoord.xy * u_frame.inverse_full_size * 2.0 - 1.0;
+    int signs = 0;
+    for (int i = 0; i < kCutFours; ++i) {
+        precise vec4 at = ndc.x * u_transparent.cut_dx[i] + ndc.y * u_transparent.cut_dy[i] + u_transparent.cut[i];
+        ivec4 sides = floatBitsToInt(at) ^ u_transparent.cut_sign[i];
+        signs |= sides.x | sides.y | sides.z | sides.w;
+    }
+    return signs < 0;
+}
+
 void main()
 {
     float scene_z = scene_view_z();
     // Its depth on the screen is the mask's, so that nothing else clips it.
-    if (!(view_z < scene_z && view_z >= u_transparent.view_z.x && view_z <= u_transparent.view_z.y))
+    bool seen = view_z < scene_z && view_z >= u_transparent.view_z.x && view_z <= u_transparent.view_z.y;
+    if (!seen || is_cut_off())
         discard;
     vec4 source = transparent_source(scene_z);
     vec3 kept = own_factor(u_transparent.of_behind, source);

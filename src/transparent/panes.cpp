@@ -46,7 +46,8 @@ double between_rays(const Placed& one, const PreparedFrame& frame)
 bool suit_march(const std::vector<Placed>& ordered, const PreparedFrame& frame)
 {
     const auto is_flat = [](const Placed& one) { return one.is_flat; };
-    if (ordered.size() > MAX_PANES || !std::all_of(ordered.begin(), ordered.end(), is_flat))
+    if (ordered.size() > MAX_PANES || !std::all_of(ordered.begin(), ordered.end(), is_flat) ||
+        has_pieces(ordered))
         return false;
     if (frame.settings.mode != Settings::Mode::raymarch || frame.settings.resolution == 1 ||
         !frame.sees_media)

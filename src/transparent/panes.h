@@ -9,8 +9,8 @@
 namespace fumarole::transparent {
 
 /// Whether a march does well to keep what it meets where each ray meets each of them: they are
-/// flat, no more than MAX_PANES, and between two rays of its layer lies no more of the depth of one
-/// than between two of the depths that it would keep else.
+/// flat and whole, no more than MAX_PANES, and between two rays of its layer lies no more of the
+/// depth of one than between two of the depths that it would keep else.
 bool suit_march(const std::vector<Placed>& ordered, const PreparedFrame& frame);
 
 /// Transparents in order as panes, no more than MAX_PANES. What they look like is said of those of

@@ -1,7 +1,9 @@
 #include "transparent/transparent_painter.h"
 
+#include <algorithm>
 #include <array>
 #include <fmt/format.h>
+#include <optional>
 
 #include "shared/bindings.h"
 #include "transparent/media_mask.h"
@@ -64,6 +66,43 @@ void blend_through_media(const Toolbox& tools, gl::Texture& mask, resolve::Layer
     draw(media);
 }
 
+/// Lets pieces be drawn within their part of the picture alone.
+class WithinParts {
+public:
+    explicit WithinParts(const gl::Device& gl) : gl_{gl}
+    {
+        gl_->GetIntegeri_v(GL_SCISSOR_BOX, 0, box_.data());
+    }
+    ~WithinParts()
+    {
+        gl_->Disablei(GL_SCISSOR_TEST, 0);
+        gl_->ScissorIndexed(0, box_[0], box_[1], box_[2], box_[3]);
+    }
+    WithinParts(const WithinParts&) = delete;
+    WithinParts& operator=(const WithinParts&) = delete;
+
+    /// @returns whether it has any
+    [[nodiscard]] bool let(const SeenTransparent& one, const PreparedFrame& frame) const
+    {
+        if (one.cuts.empty()) {
+            gl_->Disablei(GL_SCISSOR_TEST, 0);
+            return true;
+        }
+        constexpr double kAround = 1;  // a line is not where corners are to the last bit
+        const glm::dvec2 size(frame.picture_size);
+        const glm::ivec2 low(glm::clamp(glm::floor(one.area.low - kAround), glm::dvec2(0), size));
+        const glm::ivec2 high(
+            glm::clamp(glm::ceil(one.area.high + kAround), glm::dvec2(low), size));
+        gl_->Enablei(GL_SCISSOR_TEST, 0);
+        gl_->ScissorIndexed(0, low.x, low.y, high.x - low.x, high.y - low.y);
+        return glm::all(glm::lessThan(low, high));
+    }
+
+private:
+    const gl::Device& gl_;
+    std::array<GLint, 4> box_{};
+};
+
 void draw_panes(const Toolbox& tools, const char* fragment_file, const gl::Defines& defines)
 {
     tools.device->UseProgram(
@@ -102,6 +141,8 @@ void TransparentPainter::set(const Toolbox& tools, const TransparentSet& transpa
         defines.emplace_back("kImage", "");
     if (transparents.fades(one))
         defines.emplace_back("kFades", "");
+    if (!one.cuts.empty())
+        defines.emplace_back("kCutFours", fmt::format("{}", (one.cuts.size() + 3) / 4));
     gl::bind_texture(gl, TRANSPARENT_IMAGE_UNIT, image);
     shared::TransparentParams params = transparents.params(one, frame);
     params.pane = pane;
@@ -156,8 +197,15 @@ void TransparentPainter::lay_in_order(const Toolbox& tools, const TransparentSet
         sum.resize(gl, frame.picture_size);
         sum.framebuffer.copy_color_of(resolved.framebuffer, first, end);
     }
+    const bool has_pieces = std::any_of(
+        seen.begin(), seen.end(), [](const SeenTransparent& one) { return !one.cuts.empty(); });
     const auto draw_all = [&](const gl::Defines& variant) {
+        std::optional<WithinParts> within;
+        if (has_pieces)
+            within.emplace(gl);
         for (std::size_t i = seen.size(); i-- > 0;) {
+            if (within && !within->let(seen[i], frame))
+                continue;
             set(tools, transparents, seen[i], "transparent/over.frag", variant, frame,
                 static_cast<int>(i));
             transparents.draw_in_order(seen[i], frame);

@@ -106,6 +106,19 @@ glm::vec3 weighed(glm::vec3 weights, glm::vec3 color, float alpha)
     return weights.x + weights.y * color + weights.z * alpha;
 }
 
+/// @param cuts as SeenTransparent has them; what is left is not below 0 anywhere
+void set_cuts(shared::TransparentParams& params, const std::vector<glm::vec4>& cuts)
+{
+    for (int i = 0; i < MAX_CUTS; ++i) {
+        const bool is_one = i < static_cast<int>(cuts.size());
+        const glm::vec4 cut = is_one ? cuts[static_cast<std::size_t>(i)] : glm::vec4(0, 0, 1, 0);
+        params.cut_dx[i / 4][i % 4] = cut.x;
+        params.cut_dy[i / 4][i % 4] = cut.y;
+        params.cut[i / 4][i % 4] = cut.z;
+        params.cut_sign[i / 4][i % 4] = cut.w > 0 ? std::numeric_limits<int>::min() : 0;
+    }
+}
+
 /// What of `old` was made of `source`, or one made now, noted in `now`.
 template <class Held, class Source, class Make>
 auto kept_or_made(const std::vector<Held>& old, std::vector<Held>& now, const Source& source,
@@ -134,7 +147,7 @@ glm::vec3 PlainPane::of_behind(glm::vec3 color) const
 void TransparentSet::set(const std::vector<Transparent>& transparents)
 {
     items_.clear();
-    listed_ = plain_panes_ = 0;
+    listed_ = plain_panes_ = flat_ = quads_ = 0;
     reads_picture_ = false;
     if (transparents.size() > static_cast<std::size_t>(shared::kMostDraws))
         throw Error(fmt::format("Scene::transparents: {} are more than the {} that a fragment's "
@@ -174,6 +187,8 @@ void TransparentSet::set(const std::vector<Transparent>& transparents)
         one.index = items_.size() - 1;
         listed_ += needs_list(one) ? 1 : 0;
         plain_panes_ += plain(one) ? 1 : 0;
+        flat_ += is_flat(one) ? 1 : 0;  // billboards are all turned to the eye
+        quads_ += std::holds_alternative<QuadTransparent>(transparent) ? 1 : 0;
     }
 }
 
@@ -322,6 +337,7 @@ shared::TransparentParams TransparentSet::params(const SeenTransparent& seen,
                                       static_cast<std::uint32_t>(state.source),
                                       static_cast<std::uint32_t>(state.destination));
     params.is_filter = filters ? 1 : 0;
+    set_cuts(params, seen.cuts);
     return params;
 }
 

@@ -21,6 +21,9 @@ struct SeenTransparent {
     glm::dmat4 world_from_object{1.0};
     glm::dvec2 view_z{0};  ///< nearest and farthest [m]
     DepthsAsked::Area area;
+    /// Of what is a piece of it: lines of the picture along which it is cut off, z + x * NDC x +
+    /// y * NDC y = 0, and w: 1 where it has the side below 0, else 0. No more than MAX_CUTS.
+    std::vector<glm::vec4> cuts;
 };
 
 /// Those of a frame.
@@ -65,6 +68,8 @@ public:
 
     [[nodiscard]] SeenTransparents look(const PreparedFrame& frame) const;
 
+    /// Whether two of them may cross so that they are put in order by their pieces.
+    [[nodiscard]] bool may_cross() const { return quads_ > 0 && flat_ > 1; }
     /// Whether it is a parallelogram, the first two edges of its box; else a mesh.
     [[nodiscard]] bool is_flat(const SeenTransparent& seen) const;
     /// From 0..1 to a box around it.
@@ -109,7 +114,7 @@ private:
     std::vector<Item> items_;
     std::vector<Held<Mesh, TransparentMesh>> meshes_;
     std::vector<Held<TransparentImage, gl::Texture>> images_;
-    std::size_t listed_ = 0, plain_panes_ = 0;
+    std::size_t listed_ = 0, plain_panes_ = 0, flat_ = 0, quads_ = 0;
     bool reads_picture_ = false;
 };
 

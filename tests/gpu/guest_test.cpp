@@ -839,6 +839,21 @@ TEST_P(Guest, LeavesTheStateOfTransparentsInOrder)
     EXPECT_EQ(renderer.fragment_count(), FragmentCount{}) << "those in order are in no list";
 }
 
+TEST_P(Guest, LeavesTheStateOfTransparentsInPieces)
+{
+    Scene scene = glassy_scene();
+    scene.transparents.erase(scene.transparents.begin() + 1);
+    std::get<BillboardTransparent>(scene.transparents.back()).center = {0.1, -5.4, 0.2};
+    expect_good_manners(gl(), get_proc(), scene, GetParam(), false);
+    Picture picture(gl(), scene);
+    Renderer renderer(get_proc());
+    View view = renderer.make_view();
+    renderer.set_scene(scene, GetParam());
+    renderer.composite(view, picture.frame, GetParam());
+    renderer.wait_until_ready();
+    EXPECT_EQ(renderer.fragment_count(), FragmentCount{}) << "pieces are in no list";
+}
+
 class GuestByCompute : public GlTest {};
 
 TEST_F(GuestByCompute, LeavesTheStateAndDrawsTheSamePictureWhateverItIs)

@@ -526,18 +526,22 @@ TEST_F(ParamLayout, Media)
 
 TEST_F(ParamLayout, Transparent)
 {
-    const Offsets expected{MEMBER(TransparentParams, clip_from_object),
-                           MEMBER(TransparentParams, view_z_from_object),
-                           MEMBER(TransparentParams, source),
-                           MEMBER(TransparentParams, faded),
-                           MEMBER(TransparentParams, fades),
-                           MEMBER(TransparentParams, of_source),
-                           MEMBER(TransparentParams, is_filter),
-                           MEMBER(TransparentParams, of_behind),
-                           MEMBER(TransparentParams, key),
-                           MEMBER(TransparentParams, view_z),
-                           MEMBER(TransparentParams, inverse_depth_fade),
-                           MEMBER(TransparentParams, pane)};
+    Offsets expected{MEMBER(TransparentParams, clip_from_object),
+                     MEMBER(TransparentParams, view_z_from_object),
+                     MEMBER(TransparentParams, source),
+                     MEMBER(TransparentParams, faded),
+                     MEMBER(TransparentParams, fades),
+                     MEMBER(TransparentParams, of_source),
+                     MEMBER(TransparentParams, is_filter),
+                     MEMBER(TransparentParams, of_behind),
+                     MEMBER(TransparentParams, key),
+                     MEMBER(TransparentParams, view_z),
+                     MEMBER(TransparentParams, inverse_depth_fade),
+                     MEMBER(TransparentParams, pane)};
+    for (const auto& [name, offset] :
+         Offsets{MEMBER(TransparentParams, cut), MEMBER(TransparentParams, cut_dx),
+                 MEMBER(TransparentParams, cut_dy), MEMBER(TransparentParams, cut_sign)})
+        expected.emplace(name + "[0]", offset);
     expect_same(layout("transparent_params.h", "TransparentParams"), expected,
                 sizeof(TransparentParams));
 }

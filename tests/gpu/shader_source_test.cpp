@@ -480,6 +480,8 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                            Defines{{"kLayerScale", set % 2 == 0 ? "1" : "2"}, {"kSplitFours", "4"}};
             defines.add_file("written/volume_at.glsl", volume_at_text(volume));
             variants.add("transparent/over.frag", defines);
+            defines.emplace_back("kCutFours", set % 2 == 0 ? "1" : "2");
+            variants.add("transparent/over.frag", defines);
         }
     }
     for (const char* way : {"kReadsPicture", "kTakesPicture", "kSingle", "kDoubled"})

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "image_test.h"
@@ -141,6 +142,52 @@ inline Scene sprite_scene(int count, int size = 33)
     scene.surfaces = {BoxSurface{{-0.5, -5.4, -9}, {0.7, -4.6, -0.3}, glm::vec3(0.5f)}};
     scene.transparents = sprites(count);
     return scene;
+}
+
+/// Two triangles in one mesh that add nothing, one behind the other: a scene that has it needs
+/// lists.
+inline MeshTransparent two_deep(double distance)
+{
+    auto mesh = std::make_shared<Mesh>();
+    for (const float y : {0.0f, -0.1f})
+        mesh->positions.insert(mesh->positions.end(), {{0, y, 0}, {0.3f, y, 0}, {0, y, 0.3f}});
+    mesh->normals.assign(6, glm::vec3(0, 1, 0));
+    mesh->triangles = {0, 1, 2, 3, 4, 5};
+    MeshTransparent one;
+    one.mesh = mesh;
+    one.translate = {0, -distance, 0};
+    one.look.blend.kind = Kind::add;
+    return one;
+}
+
+/// Cards of every blend, with an image, a depth fade or both, that go through each other, through a
+/// billboard and through the ground, which goes on behind the eye.
+inline std::vector<Transparent> crossing_cards(bool seen = true)
+{
+    std::vector<Transparent> looks = sprites(10, seen), all;
+    const auto look = [&](int i) { return look_of(looks.at(static_cast<std::size_t>(i))); };
+    for (int i = 0; i < 5; ++i) {
+        QuadTransparent card;
+        const double turn = 0.37 + 1.1 * i;
+        const glm::dvec3 across(std::cos(turn), 1.4 * std::sin(turn), 0.13 * i);
+        const glm::dvec3 up(0.21, 0.3 * std::sin(2.3 * i), 1.3);
+        card.edges = {1.7 * across, up};
+        card.corner =
+            glm::dvec3(0.11 * i - 0.17, -5.03 + 0.09 * i, 0.1) - (card.edges[0] + up) / 2.0;
+        card.look = look(i);
+        all.emplace_back(card);
+    }
+    BillboardTransparent board;
+    board.center = {0.13, -4.9, 0.4};
+    board.size = {1.5, 1.1};
+    board.look = look(5);
+    all.emplace_back(board);
+    QuadTransparent ground;
+    ground.corner = {4, 3, -0.25};
+    ground.edges = {glm::dvec3(-8, 0, 0.1), glm::dvec3(0, -11, 0)};
+    ground.look = look(6);
+    all.emplace_back(ground);
+    return all;
 }
 
 /// With one more that nobody sees, and that asks for what is behind it: all go to lists. At the

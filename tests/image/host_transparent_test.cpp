@@ -121,16 +121,16 @@ TEST_F(HostTransparents, FragmentsOfAHostAreTheScenesBitForBit)
                 SCOPED_TRACE(testing::Message() << "mode " << int(settings.mode) << ", 1/"
                                                 << settings.resolution << ", " << int(format));
                 settings.format = format;
-                Scene scene = fog_scene(), without = scene;
-                scene.transparents = crossing(reads_picture);
+                const std::vector<Transparent> panes = crossing(reads_picture);
+                Scene without = fog_scene();
+                without.transparents = {two_deep(5)};
+                Scene scene = without, half = without;
+                scene.transparents.insert(scene.transparents.end(), panes.begin(), panes.end());
                 const Image scenes = composite(scene, settings, {});
-                EXPECT_EQ(composite(without, settings, scene.transparents).pixels, scenes.pixels);
+                EXPECT_EQ(composite(without, settings, panes).pixels, scenes.pixels);
                 // Half of them the host's, half the scene's.
-                Scene half = without;
-                half.transparents.assign(scene.transparents.begin(),
-                                         scene.transparents.begin() + 5);
-                const std::vector<Transparent> rest(scene.transparents.begin() + 5,
-                                                    scene.transparents.end());
+                half.transparents.insert(half.transparents.end(), panes.begin(), panes.begin() + 5);
+                const std::vector<Transparent> rest(panes.begin() + 5, panes.end());
                 EXPECT_EQ(composite(half, settings, rest).pixels, scenes.pixels);
             }
 }

@@ -33,6 +33,20 @@ protected:
         options.tolerance = tolerance;
         return study::render_reference(scene, options);
     }
+    /// What is in pieces, and in lists, for which a march keeps the same depths.
+    static void expect_as_in_lists(const Image& in_pieces, const Image& listed,
+                                   const Image& without)
+    {
+        EXPECT_TRUE(images_near(in_pieces, listed, 5e-6, 1e-6, "roundings"));
+        EXPECT_GT(max_difference(in_pieces, without), 0.2);
+    }
+    /// Fog with a box in it.
+    static Scene box_scene()
+    {
+        Scene scene = sprite_scene(1, 47);
+        scene.transparents.clear();
+        return scene;
+    }
     static std::vector<Settings> modes()
     {
         return {plain_settings(1), plain_settings(2), plain_settings(4), plain_froxels(1)};
@@ -348,14 +362,14 @@ TEST_F(Transparents, CrossingPanesInTheSmokeOfS2AreTheReference)
 
 class TransparentLayers : public Transparents, public testing::WithParamInterface<int> {};
 
-/// In lists, in order at the depths of each, and in order.
-INSTANTIATE_TEST_SUITE_P(Ways, TransparentLayers, testing::Values(0, 8, 24));
+/// In lists, in order at the depths of each, in order, and in pieces.
+INSTANTIATE_TEST_SUITE_P(Ways, TransparentLayers, testing::Values(0, 8, 24, 7));
 
 TEST_P(TransparentLayers, MakeUpTheComposite)
 {
     Scene scene = smoky_scene();
     if (GetParam() > 0)
-        scene.transparents = sprites(GetParam());
+        scene.transparents = GetParam() == 7 ? crossing_cards() : sprites(GetParam());
     Settings settings;
     settings.format = Settings::Format::rgba32f;
     settings.bounces = 0;
@@ -715,21 +729,109 @@ TEST_F(Transparents, TheLaterOfSpritesAtOneDepthIsInFrontWhicheverWayTheEyeLooks
     }
 }
 
-TEST_F(Transparents, SpritesThatCrossTakeLists)
+TEST_F(Transparents, SpritesThatCrossAreInPiecesWhatListsMakeOfThem)
 {
-    const Settings settings = plain_settings();
-    const auto fragments = [&](const Scene& scene) {
-        composite(scene, settings);
+    for (const bool is_parallel : {false, true})
+        for (const Settings& settings : modes())
+            for (const std::size_t count : {2, 3, 7}) {
+                Scene scene = box_scene(), without = scene;
+                scene.transparents = crossing_cards();
+                scene.transparents.erase(scene.transparents.begin(),
+                                         scene.transparents.end() - count);
+                if (is_parallel) {
+                    scene.camera.projection = Camera::Projection::orthographic;
+                    scene.camera.ortho_height = 3;
+                }
+                without.camera = scene.camera;
+                SCOPED_TRACE(testing::Message()
+                             << count << ", mode " << int(settings.mode) << ", 1/"
+                             << settings.resolution << (is_parallel ? ", orthographic" : ""));
+                const Image listed = composite(in_lists(scene), settings);
+                EXPECT_GT(scene_renderer().renderer().fragment_count().fragments, 0u);
+                const Image in_pieces = composite(scene, settings);
+                EXPECT_EQ(scene_renderer().renderer().fragment_count(), FragmentCount{});
+                expect_as_in_lists(in_pieces, listed, composite(without, settings));
+            }
+}
+
+TEST_F(Transparents, ARingOfSpritesIsInPiecesWhatListsMakeOfIt)
+{
+    // Each passes before the next, and none crosses another.
+    Scene scene = box_scene();
+    const Scene without = scene;
+    const std::vector<Transparent> looks = sprites(10);
+    for (int i = 0; i < 3; ++i) {
+        const double turn = 2.0943951 * i + 0.2;
+        const glm::dvec3 along(std::cos(turn), 0, std::sin(turn)), side(-along.z, 0, along.x);
+        QuadTransparent plank;
+        plank.corner = glm::dvec3(0, -5, 0.2) - 1.2 * along + 0.25 * side - glm::dvec3(0, 0.6, 0);
+        plank.edges = {2.4 * along + glm::dvec3(0, 1.2, 0), 0.45 * side};
+        plank.look = look_of(looks.at(static_cast<std::size_t>(3 * i)));
+        scene.transparents.emplace_back(plank);
+    }
+    for (const Settings& settings : modes()) {
+        const Image listed = composite(in_lists(scene, 5), settings);
+        const Image in_pieces = composite(scene, settings);
+        EXPECT_EQ(scene_renderer().renderer().fragment_count(), FragmentCount{});
+        expect_as_in_lists(in_pieces, listed, composite(without, settings));
+    }
+}
+
+TEST_F(Transparents, InvisibleSpritesInPiecesChangeNoBit)
+{
+    for (Settings settings : modes())
+        for (const Settings::Format format :
+             {Settings::Format::rgba32f, Settings::Format::rgba16f}) {
+            settings.format = format;
+            Scene scene = box_scene();
+            const Image without = composite(scene, settings);
+            scene.transparents = crossing_cards(false);
+            EXPECT_EQ(composite(scene, settings).pixels, without.pixels)
+                << "mode " << int(settings.mode);
+            EXPECT_EQ(scene_renderer().renderer().fragment_count(), FragmentCount{});
+        }
+}
+
+/// Panes that all cross, near the middle of the picture.
+std::vector<Transparent> fan(int count)
+{
+    std::vector<Transparent> all;
+    for (int i = 0; i < count; ++i) {
+        QuadTransparent quad = pane(5 + 0.01 * i, Kind::add);
+        quad.edges[0].y = 3.0 * std::cos(0.9 * i);
+        quad.edges[1].y = 3.0 * std::sin(0.9 * i);
+        quad.corner.y -= (quad.edges[0].y + quad.edges[1].y) / 2;
+        quad.look.radiance = glm::vec3(0.25f);
+        all.emplace_back(quad);
+    }
+    return all;
+}
+
+TEST_F(Transparents, EachPixelIsInOnePieceOfASprite)
+{
+    // As they add the same everywhere, a pixel that no piece has, or that two have, would be seen.
+    Scene scene = empty_scene(61);
+    scene.transparents = fan(7);
+    const Image all = composite(scene, plain_settings());
+    EXPECT_EQ(scene_renderer().renderer().fragment_count(), FragmentCount{});
+    for (const float value : all.pixels)
+        ASSERT_EQ(value, 7 * 0.25f);
+}
+
+TEST_F(Transparents, MorePiecesThanAFrameMayHaveTakeLists)
+{
+    Scene scene = sprite_scene(8);
+    const auto fragments = [&] {
+        composite(scene, plain_settings());
         return scene_renderer().renderer().fragment_count().fragments;
     };
-    Scene scene = sprite_scene(8);
-    EXPECT_EQ(fragments(scene), 0u);
+    EXPECT_EQ(fragments(), 0u);
     auto& card = std::get<QuadTransparent>(scene.transparents.back());
     card.corner = {1.5, -6, -0.8};
     card.edges[0] = {-3, 2, 0};  // amid the billboards
-    EXPECT_GT(fragments(scene), 0u);
-    scene.transparents = {scene.transparents.back()};
-    EXPECT_EQ(fragments(scene), 0u);
+    EXPECT_EQ(fragments(), 0u);
+    scene.transparents = fan(40);
+    EXPECT_GT(fragments(), 0u);
 }
 
 TEST_F(Transparents, ShuffledSpritesEqualSortedBitForBit)
