@@ -13,6 +13,10 @@ layout(std140, binding = TRANSPARENT_BLOCK) uniform Transparent { TransparentPar
 layout(binding = SCENE_DEPTH_UNIT) uniform sampler2D u_scene_depth_tx;
 layout(binding = TRANSPARENT_IMAGE_UNIT) uniform sampler2D u_image_tx;
 
+#ifndef LOOK  // over a picture they come with the vertices
+#define LOOK(member) u_transparent.member
+#endif
+
 in float view_z;
 in vec2 uv;
 
@@ -25,13 +29,13 @@ float scene_view_z()
 
 vec4 transparent_source(float scene_z)
 {
-    vec4 source = u_transparent.source;
+    vec4 source = LOOK(source);
     if (kImage)
         source = image_source(textureLod(u_image_tx, uv, 0.0), source, u_transparent.is_filter != 0u);
     if (kFades) {
         float length_per_z = length(camera_ray(gl_FragCoord.xy * u_frame.inverse_full_size * 2.0 - 1.0).direction);
-        float fade = min((scene_z - view_z) * length_per_z * u_transparent.inverse_depth_fade, 1.0);
-        source = mix(u_transparent.faded, source, mix(vec4(1.0), vec4(fade), u_transparent.fades));
+        float fade = min((scene_z - view_z) * length_per_z * LOOK(inverse_depth_fade), 1.0);
+        source = mix(LOOK(faded), source, mix(vec4(1.0), vec4(fade), LOOK(fades)));
     }
     return min(source, vec4(u_frame.radiance_limit));
 }

@@ -3,6 +3,35 @@
 //   in   scene/transparent_fragment.glsl; what the media do before any depth
 //   out  what the picture is multiplied with, the second source of blending, and what is added to it
 #include "lib/blend.glsl"
+#include "scene/frame.glsl"
+#include "scene/split_depths.glsl"
+#define OVER_VARYING in
+#include "scene/over_varying.glsl"
+FrameParams g_frame;  // what is needed of it
+SplitParams g_splits;
+
+void take_varyings()
+{
+    g_frame.view_z_from_depth = over_depths;
+    g_frame.media_range = vec2(0.0, over_limits.x);
+    g_frame.sky_depth = over_limits.y;
+    g_frame.radiance_limit = over_limits.z;
+    g_frame.layer_offset = over_layer.xy;
+    g_frame.inverse_layer_size = over_layer.zw;
+    g_frame.inverse_full_size = over_sizes.xy;
+    g_frame.layer_size = over_sizes.zw;
+    if (kSplitFours > 4) {
+        g_splits = u_splits;
+        return;
+    }
+    for (int i = 0; i < kSplitFours; ++i)
+        g_splits.view_z[i] = over_splits[i];
+    g_splits.count = over_split_count;
+}
+
+#define u_frame g_frame
+#define u_splits g_splits
+#define LOOK(member) over_##member
 #include "scene/transparent_fragment.glsl"
 #include "written/volume_at.glsl"
 
@@ -29,19 +58,20 @@ bool is_cut_off()
 
 void main()
 {
+    take_varyings();
     float scene_z = scene_view_z();
     // Its depth on the screen is the mask's, so that nothing else clips it.
-    bool seen = view_z < scene_z && view_z >= u_transparent.view_z.x && view_z <= u_transparent.view_z.y;
+    bool seen = view_z < scene_z && view_z >= over_view_z.x && view_z <= over_view_z.y;
     if (!seen || is_cut_off())
         discard;
     vec4 source = transparent_source(scene_z);
-    vec3 kept = own_factor(u_transparent.of_behind, source);
+    vec3 kept = own_factor(over_of_behind, source);
     VolumeRay ray = volume_ray(gl_FragCoord.xy);
     VolumeAt at;
     if (kKeptAtPanes)
-        at = volume_at_pane(ray, u_transparent.pane, view_z);
+        at = volume_at_pane(ray, over_pane, view_z);
     else
         at = volume_at(ray, view_z);
-    out_added = vec4(added_in_volume(at, source.rgb * own_factor(u_transparent.of_source, source), kept), 1.0);
+    out_added = vec4(added_in_volume(at, source.rgb * own_factor(over_of_source, source), kept), 1.0);
     out_kept = vec4(kept, 1.0);
 }
