@@ -3,8 +3,7 @@
 //   in   surfaces' walls, with the clearance, and what they send on; sigma_t; what is scattered into the near
 //        ways, and emitted; coefficients of what comes from beyond the lattice
 //   out  coefficients of what surfaces send, kOwnLight: and beside it of this and what media send; alpha as it was
-#include "light/field.glsl"
-#include "light/clearance.glsl"
+#include "light/lattice_ray.glsl"
 #include "light/way_pairs.glsl"
 #include "lib/phase.glsl"
 #include "lib/slab.glsl"
@@ -79,49 +78,22 @@ vec3 through_media(vec3 from, vec3 course, vec3 wi, float t, float shift, out ve
     return tau;
 }
 
-// Radiance that arrives at a node from wi, of unit length. The way is followed from node to node, each the nearest: Amanatides
-// and Woo 1987, "A Fast Voxel Traversal Algorithm for Ray Tracing"; at once as far as there is no surface.
+// Radiance that arrives at a node from wi, of unit length.
 Arriving arriving(ivec3 from, vec3 wi, float shift)
 {
-    vec3 course = node_way(u_field.nodes, wi);
-    course =
-        mix(course, mix(vec3(-1e-6), vec3(1e-6), greaterThan(course, vec3(0.0))), lessThan(abs(course), vec3(1e-6)));
-    vec3 inverse = 1.0 / course;
-    bvec3 is_up = greaterThan(course, vec3(0.0));
-    ivec3 ahead = ivec3(sign(course));
-    ivec3 node = from;
-    float t = 0.0;
+    const float kWithoutEnd = 1e30;
+    vec3 course = off_axes(node_way(u_field.nodes, wi));
+    Met met = first_met(from, course, kWithoutEnd);
     Arriving sum = Arriving(vec3(0.0), vec3(0.0));
-    while (all(lessThan(uvec3(node), uvec3(node_count())))) {
-        Clearance clear = unpack_clearance(texelFetch(u_crossed_tx, node, 0).rg, is_up);
-        int steps = max(clear.nodes, 1);
-        bvec3 stands = lessThanEqual(clear.wall, vec3(1.0));
-        vec3 ends = (vec3(node - from) + vec3(ahead) * mix(vec3(float(steps) - 0.5), clear.wall, stands)) * inverse;
-        float end = min(ends.x, min(ends.y, ends.z));
-        // An axis alone, by a mask: an index would send a CPU's registers by way of memory.
-        bvec3 is_end = equal(ends, vec3(end));
-        ivec3 axis = is_end.x ? ivec3(1, 0, 0) : is_end.y ? ivec3(0, 1, 0) : ivec3(0, 0, 1);
-        t = max(t, end);
-        if (any(notEqual(axis * ivec3(stands), ivec3(0)))) {
-            int layer = axis.y * 2 + axis.z * 4 + (any(notEqual(axis * ivec3(is_up), ivec3(0))) ? 1 : 0);
-            sum.of_surfaces = texelFetch(u_face_light_tx, node + layer_of(layer), 0).rgb;
-            break;
-        }
-        ivec3 next = node + axis * ahead * steps;
-        if (steps > 1) {
-            // Never back: where two axes end at once it would be by turns.
-            ivec3 past = from + ivec3(floor(course * t + 0.5));
-            node = mix(min(node, past), max(node, past), is_up);
-        }
-        node = mix(node, next, equal(axis, ivec3(1)));
-    }
+    if (met.layer >= 0)
+        sum.of_surfaces = texelFetch(u_face_light_tx, met.node + layer_of(met.layer), 0).rgb;
     if (kClear || (!kOwnLight && sum.of_surfaces == vec3(0.0)))
         return sum;
     vec3 tau = vec3(0.0);
     if (kMarched || kOwnLight)
-        tau = through_media(vec3(from), course, wi, t, shift, sum.of_media);
+        tau = through_media(vec3(from), course, wi, met.t, shift, sum.of_media);
     if (!kOwnLight)
-        tau += vec3(closed_depth(node_position(u_field.nodes, from), wi, t));
+        tau += vec3(closed_depth(node_position(u_field.nodes, from), wi, met.t));
     sum.of_surfaces *= exp(-tau);
     return sum;
 }

@@ -120,7 +120,12 @@ vec3 world_irradiance(vec3 p, vec3 n, vec3 open)
     // From as far off the surface back to it, as far as light there tells of light here: a medium changes it on its way.
     float back = clamp(dot(above.at - q, heights), 0.0, 1.5) * above.open;
     back *= clamp(high.a / kFewest, 0.0, 1.0);
-    light = clamp(light + back * (light - high.rgb / max(high.a, 1e-3)), 0.5 * light, 2.0 * light);
+    // What grows upwards comes from something near, and falls off ever more slowly towards the surface: by the same part from
+    // node to node.
+    vec3 over = high.rgb / max(high.a, 1e-3);
+    vec3 falls = pow(light / max(over, vec3(1e-20)), vec3(back));
+    light = mix(min(light + back * (light - over), 2.0 * light), max(light * falls, 0.5 * light),
+                greaterThan(over, light));
     // If those around are inside too, it is dark.
     light = mix(around.rgb / max(around.a, 1e-3), light, counts);
     return mix(open, max(light, vec3(0.0)), inside);

@@ -156,6 +156,8 @@ struct RadianceField::Filling {
     gl::Texture bounced_before, bounced_before_that;  ///< a turn and two turns ago
     gl::Texture faces;       ///< light/faces.glsl, six layers; empty: surfaces send nothing on
     gl::Texture materials;   ///< each surface's albedo, and in row 1 its emission
+    gl::Texture lamps;       ///< light/lamps.comp; empty: there are none
+    gl::Texture of_lamps;    ///< coefficients of what they send
     gl::Texture emitted;     ///< light/face_emission.comp; empty: no surface emits
     gl::Texture face_light;  ///< what they send on
     gl::Texture clearance;   ///< light/clearance.glsl
@@ -533,19 +535,88 @@ void RadianceField::draw_faces(const surface::SurfaceSet& surfaces)
                                               gl::Filter::nearest);
     const std::array<GLfloat, 4> none{};
     filling.face_light.clear(GL_RGBA, GL_FLOAT, none.data());
-    std::vector<glm::vec4> materials;
-    for (const auto& instance : surfaces.instances())
-        materials.emplace_back(instance.albedo, 1.0f);
-    for (const auto& instance : surfaces.instances())
-        materials.emplace_back(instance.emission, 1.0f);
-    filling.materials = gl::Texture::make_2d(device_, "field: what surfaces are made of",
-                                             {static_cast<int>(surfaces.instances().size()), 2},
-                                             GL_RGBA32F, gl::Filter::nearest);
-    filling.materials.upload(GL_RGBA, GL_FLOAT, materials.data());
     const auto& drawn = surfaces.instances();
-    if (std::any_of(drawn.begin(), drawn.end(),
-                    [](const auto& instance) { return instance.emission != glm::vec3(0); }))
+    std::vector<glm::vec4> materials;
+    for (const auto& instance : drawn)
+        materials.emplace_back(instance.albedo, 1.0f);
+    for (const auto& instance : drawn)
+        materials.emplace_back(instance.emission, 1.0f);
+    for (const std::size_t lamp : find_lamps(surfaces))
+        materials[drawn.size() + lamp] = {0, 0, 0, 1};
+    filling.materials =
+        gl::Texture::make_2d(device_, "field: what surfaces are made of",
+                             {static_cast<int>(drawn.size()), 2}, GL_RGBA32F, gl::Filter::nearest);
+    filling.materials.upload(GL_RGBA, GL_FLOAT, materials.data());
+    const auto emissions = materials.begin() + std::ssize(drawn);
+    if (std::any_of(emissions, materials.end(),
+                    [](glm::vec4 emission) { return glm::vec3(emission) != glm::vec3(0); }))
         find_emission(surfaces);
+}
+
+std::vector<std::size_t> RadianceField::find_lamps(const surface::SurfaceSet& surfaces)
+{
+    Filling& filling = *filling_;
+    constexpr double kMostNodes = 2.5;  // across
+    constexpr std::size_t kMost = 64, kRows = 4;
+    const Bounds box = rim_of(filling.lattice);
+    std::vector<std::size_t> lamps;
+    const auto& all = surfaces.instances();
+    for (std::size_t i = 0; i < all.size() && lamps.size() < kMost; ++i) {
+        const glm::dvec3 size = all[i].bounds.max - all[i].bounds.min;
+        if (all[i].emission != glm::vec3(0) && contains(box, all[i].bounds) &&
+            std::max({size.x, size.y, size.z}) <=
+                kMostNodes * double(filling.lattice.params.spacing))
+            lamps.push_back(i);
+    }
+    if (lamps.empty())
+        return lamps;
+    std::vector<glm::vec4> texels(kRows * lamps.size());
+    for (std::size_t i = 0; i < lamps.size(); ++i) {
+        const auto& lamp = all[lamps[i]];
+        const auto row = [&](std::size_t at) -> glm::vec4& {
+            return texels[at * lamps.size() + i];
+        };
+        const glm::dvec3 middle = (lamp.bounds.min + lamp.bounds.max) / 2.0 - filling.lattice.eye;
+        row(0) = glm::vec4(middle, static_cast<float>(lamps[i]));
+        row(1) = glm::vec4((lamp.bounds.max - lamp.bounds.min) / 2.0, lamp.is_box ? 1 : 0);
+        row(2) = glm::vec4(lamp.seen_areas, 0);
+        row(3) = glm::vec4(lamp.emission, 0);
+    }
+    filling.lamps = gl::Texture::make_2d(device_, "field: lamps",
+                                         {static_cast<int>(lamps.size()), static_cast<int>(kRows)},
+                                         GL_RGBA32F, gl::Filter::nearest);
+    filling.lamps.upload(GL_RGBA, GL_FLOAT, texels.data());
+    return lamps;
+}
+
+bool RadianceField::begin_by_lamps(int bands, const gl::Texture& to)
+{
+    Filling& filling = *filling_;
+    if (!filling.lamps)
+        return false;
+    if (!filling.of_lamps) {
+        filling.of_lamps = make("field: of lamps", bands * bands);
+        gl::Defines defines = bounce_defines();
+        defines.emplace_back("kBands", fmt::format("{}", bands));
+        write_block();
+        (filling.marched ? filling.marched : filling.sigma_t).bind(FIELD_SIGMA_T_UNIT);
+        filling.clearance.bind(FIELD_CROSSED_UNIT);
+        filling.faces.bind(FACES_UNIT);
+        filling.lamps.bind(FACE_MATERIALS_UNIT);
+        bind_image(0, filling.of_lamps, GL_WRITE_ONLY);
+        dispatch_nodes("light/lamps.comp", defines);
+    }
+    copy(filling.of_lamps, to);
+    return true;
+}
+
+void RadianceField::copy(const gl::Texture& from, const gl::Texture& to) const
+{
+    const glm::ivec3 size = from.size();
+    device_->MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);  // after the stores that filled it
+    device_->CopyImageSubData(from.id(), GL_TEXTURE_3D, 0, 0, 0, 0, to.id(), GL_TEXTURE_3D, 0, 0, 0,
+                              0, size.x, size.y, size.z);
+    device_->MemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
 }
 
 void RadianceField::find_emission(const surface::SurfaceSet& surfaces)
@@ -655,6 +726,7 @@ void RadianceField::carry_bounced(int ways, int bands, const gl::Defines& define
                                   const gl::Texture& to)
 {
     const Filling& filling = *filling_;
+    const bool begins = begin_by_lamps(bands, to);
     for (const Batch& batch : batches(ways)) {
         set_batch(batch);
         (filling.marched ? filling.marched : filling.sigma_t).bind(FIELD_SIGMA_T_UNIT);
@@ -663,7 +735,7 @@ void RadianceField::carry_bounced(int ways, int bands, const gl::Defines& define
         filling.face_light.bind(FACE_LIGHT_UNIT);
         filling.beyond.bind(BEYOND_UNIT);
         walk("light/bounce.comp", defines, batch.count);
-        gather(bands, batch.first > 0, Of::dimmed, filling.ways, to);
+        gather(bands, begins || batch.first > 0, Of::dimmed, filling.ways, to);
     }
 }
 
@@ -705,10 +777,13 @@ void RadianceField::smooth(int ways, int bands, const FieldLight* light, const g
     const bool scatters = light != nullptr && light->scattered != nullptr;
     const bool glows = light != nullptr && light->glows;
     gl::Texture beyond, of_all, source;
-    if (filling.sends_in) {
+    if (filling.sends_in || filling.lamps) {
         defines.emplace_back("kBeyond", "");
-        beyond = make("field: from beyond", bands * bands);
-        carry_bounced(ways, bands, defines, beyond);
+        beyond = make("field: from beyond and of lamps", bands * bands);
+        if (filling.sends_in)
+            carry_bounced(ways, bands, defines, beyond);
+        else
+            begin_by_lamps(bands, beyond);
     }
     if (scatters || glows) {
         of_all = make("field: of surfaces and media", bands * bands);
@@ -948,11 +1023,7 @@ void RadianceField::add_light(int bands, const FieldLight& light, const gl::Text
         filling.of_world = make("field: dimmed, of the world", bands * bands);
     const gl::Texture &from = again ? filling.of_world : filling.dimmed,
                       &to = again ? filling.dimmed : filling.of_world;
-    const glm::ivec3 size = from.size();
-    device_->MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);  // after the stores that filled it
-    device_->CopyImageSubData(from.id(), GL_TEXTURE_3D, 0, 0, 0, 0, to.id(), GL_TEXTURE_3D, 0, 0, 0,
-                              0, size.x, size.y, size.z);
-    device_->MemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+    copy(from, to);
     add(light, bands, filling_->dimmed);
     const std::array<const gl::Texture*, 3> turns{&filling.bounced, &filling.bounced_before,
                                                   &filling.bounced_before_that};

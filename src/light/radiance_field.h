@@ -188,6 +188,11 @@ private:
     void wait_for_drawing();
     void draw_faces(const surface::SurfaceSet& surfaces);
     void find_emission(const surface::SurfaceSet& surfaces);
+    /// Numbers of the surfaces that shine and are too small for a lattice's faces.
+    std::vector<std::size_t> find_lamps(const surface::SurfaceSet& surfaces);
+    /// What they send, as what `to` begins with. False: nothing.
+    bool begin_by_lamps(int bands, const gl::Texture& to);
+    void copy(const gl::Texture& from, const gl::Texture& to) const;
     void draw_beyond(const gl::Defines& shading, const surface::SurfaceSet& surfaces);
     void draw_along_axes(const surface::SurfaceSet& surfaces, const gl::Texture& to,
                          gl::Defines variant, int parts = 1);

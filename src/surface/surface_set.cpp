@@ -79,6 +79,34 @@ Mesh unit_cube()
     return mesh;
 }
 
+/// Of a closed mesh half of what its triangles have along an axis, since as many are seen from the
+/// back; of an open one all, whose both sides shine. [m^2]
+glm::dvec3 seen_areas(const Mesh& mesh)
+{
+    glm::dvec3 sum(0), outward(0);
+    for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3) {
+        const glm::dvec3 a(mesh.positions[mesh.triangles[i]]),
+            b(mesh.positions[mesh.triangles[i + 1]]), c(mesh.positions[mesh.triangles[i + 2]]);
+        const glm::dvec3 area = glm::cross(b - a, c - a) / 2.0;
+        sum += glm::abs(area);
+        outward += area;
+    }
+    const bool is_closed = glm::length(outward) < 1e-3 * glm::length(sum);
+    return is_closed ? sum / 2.0 : sum;
+}
+
+glm::dvec3 seen_areas(const Surface& surface)
+{
+    if (const auto* sphere = std::get_if<SphereSurface>(&surface))
+        return glm::dvec3(std::numbers::pi * sphere->radius * sphere->radius);
+    if (const auto* box = std::get_if<BoxSurface>(&surface)) {
+        const glm::dvec3 size = box->max - box->min;
+        return {size.y * size.z, size.z * size.x, size.x * size.y};
+    }
+    const auto& mesh = std::get<MeshSurface>(surface);
+    return mesh.scale * mesh.scale * seen_areas(*mesh.mesh);
+}
+
 glm::dmat4 place(glm::dvec3 translate, glm::dvec3 scale)
 {
     return glm::scale(glm::translate(glm::dmat4(1.0), translate), scale);
@@ -134,6 +162,7 @@ void SurfaceSet::set(const std::vector<Surface>& surfaces)
             instance.world_from_object = place(sphere->center, glm::dvec3(sphere->radius));
         } else if (const auto* box = std::get_if<BoxSurface>(&surface)) {
             instance.mesh = kCubeMesh;
+            instance.is_box = true;
             instance.world_from_object = place(box->min, box->max - box->min);
         } else if (const auto* mesh = std::get_if<MeshSurface>(&surface); mesh->mesh != nullptr) {
             instance.mesh = mesh_index(mesh->mesh);
@@ -151,6 +180,8 @@ void SurfaceSet::set(const std::vector<Surface>& surfaces)
             surface);
         instance.bounds = meshes_[static_cast<std::size_t>(instance.mesh)].gpu.bounds().transformed(
             instance.world_from_object);
+        if (instance.emission != glm::vec3(0))
+            instance.seen_areas = glm::vec3(seen_areas(surface));
         instances_.push_back(instance);
         const HeldMesh& held = meshes_[static_cast<std::size_t>(instance.mesh)];
         shapes_.push_back(

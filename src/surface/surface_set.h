@@ -21,7 +21,10 @@ public:
         std::optional<Gloss> gloss;  ///< none: Lambertian
         glm::vec3 emission{0};       ///< W/m^2/sr
         Bounds bounds;               ///< world
-        bool closed = true;          ///< its back faces close it: a mesh from a file may be open
+        /// m^2, as it is seen along each axis of the world; 0 if it does not shine.
+        glm::vec3 seen_areas{0};
+        bool is_box = false;
+        bool closed = true;  ///< its back faces close it: a mesh from a file may be open
     };
 
     explicit SurfaceSet(const gl::Device& device) : device_{device} {}

@@ -366,6 +366,8 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                          flags(set >> 1, {"kGlows", "kMarched", "kSurfaces"}));
         variants.add("light/bounce.comp", media + kLights[0] + stored +
                                               flags(set >> 1, {"kMarched", "kClear", "kBeyond"}));
+        variants.add("light/lamps.comp", media + kLights[0] + stored + Defines{{"kBands", "3"}} +
+                                             flags(set >> 1, {"kMarched", "kClear"}));
         variants.add("light/face_gather.comp",
                      media + kLights[0] + stored + Defines{{"kBands", "3"}} +
                          flags(set >> 1, {"kMarched", "kBeyond", "kScatters", "kEmits"}) +

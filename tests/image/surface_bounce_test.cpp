@@ -1,8 +1,11 @@
 // Light that surfaces send on, onto each other and into the media, against what is known of it in
 // closed form.
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
+#include <numeric>
 
 #include "image_test.h"
 #include "study/metrics.h"
@@ -60,56 +63,76 @@ protected:
             }
         return scene;
     }
-    /// A window in the ceiling, of that half edge [m], on the floor of a black room.
-    void expect_light_of_window(double half)
+    /// A black room of 7.4 m by 7.4 by 4, whose floor reflects half, seen from its ceiling.
+    static Scene black_room()
     {
-        constexpr double kHeight = 4, kAlbedo = 0.5, kRadiance = 3;
         Scene scene = empty_scene(32);
         scene.camera.position = {0, 0, 3.6};
         scene.camera.look_at = {0, 0, 0};
         scene.camera.up = {0, 1, 0};
         scene.camera.vfov_deg = 84;
         scene.media = {thin({-2, -2, 0.5}, {2, 2, 3})};
-        const glm::dvec3 low(-3.7, -3.7, 0), high(3.7, 3.7, kHeight);
+        const glm::dvec3 low(-3.7, -3.7, 0), high(3.7, 3.7, kCeiling);
         for (int axis = 0; axis < 3; ++axis)
             for (const double side : {0.0, 1.0}) {
                 BoxSurface wall;
                 wall.min = low - 0.4;
                 wall.max = high + 0.4;
                 (side == 0 ? wall.max : wall.min)[axis] = side == 0 ? low[axis] : high[axis];
-                wall.albedo = glm::vec3(axis == 2 && side == 0 ? kAlbedo : 0.0);
+                wall.albedo = glm::vec3(axis == 2 && side == 0 ? kFloorAlbedo : 0.0);
                 scene.surfaces.emplace_back(wall);
             }
-        BoxSurface window;
-        window.min = {-half, -half, kHeight - 1e-3};
-        window.max = {half, half, kHeight + 0.1};
-        window.albedo = glm::vec3(0);
-        window.emission = glm::vec3(kRadiance);
-        scene.surfaces.emplace_back(window);
+        return scene;
+    }
+    /// Of what light throws on that floor, over what `irradiance` is at a place on it.
+    Image over_closed_form(const Scene& scene,
+                           const std::function<double(glm::dvec3)>& irradiance) const
+    {
         const Still still = render(scene, settings_of(2));
         const Image expected = ideal(scene, [&](glm::dvec2 at) {
             const PixelRay ray = ray_at(scene, at);
             const glm::dvec3 p = ray.origin - ray.direction * (ray.origin.z / ray.direction.z);
-            const double irradiance = integrate(-half, half, 2, [&](double x) {
+            return glm::dvec3(kFloorAlbedo / std::numbers::pi * irradiance(p));
+        });
+        Image ratio = picture_of(still, still.surface_lit);
+        for (std::size_t i = 0; i < ratio.pixels.size(); ++i)
+            ratio.pixels[i] /= expected.pixels[i];
+        return ratio;
+    }
+    static double mean_of(const Image& image)
+    {
+        return std::accumulate(image.pixels.begin(), image.pixels.end(), 0.0) /
+               double(image.pixels.size());
+    }
+    static constexpr double kCeiling = 4, kFloorAlbedo = 0.5, kRadiance = 3;
+
+    /// A window in the ceiling, of that half edge [m].
+    void expect_light_of_window(double half)
+    {
+        Scene scene = black_room();
+        BoxSurface window;
+        window.min = {-half, -half, kCeiling - 1e-3};
+        window.max = {half, half, kCeiling + 0.1};
+        window.albedo = glm::vec3(0);
+        window.emission = glm::vec3(kRadiance);
+        scene.surfaces.emplace_back(window);
+        Image ratio = over_closed_form(scene, [&](glm::dvec3 p) {
+            return integrate(-half, half, 2, [&](double x) {
                 return integrate(-half, half, 2, [&](double y) {
                     const glm::dvec2 off(x - p.x, y - p.y);
-                    const double squared = glm::dot(off, off) + kHeight * kHeight;
-                    return kRadiance * kHeight * kHeight / (squared * squared);
+                    const double squared = glm::dot(off, off) + kCeiling * kCeiling;
+                    return kRadiance * kCeiling * kCeiling / (squared * squared);
                 });
             });
-            return glm::dvec3(kAlbedo / std::numbers::pi * irradiance);
         });
-        Image ratio = picture_of(still, still.surface_lit), one = expected;
-        double mean = 0;
-        for (std::size_t i = 0; i < ratio.pixels.size(); ++i) {
-            ratio.pixels[i] /= expected.pixels[i];
-            mean += double(ratio.pixels[i]) / double(ratio.pixels.size());
-            one.pixels[i] = 1;
-        }
+        const double mean = mean_of(ratio);
         figure("a window's light on the floor over the closed form, mean", mean);
         EXPECT_NEAR(mean, 1, 0.1) << "edges are known to an eighth of a node; half edge " << half;
-        for (float& pixel : ratio.pixels)
-            pixel /= static_cast<float>(mean);
+        Image one = ratio;
+        for (std::size_t i = 0; i < ratio.pixels.size(); ++i) {
+            ratio.pixels[i] /= static_cast<float>(mean);
+            one.pixels[i] = 1;
+        }
         figure("and at most, off that", max_difference(ratio, one));
         EXPECT_TRUE(
             images_near(ratio, one, 0.3, 0.06,
@@ -237,6 +260,41 @@ TEST_F(SurfaceBounces, AShiningWindowThrowsNoStripesOnTheFloor)
 {
     for (const double window : {0.8, 1.2, 1.5, 2.0})
         expect_light_of_window(window);
+}
+
+// Of a bulb and a panel that are far smaller than the 0.53 m from node to node few lines of the
+// lattice meet any part, or none.
+TEST_F(SurfaceBounces, ALampSmallerThanANodeLightsTheFloor)
+{
+    constexpr double kRadius = 0.1, kHalf = 0.2, kHeight = 2.5;
+    const glm::dvec3 place(0.1, 0.05, kHeight);
+    const auto cubed = [&](glm::dvec3 p) { return std::pow(glm::length(place - p), 3); };
+    SphereSurface bulb{place, kRadius, glm::vec3(0)};
+    BoxSurface panel{place - glm::dvec3(kHalf, kHalf, 0.01), place + glm::dvec3(kHalf, kHalf, 0.01),
+                     glm::vec3(0)};
+    bulb.emission = panel.emission = glm::vec3(kRadiance);
+    for (const bool round : {true, false}) {
+        Scene scene = black_room();
+        scene.camera.position.z = 1.2;  // or they would stand before it
+        scene.surfaces.emplace_back(round ? Surface(bulb) : Surface(panel));
+        const Image ratio = over_closed_form(scene, [&](glm::dvec3 p) {
+            const double area = round ? std::numbers::pi * kRadius * kRadius
+                                      : 4 * kHalf * kHalf * kHeight / glm::length(place - p);
+            return kRadiance * area * kHeight / cubed(p);
+        });
+        figure(round ? "a bulb's light on the floor over the closed form, mean"
+                     : "a panel's light on the floor over the closed form, mean",
+               mean_of(ratio));
+        EXPECT_NEAR(mean_of(ratio), 1, 0.06) << "9 harmonics of a lamp, and nodes above the floor";
+        EXPECT_LT(*std::max_element(ratio.pixels.begin(), ratio.pixels.end()), 1.15f);
+        EXPECT_GT(*std::min_element(ratio.pixels.begin(), ratio.pixels.end()), 0.9f);
+        // What lies under a table has none of it, and more of its shadow is as dark as it is.
+        scene.surfaces.emplace_back(BoxSurface{{-1, -1, 1.4}, {1, 1, 1.6}, glm::vec3(0)});
+        const Still still = render(scene, settings_of(2));
+        EXPECT_LT(middle(still, still.surface_lit).x, 0.02 * kFloorAlbedo / std::numbers::pi *
+                                                          kRadiance * (4 * kHalf * kHalf) /
+                                                          (kHeight * kHeight));
+    }
 }
 
 // What is not asked for costs nothing and changes nothing.
