@@ -124,8 +124,8 @@ vec3 world_irradiance(vec3 p, vec3 n, vec3 open)
     // node to node.
     vec3 over = high.rgb / max(high.a, 1e-3);
     vec3 falls = pow(light / max(over, vec3(1e-20)), vec3(back));
-    light = mix(min(light + back * (light - over), 2.0 * light), max(light * falls, 0.5 * light),
-                greaterThan(over, light));
+    light =
+        mix(min(light + back * (light - over), 2.0 * light), max(light * falls, 0.5 * light), greaterThan(over, light));
     // If those around are inside too, it is dark.
     light = mix(around.rgb / max(around.a, 1e-3), light, counts);
     return mix(open, max(light, vec3(0.0)), inside);

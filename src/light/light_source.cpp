@@ -39,9 +39,34 @@ LightViews views(const SunLight& sun, const ShadowScene& scene)
     Bounds inner = scene.media.transformed(axes.light_from_world);
     if (scene.media.empty())
         inner = outer;
+    const LightPosition light = position_of(sun);
+    const double large = scene.media.diagonal();
+    Bounds seen = scene.media;  // what shadows fall on that are to be sharp
     for (const auto& instance : scene.surfaces.instances())
-        if (is_detail(instance, scene.media))  // others are in the outer view alone
-            inner.add(instance.bounds.transformed(axes.light_from_world));
+        if (instance.bounds.diagonal() <= large)
+            seen.add(instance.bounds);
+    Bounds details;
+    bool is_shaded_by_others = false;
+    for (const auto& instance : scene.surfaces.instances())
+        // Others, and ground that shades nothing, are in the outer view alone.
+        if (is_detail(instance, scene.media) &&
+            (instance.bounds.diagonal() <= large || can_shade(light, instance.bounds, seen)))
+            details.add(instance.bounds.transformed(axes.light_from_world));
+        else
+            is_shaded_by_others |= can_shade(light, instance.bounds, scene.media);
+    inner.add(details);
+    // Where nothing else shades the media, what is not in the details' own shadow is lit. The outer
+    // view, in which they are coarse, ends their shadows within a texel or two.
+    constexpr double kRim = 2;  // texels
+    const double rim =
+        kRim / scene.map_size * std::max(outer.max.x - outer.min.x, outer.max.y - outer.min.y);
+    if (!details.empty() && !is_shaded_by_others) {
+        details.min -= glm::dvec3(rim, rim, 0);
+        details.max += glm::dvec3(rim, rim, 0);
+        const glm::dvec3 size = details.max - details.min, whole = inner.max - inner.min;
+        if (std::max(size.x, size.y) < std::max(whole.x, whole.y))
+            inner = details;
+    }
     return {{parallel_view(axes, inner, outer, scene.map_size),
              parallel_view(axes, outer, outer, scene.map_size)},
             2};

@@ -344,6 +344,45 @@ TEST_F(Indoors, ASunsShadowEndsWhereItsSlabDoes)
     EXPECT_NEAR(edge, -kHeight * to_light.x / to_light.z, 0.006);
 }
 
+// Of the sun's detailed view of the surfaces every texel lay over the media, of which few are in a
+// shadow: in wide haze a board's had steps.
+TEST_F(Indoors, ABoardsShadowInWideHazeHasNoSteps)
+{
+    constexpr double kHeight = 1, kHalf = 0.5;
+    Scene scene;
+    scene.resolution = {64, 64};
+    const glm::dvec3 to_light = glm::normalize(glm::dvec3(0.5, 0.35, 0.9));
+    const glm::dvec2 shift = -kHeight / to_light.z * glm::dvec2(to_light);
+    scene.camera.position = {shift, 0.9};
+    scene.camera.look_at = {shift, 0};
+    scene.camera.up = {0, 1, 0};
+    scene.camera.vfov_deg = 80;
+    BoxMedium haze;
+    haze.min = {-30, -30, 0};
+    haze.max = {30, 30, 3};
+    haze.sigma_s = glm::vec3(1e-4f);
+    scene.media = {haze};
+    scene.surfaces = {box({-90, -90, -1}, {90, 90, 0}),
+                      box({-kHalf, -kHalf, kHeight}, {kHalf, kHalf, kHeight + 1e-3})};
+    scene.lights = {SunLight{to_light, glm::vec3(1)}};
+    Settings settings = plain_settings();
+    settings.shadow_map = 512;
+    const std::vector<float> surface = render(scene, settings).surface;
+    const Image expected = ideal(scene, [&](glm::dvec2 at) {
+        const PixelRay ray = ray_at(scene, at);
+        const glm::dvec3 p = ray.origin - ray.direction * (ray.origin.z / ray.direction.z);
+        const glm::dvec2 off = glm::abs(glm::dvec2(p) - shift);
+        return glm::dvec3(std::max(off.x, off.y) < kHalf ? 0 : 1);
+    });
+    double wrong = 0;
+    for (std::size_t i = 0; i < surface.size(); ++i) {
+        const double lit = double{surface[i]} / (0.5 / std::numbers::pi * to_light.z);
+        wrong += std::abs(lit - double{expected.pixels[i]}) / double(surface.size());
+    }
+    figure("part of the picture that a board's shadow is wrong in", wrong);
+    EXPECT_LT(wrong, 0.01);
+}
+
 // A plate thinner than a texel, in a sun from high to low.
 TEST_F(Indoors, ALitSideHasNoFalseShadow)
 {
