@@ -551,10 +551,12 @@ Still SceneRenderer::draw_part(const Drawing& drawing, const StillOptions& optio
         std::vector<std::string> order;
         std::map<std::string, std::vector<double>> times;
         std::vector<double> volume;
-        aim(0);
+        if (gathers)
+            aim_to_gather(0);  // from the first on: another view would have volumes of its own
+        else
+            aim(0);
         draw();  // compiles, and warms caches
         if (gathers) {
-            aim_to_gather(0);
             draw();
             draw();  // the variant that reads history
             moving_.reset_history();

@@ -378,6 +378,28 @@ TEST_F(Froxel, ExtinctionOfOneColorTakesOneNumber)
     EXPECT_GE(of_three, of_one + 2 * 16 * froxels);
 }
 
+// A picture that several frames gather is one view's, whose history is two volumes of 16 bytes a
+// froxel in place of one of 8.
+TEST_F(Froxel, FramesThatGatherTakeTheVolumesOfOneView)
+{
+    Scene scene = lump_scene(64);
+    Settings settings;
+    settings.mode = Settings::Mode::froxel;
+    settings.bounces = 0;
+    const auto bytes = [&](int frames) {
+        SceneRenderer renderer(get_proc());
+        StillReport report;
+        StillOptions options;
+        options.timed_frames = frames;
+        renderer.render(scene, settings, options, &report);
+        return report.gpu_bytes;
+    };
+    const int columns = 64 / settings.tile + 2;
+    const auto froxels = static_cast<std::uint64_t>(columns * columns * settings.slices);
+    const std::uint64_t single = bytes(1), gathered = bytes(2);
+    EXPECT_EQ(gathered, single + (2 * 16 - 8) * froxels);
+}
+
 TEST_F(Froxel, ViewsKeepTheirOwnHistory)
 {
     const Scene scene = lump_scene(24);
