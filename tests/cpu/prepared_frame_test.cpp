@@ -81,6 +81,25 @@ TEST(LayerScale, IsAQuarterWhereATexelIsFinerThanAGridsVoxels)
     EXPECT_EQ(choice_of(grid_scene(texel / 0.79), {480, 270}, 12).scale, 2) << "from farther off";
 }
 
+TEST(LayerScale, StaysHalfUntilAQuarterIsATenthWithin)
+{
+    const double texel = 12 * 4 * 2 * std::tan(glm::radians(25.0)) / 270;
+    const auto after = [&](int before, double of_voxel) {
+        Frame frame = street({0, -10, 0});
+        frame.color.size = {480, 270, 1};
+        return prepare_frame(frame, Settings{}, grid_scene(texel / of_voxel), {.scale = before})
+            .layer_choice;
+    };
+    EXPECT_EQ(after(2, 0.79).scale, 2);
+    EXPECT_EQ(after(2, 0.79).reason, LayerReason::held);
+    EXPECT_EQ(after(2, 0.73).scale, 2);
+    EXPECT_EQ(after(2, 0.71).scale, 4);
+    EXPECT_EQ(after(2, 0.71).reason, LayerReason::smooth);
+    EXPECT_EQ(after(4, 0.79).scale, 4);
+    EXPECT_EQ(after(4, 0.81).reason, LayerReason::voxels) << "it loses no more than without";
+    EXPECT_EQ(after(0, 0.79).scale, 4) << "a first frame";
+}
+
 TEST(LayerScale, IsHalfBesideAGridWhereSomethingElseIsFine)
 {
     FrameScene scene = grid_scene(1);
