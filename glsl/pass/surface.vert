@@ -5,6 +5,7 @@
 layout(std140, binding = DRAW_BLOCK) uniform Draw { DrawParams u_draw; };
 layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec3 in_normal;
+invariant gl_Position;  // drawn by two programs, one of which skips what the other has drawn
 out vec3 p_world;
 out vec3 normal;  // scaled evenly or along its axes alone, so it needs no other matrix
 

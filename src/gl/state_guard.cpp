@@ -47,6 +47,7 @@ StateGuard::StateGuard(const Device& device, int blocks, int images, int storage
     gl_->GetFloatv(GL_BLEND_COLOR, blend_color_.data());
     gl_->GetDoublei_v(GL_DEPTH_RANGE, 0, depth_range_.data());
     scissor_ = gl_->IsEnabledi(GL_SCISSOR_TEST, 0);
+    gl_->GetIntegeri_v(GL_SCISSOR_BOX, 0, scissor_box_.data());
     gl_->Disablei(GL_SCISSOR_TEST, 0);
     gl_->GetFloatv(GL_LINE_WIDTH, &line_width_);
     gl_->GetFloatv(GL_POLYGON_OFFSET_FACTOR, &offset_factor_);
@@ -181,6 +182,7 @@ StateGuard::~StateGuard()
     gl_->LineWidth(line_width_);
     gl_->PolygonOffset(offset_factor_, offset_units_);
     gl_->DepthRangeIndexed(0, depth_range_[0], depth_range_[1]);
+    gl_->ScissorIndexed(0, scissor_box_[0], scissor_box_[1], scissor_box_[2], scissor_box_[3]);
     if (scissor_ == GL_TRUE)
         gl_->Enablei(GL_SCISSOR_TEST, 0);
     gl_->BlendColor(blend_color_[0], blend_color_[1], blend_color_[2], blend_color_[3]);

@@ -67,6 +67,7 @@ private:
     GLint uniform_buffer_ = 0, storage_buffer_ = 0, dispatch_buffer_ = 0, provoking_vertex_ = 0;
     GLint cull_mode_ = 0, front_face_ = 0, depth_func_ = 0, clip_origin_ = 0, clip_depth_ = 0;
     std::array<GLint, 2> polygon_mode_{};
+    std::array<GLint, 4> scissor_box_{};
     std::array<GLfloat, 4> viewport_{};
     std::array<GLfloat, 4> blend_color_{};
     std::array<GLdouble, 2> depth_range_{};

@@ -1451,6 +1451,17 @@ gl::Defines LightVolumes::defines() const
     return defines;
 }
 
+glm::dvec3 LightVolumes::depth_blur() const
+{
+    // The eight nodes around a place are one from each other along the lattice and, as columns
+    // stand askew, at most one more.
+    constexpr double kNodes = 2;
+    if (!depth_)
+        return glm::dvec3(0);
+    const glm::dmat3 edges = glm::inverse(glm::dmat3(depth_lattice_.node_from_world));
+    return kNodes * (glm::abs(edges[0]) + glm::abs(edges[1]) + glm::abs(edges[2]));
+}
+
 bool LightVolumes::splits_forward_peaks() const
 {
     return (field_coefficients_ && field_key_.orders.straight_on > 0) ||

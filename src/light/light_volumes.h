@@ -98,6 +98,8 @@ public:
 
     [[nodiscard]] LightVolumeFills fills() const;
     [[nodiscard]] bool has_depth() const { return static_cast<bool>(depth_); }
+    /// Metres along the world's axes that a lookup of a sun's depths may mix places over; 0: none.
+    [[nodiscard]] glm::dvec3 depth_blur() const;
     [[nodiscard]] bool has_world() const { return world_ || island_light_; }
 
 private:

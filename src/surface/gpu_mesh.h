@@ -18,6 +18,7 @@ public:
     /// Issues its draw, of so many instances; program and state are the caller's.
     void draw(const gl::Device& device, int instances = 1) const;
 
+    [[nodiscard]] int indices() const { return index_count_; }
     [[nodiscard]] const Bounds& bounds() const { return bounds_; }
 
 private:

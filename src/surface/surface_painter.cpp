@@ -12,6 +12,23 @@ namespace {
 /// the steps. (Bands of 16 steps show in a smoke's shadow on the ground, bands of 64 do not.)
 constexpr int kShadowFactor = 4;
 
+/// A mesh of more vertices than this is drawn once, and not once for each band of a picture.
+constexpr int kFewVertices = 512;
+
+/// Directions to the lights, if a rasteriser without branches shades by suns alone; else none.
+std::optional<std::vector<glm::dvec3>> suns_of(const Toolbox& tools)
+{
+    if (!tools.device.capabilities().software)
+        return {};
+    std::vector<glm::dvec3> to_suns;
+    for (const LightPosition& light : tools.lights.points()) {
+        if (!light.far)
+            return {};
+        to_suns.push_back(light.at);
+    }
+    return to_suns;
+}
+
 }  // namespace
 
 FrameSettings surface_settings(const FrameSettings& settings)
@@ -49,20 +66,58 @@ void SurfacePainter::draw(const Toolbox& tools, const SurfaceSet& surfaces,
         tools.lights.bind_irradiance();
     defines += tools.volumes.surface_defines();
     defines += tools.probes.defines();
-    if (dimmed) {
-        defines += tools.media.defines();
-        defines += tools.volumes.defines();
-        defines.emplace_back("THROUGH_MEDIA", "");
-        if (tools.scene_settings.shadow_range == SceneSettings::ShadowRange::light)
-            defines.emplace_back("kShadowToLight", "");
-    }
     gl->Enable(GL_DEPTH_TEST);
     gl->DepthFunc(reversed ? GL_GREATER : GL_LESS);
+    if (!dimmed) {
+        draw_instances(tools, surfaces, frame, defines, unseen, {});
+        return detach(gl);
+    }
+    gl::Defines through = defines;
+    through += tools.media.defines();
+    through += tools.volumes.defines();
+    through.emplace_back("THROUGH_MEDIA", "");
+    if (tools.scene_settings.shadow_range == SceneSettings::ShadowRange::light)
+        through.emplace_back("kShadowToLight", "");
+    const auto to_suns = suns_of(tools);
+    if (!to_suns) {
+        draw_instances(tools, surfaces, frame, through, unseen, {});
+        return detach(gl);
+    }
+    Bounds media = frame.media;
+    media.min -= tools.volumes.depth_blur();
+    media.max += tools.volumes.depth_blur();
+    // What is drawn in the bands is nearest there, and the rest is not shaded a second time.
+    std::vector<Bands> bands, rest;
+    for (const auto& instance : surfaces.instances()) {
+        const bool few = surfaces.vertices_drawn(instance) <= kFewVertices;
+        bands.push_back(few ? dimmed_part(frame, media, instance.bounds, *to_suns) : std::nullopt);
+        rest.push_back(bands.back() ? std::nullopt : Bands{std::in_place});
+    }
+    draw_instances(tools, surfaces, frame, through, unseen, bands);
+    draw_instances(tools, surfaces, frame, defines, unseen, rest);
+    detach(gl);
+}
+
+void SurfacePainter::detach(const gl::Device& gl)
+{
+    gl->NamedFramebufferTexture(framebuffer_.id(), GL_COLOR_ATTACHMENT0, 0, 0);
+    gl->NamedFramebufferTexture(framebuffer_.id(), GL_DEPTH_ATTACHMENT, 0, 0);
+}
+
+void SurfacePainter::draw_instances(const Toolbox& tools, const SurfaceSet& surfaces,
+                                    const PreparedFrame& frame, const gl::Defines& defines,
+                                    const std::vector<bool>& unseen,
+                                    const std::vector<Bands>& bands)
+{
+    const gl::Device& gl = tools.device;
     const Eye& eye = frame.eye;
     const glm::dmat4 view_from_eye(glm::transpose(eye.world_from_view));
     for (const auto& instance : surfaces.instances()) {
         const auto number = static_cast<std::size_t>(&instance - surfaces.instances().data());
         if (number < unseen.size() && unseen[number])
+            continue;
+        const Bands own_bands = bands.empty() ? std::nullopt : bands[number];
+        if (own_bands && own_bands->empty())
             continue;
         gl::Defines own = defines;
         if (!instance.closed)
@@ -75,7 +130,8 @@ void SurfacePainter::draw(const Toolbox& tools, const SurfaceSet& surfaces,
         shared::DrawParams params{};
         const glm::dmat4 eye_from_object =
             glm::translate(glm::dmat4(1.0), -eye.position) * instance.world_from_object;
-        params.clip_from_object = glm::mat4(host.clip_from_view * view_from_eye * eye_from_object);
+        params.clip_from_object =
+            glm::mat4(frame.host.clip_from_view * view_from_eye * eye_from_object);
         params.world_from_object = glm::mat4(eye_from_object);
         params.albedo = instance.albedo;
         params.emission = instance.emission;
@@ -84,10 +140,17 @@ void SurfacePainter::draw(const Toolbox& tools, const SurfaceSet& surfaces,
             params.metallic = instance.gloss->metallic;
         }
         block_.write(params);
-        surfaces.draw(instance);
+        if (!own_bands) {
+            surfaces.draw(instance);
+            continue;
+        }
+        gl->Enablei(GL_SCISSOR_TEST, 0);
+        for (const PictureBand& band : *own_bands) {
+            gl->ScissorIndexed(0, band.low.x, band.low.y, band.size.x, band.size.y);
+            surfaces.draw(instance);
+        }
+        gl->Disablei(GL_SCISSOR_TEST, 0);
     }
-    gl->NamedFramebufferTexture(framebuffer_.id(), GL_COLOR_ATTACHMENT0, 0, 0);
-    gl->NamedFramebufferTexture(framebuffer_.id(), GL_DEPTH_ATTACHMENT, 0, 0);
 }
 
 }  // namespace fumarole::surface

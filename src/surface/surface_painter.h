@@ -3,6 +3,7 @@
 #include "gl/buffer.h"
 #include "gl/framebuffer.h"
 #include "shared/draw_params.h"
+#include "surface/dimmed_part.h"
 #include "surface/ltc_table.h"
 #include "surface/surface_set.h"
 #include "toolbox.h"
@@ -27,6 +28,14 @@ public:
               bool dimmed, const std::vector<bool>& unseen = {});
 
 private:
+    /// Where an instance is drawn; none: all over the picture.
+    using Bands = std::optional<std::vector<PictureBand>>;
+    /// @param bands of each instance; empty: all are drawn all over the picture
+    void draw_instances(const Toolbox& tools, const SurfaceSet& surfaces,
+                        const PreparedFrame& frame, const gl::Defines& defines,
+                        const std::vector<bool>& unseen, const std::vector<Bands>& bands);
+    void detach(const gl::Device& gl);
+
     gl::UniformBuffer<shared::DrawParams> block_;
     gl::Framebuffer framebuffer_;
     gl::Texture ltc_;

@@ -200,6 +200,11 @@ Bounds SurfaceSet::bounds() const
     return all;
 }
 
+int SurfaceSet::vertices_drawn(const Instance& instance) const
+{
+    return meshes_[static_cast<std::size_t>(instance.mesh)].gpu.indices();
+}
+
 void SurfaceSet::draw(const Instance& instance, Detail detail, int times) const
 {
     int mesh = instance.mesh;

@@ -40,6 +40,8 @@ public:
     /// Meshes sent to the GPU so far.
     [[nodiscard]] int uploads() const { return uploads_; }
 
+    /// Vertices that a draw of one instance works out.
+    [[nodiscard]] int vertices_drawn(const Instance& instance) const;
     /// Issues the draw of one instance, so many times over; program and state are the caller's.
     enum class Detail { full, coarse, coarsest };
     void draw(const Instance& instance, Detail detail = Detail::full, int times = 1) const;

@@ -8,6 +8,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
 #include <tuple>
+#include <utility>
 
 #include "gl/state_guard.h"
 #include "host_picture.h"
@@ -198,6 +199,46 @@ TEST_F(LightVolume, SurfacesBesideTheSmokeAreShadedByIt)
         EXPECT_GT(max_difference(lit, picture_of(kept, kept.surface)), 0.3 * largest)
             << "there is a shadow";
     }
+}
+
+// A software rasteriser asks the media of suns only where a surface may be dimmed by them. A lamp
+// without any light has it ask all over.
+TEST_F(LightVolume, SunsAreAskedForWhereverMediaDimThem)
+{
+    Scene scene = empty_scene(32);
+    scene.resolution = {80, 144};
+    scene.camera.vfov_deg = 60;
+    GridMedium smoke = turned_lump(glm::dmat4(1.0));
+    smoke.translate = {0, 5, 3};
+    scene.media = {smoke};
+    scene.surfaces = {BoxSurface{{-50, -50, -1}, {50, 50, 0}, glm::vec3(1)},
+                      BoxSurface{{2.5, -50, -1}, {3, 50, 9}, glm::vec3(1)},
+                      SphereSurface{{-1, 0.5, 1.2}, 0.5, glm::vec3(1)}};
+    const Light dim = PointLight{{0, 20, 20}, glm::vec3(0)};
+    const std::vector<Light> suns{SunLight{{-0.8, 0.2, 1}, glm::vec3(3)},
+                                  SunLight{{0.1, -0.7, 0.6}, glm::vec3(1, 2, 3)}};
+    const std::vector<std::pair<glm::dvec3, glm::dvec3>> eyes{
+        {{0, -0.1, 9}, {0, 0, 0}},      // above
+        {{-7, -5, 2.5}, {0.5, 0, 1}},   // beside
+        {{1.8, 0, 1}, {-3, 0.5, 0}},    // in the shadow
+        {{-0.5, -0.3, 3}, {3, 1, 0}}};  // in the smoke
+    Settings settings = plain_settings();
+    settings.bounces = settings.surface_bounces = 0;
+    for (std::size_t count : {1, 2})
+        for (const auto& [eye, at] : eyes) {
+            SCOPED_TRACE(fmt::format("{} suns from {}, {}, {}", count, eye.x, eye.y, eye.z));
+            scene.camera.position = eye;
+            scene.camera.look_at = at;
+            scene.lights.assign(suns.begin(), suns.begin() + static_cast<std::ptrdiff_t>(count));
+            const Still parts = render(scene, settings);
+            scene.lights.push_back(dim);
+            const Still whole = render(scene, settings);
+            const Image lit = picture_of(parts, parts.surface_lit);
+            const double largest = *std::max_element(lit.pixels.begin(), lit.pixels.end());
+            EXPECT_LT(max_difference(lit, picture_of(whole, whole.surface_lit)), 2e-6 * largest);
+            EXPECT_GT(max_difference(lit, picture_of(parts, parts.surface)), 0.1 * largest)
+                << "there is a shadow";
+        }
 }
 
 // -- many lights ---------------------------------------------------------------------------------
