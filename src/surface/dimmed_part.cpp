@@ -28,7 +28,8 @@ double reach(const Bounds& from, const Bounds& other, glm::dvec3 way)
 
 using Polygon = std::vector<glm::dvec3>;
 
-/// The part of a convex polygon where distance() is at most 0. Sutherland and Hodgman.
+/// The part of a convex polygon where distance() is at most 0. Sutherland and Hodgman
+/// 1974, "Reentrant Polygon Clipping".
 template <typename Distance> Polygon clipped(const Polygon& polygon, const Distance& distance)
 {
     Polygon inside;
@@ -85,7 +86,8 @@ std::vector<glm::dvec3> corners_within(const Bounds& box, glm::dvec3 way, const 
     return corners;
 }
 
-/// The corners of their convex hull, or some more. Andrew's monotone chain.
+/// The corners of their convex hull, or some more. Andrew 1979, "Another Efficient
+/// Algorithm for Convex Hulls in Two Dimensions".
 std::vector<glm::dvec2> hull_of(std::vector<glm::dvec2> points)
 {
     std::sort(points.begin(), points.end(), [](const glm::dvec2& a, const glm::dvec2& b) {
