@@ -33,7 +33,7 @@ std::vector<Placed> place(const TransparentSet& transparents, const SeenTranspar
                           const PreparedFrame& frame);
 
 /// Puts them in the order in which they lie, the nearest first. Flat ones that cross, or lie before
-/// each other in a ring, are cut into pieces.
+/// each other in a ring, are cut into pieces (Newell, Newell and Sancha 1972).
 /// @param placed come by their nearest view_z
 /// @returns nothing where a mesh does, there are too many pieces, or it takes long to tell
 std::optional<std::vector<Placed>> put_in_order(std::vector<Placed> placed,
