@@ -26,10 +26,13 @@ vec3 place_of(vec3 q)
     return (u_field.nodes.world_from_node * vec4(within, 1.0)).xyz;
 }
 
-ivec3 node_count() { return ivec3(u_field.nodes.last) + 1; }
+// Read once: llvmpipe gathers a block's numbers lane by lane, and again on each turn of a loop.
+ivec3 g_node_count = ivec3(u_field.nodes.last) + 1;
+int g_first = u_field.first;
+ivec3 node_count() { return g_node_count; }
 
 // Where the images of several ways or harmonics have those of the k-th.
-ivec3 layer_of(int k) { return ivec3(0, 0, k * (int(u_field.nodes.last.z) + 1)); }
+ivec3 layer_of(int k) { return ivec3(0, 0, k * node_count().z); }
 
 // And where the image of all ways of a batch has the k-th: they stand beside each other in rows, since no edge of a
 // texture may be too long.
@@ -93,7 +96,7 @@ struct Crossing {
 // Of way k of the batch; light/crossings.comp.
 Crossing crossing_at(ivec3 node, int k)
 {
-    int number = u_field.first + k;
+    int number = g_first + k;
     uvec4 bits = texelFetch(u_crossed_tx, node + layer_of(number >> 5), 0) >> uint(number & 31) & 1u;
     return Crossing(bits.x != 0u, bits.w != 0u, 1.0 - 0.5 * float(bits.y + bits.z));
 }
@@ -108,7 +111,7 @@ bool is_crossed_near(float crossed, int k) { return (floatBitsToUint(crossed) >>
 // it, or `open`, where that tells nothing.
 float share_of_sky(usampler3D shares_tx, ivec3 node, int k, float open)
 {
-    uint share = texelFetch(shares_tx, node + way_of(u_field.first + k), 0).r;
+    uint share = texelFetch(shares_tx, node + way_of(g_first + k), 0).r;
     return share == uint(SKY_UNKNOWN) ? open : float(share) / float(SKY_SHARES);
 }
 
