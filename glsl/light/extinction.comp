@@ -13,10 +13,11 @@ void main()
     if (any(greaterThan(node, ivec3(lattice.last))))
         return;
     int n = u_volumes.samples;
+    HeldMedia held = held_media();
     extinction_t sum = extinction_t(0.0);
     for (ivec3 place = ivec3(0); place.z < n; place = next_in_cell(place, n)) {
         vec3 in_cell = place_in_cell(place, n);
-        sum += marched_extinction((lattice.world_from_node * vec4(vec3(node) + in_cell, 1.0)).xyz);
+        sum += marched_extinction((lattice.world_from_node * vec4(vec3(node) + in_cell, 1.0)).xyz, held);
     }
     vec3 sigma_t = vec3(sum) / float(n * n * n);
 #ifndef VOLUME_RGB

@@ -54,10 +54,11 @@ void main()
     for (int i = 0; i < kCount; ++i)
         g_light[i] = vec3(0.0);
     float weights = 0.0;
+    HeldMedia held = held_media();
     for (int k = 0; k < kSamples * kSamples * kSamples; ++k) {
         vec3 in_cell = (vec3(k & 1, k >> 1 & 1, k >> 2) + 0.5) / float(kSamples) - 0.5;
         vec3 p = place_of(vec3(node) + in_cell);
-        vec3 sigma_s = sample_media(p).sigma_s;
+        vec3 sigma_s = sample_media(media_point(p, held)).sigma_s;
         float weight = dot(sigma_s, vec3(1.0)) + 1e-9;
         weights += weight;
         add_lights(p, weight);

@@ -25,14 +25,15 @@ void main()
     int n = is_empty ? 0 : u_volumes.samples;
     MediumSample sum = MediumSample(vec3(0.0), extinction_t(0.0), vec3(0.0), 0.0);
     vec2 phase = vec2(0.0);
+    HeldMedia held = held_media();
     for (ivec3 place = ivec3(0); place.z < n; place = next_in_cell(place, n)) {
         vec3 in_cell = place_in_cell(place, n);
         // Of a cell at the lattice's faces what lies within.
         vec3 p = place_of(vec3(node) + in_cell);
         if (kMarched)
-            sum.sigma_t += marched_extinction(p);
+            sum.sigma_t += marched_extinction(p, held);
         else
-            add_medium(sum, phase, sample_media(p));
+            add_medium(sum, phase, sample_media(media_point(p, held)));
     }
     float share = 1.0 / float(max(n * n * n, 1));
     vec3 sigma_t = vec3(sum.sigma_t) * share;

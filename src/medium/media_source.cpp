@@ -224,9 +224,10 @@ private:
             zero, false, Depth::marched, end, [](std::size_t m) {
                 return fmt::format("    sum += medium_{}_depth(p, wi, range, steps);\n", m);
             });
-        sum("// Their extinction [1/m].\nextinction_t marched_extinction(vec3 p)",
-            "    extinction_t sum = extinction_t(0.0);\n    MediaPoint at = media_point(p, "
-            "held_media());\n",
+        sum("// Their extinction [1/m].\n"
+            "extinction_t marched_extinction(vec3 p, HeldMedia held)",
+            "    extinction_t sum = extinction_t(0.0);\n"
+            "    MediaPoint at = media_point(p, held);\n",
             false, Depth::marched, end, [&](std::size_t m) {
                 return fmt::format(
                     "    sum += at.held.media[{0}].sigma_t.{1} * medium_{0}_density(at);\n", m,
