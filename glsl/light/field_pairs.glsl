@@ -13,7 +13,7 @@ vec3 g_light[kCount];
 
 bool is_even(int i) { return i == 0 || (i >= kHarmonics[1] && i < kHarmonics[2]); }
 
-float harmonic_of(int k, int i) { return u_field.ways[k].harmonics[i >> 2][i & 3]; }
+float harmonic_of(int k, int i) { return spherical_harmonic(i, u_field.ways[k].wi); }
 
 // As light goes from order to order, and as the world's and the surfaces' comes.
 vec3 light_of_way(ivec3 node, int k) { return unpack_light(texelFetch(u_ways_tx, node + way_of(k), 0).rg); }

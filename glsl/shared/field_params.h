@@ -27,7 +27,6 @@ struct FUM_STD140 FieldWay {
     vec2 slope;         // nodes across, along the next two axes in turn, from a slice to the next
     float forward;      // 1 where light goes up along the axis, else -1
     float solid_angle;  // that it stands for [sr]
-    vec4 harmonics[4];  // of wi, bands 0 to 3
     ivec2 first_line;   // across slice 0, of those that surfaces are drawn along
 };
 

@@ -12,7 +12,6 @@
 #include "light/world_light.h"
 #include "shared/bindings.h"
 #include "shared/field_nodes.h"
-#include "shared/spherical_harmonics.h"
 
 namespace fumarole::light {
 
@@ -887,8 +886,6 @@ void RadianceField::set_batch(const Batch& batch)
         shared::FieldWay& way = params_.ways[k];
         way.entry = set.entry[i];
         way.solid_angle = static_cast<float>(set.ways[i].solid_angle);
-        for (int j = 0; j < 16; ++j)
-            way.harmonics[j / 4][j % 4] = shared::spherical_harmonic(j, way.wi);
     }
     params_.first = batch.first;
     params_.count = batch.count;

@@ -458,12 +458,10 @@ TEST_F(ParamLayout, IslandLight)
 
 TEST_F(ParamLayout, Field)
 {
-    const Offsets way{
-        MEMBER(FieldWay, entry),       MEMBER(FieldWay, axis),
-        MEMBER(FieldWay, wi),          MEMBER(FieldWay, metres),
-        MEMBER(FieldWay, slope),       MEMBER(FieldWay, forward),
-        MEMBER(FieldWay, solid_angle), {"harmonics[0]", offsetof(FieldWay, harmonics)},
-        MEMBER(FieldWay, first_line)};
+    const Offsets way{MEMBER(FieldWay, entry),       MEMBER(FieldWay, axis),
+                      MEMBER(FieldWay, wi),          MEMBER(FieldWay, metres),
+                      MEMBER(FieldWay, slope),       MEMBER(FieldWay, forward),
+                      MEMBER(FieldWay, solid_angle), MEMBER(FieldWay, first_line)};
     Offsets expected{MEMBER(FieldParams, albedo),     MEMBER(FieldParams, count),
                      MEMBER(FieldParams, media_low),  MEMBER(FieldParams, first),
                      MEMBER(FieldParams, media_high), MEMBER(FieldParams, order),
