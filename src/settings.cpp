@@ -274,11 +274,13 @@ std::vector<SettingInfo> make_table()
         number("history", "froxel", "0..0.999", "", &S::history, 0.0f, 0.999f,
                "weight of the last frame's froxels, and of the march's layer with --temporal, "
                "while the view moves; 0: no history is kept"),
-        choice("history-format", "froxel", "r11g11b10f|rgba16f|rgba32f", &S::history_format,
-               {{"r11g11b10f", as_int(S::Format::r11g11b10f)},
+        choice("history-format", "froxel", "auto|r11g11b10f|rgba16f|rgba32f", &S::history_format,
+               {{"auto", as_int(S::Format::automatic)},
+                {"r11g11b10f", as_int(S::Format::r11g11b10f)},
                 {"rgba16f", as_int(S::Format::rgba16f)},
                 {"rgba32f", as_int(S::Format::rgba32f)}},
-               "format of what is kept from frame to frame"),
+               "format of what is kept from frame to frame; auto: rgba16f, which is dithered, of "
+               "froxels unless --target-format is rgba32f, and rgba32f of the march"),
         choice(
             "froxel-shadows", "froxel", "media|grid", &S::froxel_shadows,
             {{"media", as_int(S::FroxelShadows::media)}, {"grid", as_int(S::FroxelShadows::grid)}},

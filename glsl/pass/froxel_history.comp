@@ -126,7 +126,8 @@ void main()
     }
     imageStore(u_counts_img, froxel, vec4(min(mean.frames, kMostCounted), 0.0, 0.0));
     float number = has_one_extinction() ? extinction_number(mean.extinction) : 0.0;
-    imageStore(u_source_img, froxel, vec4(mean.source, number));
+    uvec2 dither = froxel_dither(froxel);
+    imageStore(u_source_img, froxel, kept_value(vec4(mean.source, number), dither.x, dither.y));
     if (!has_one_extinction())
-        imageStore(u_extinction_img, froxel, vec4(mean.extinction, 0.0));
+        imageStore(u_extinction_img, froxel, kept_value(vec4(mean.extinction, 0.0), dither.y, dither.y));
 }

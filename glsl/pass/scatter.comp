@@ -94,7 +94,9 @@ void main()
     }
     if (kHistory)
         add_history(froxel, medium, source, extinction);
-    imageStore(u_source_img, froxel, vec4(source, has_one_extinction() ? extinction.a : 0.0));
+    uvec2 dither = froxel_dither(froxel);
+    vec4 kept = vec4(source, has_one_extinction() ? extinction.a : 0.0);
+    imageStore(u_source_img, froxel, kept_value(kept, dither.x, dither.y));
     if (!has_one_extinction())
-        imageStore(u_extinction_img, froxel, extinction);
+        imageStore(u_extinction_img, froxel, kept_value(extinction, dither.y, dither.y));
 }

@@ -1,5 +1,11 @@
-// Last frame's froxels, looked up where this frame's lie. Needs scene/in_scattering.glsl, scene/v_buffer.glsl.
+// Last frame's froxels, looked up where this frame's lie, and how this frame's are kept for the next. Needs
+// scene/in_scattering.glsl, scene/v_buffer.glsl.
+#include "lib/dithered_half.glsl"
+#include "lib/noise.glsl"
 #include "scene/turned_to_eye.glsl"
+
+// Variant
+const bool kDithered = false;  // what is kept has 16 bits
 
 layout(binding = FROXEL_HISTORY_UNIT) uniform sampler3D u_history_tx;
 layout(binding = FROXEL_HISTORY_EXTINCTION_UNIT) uniform sampler3D u_history_extinction_tx;
@@ -21,13 +27,33 @@ HistoryPlace history_place(ivec3 froxel)
     return HistoryPlace(p, -normalize(ray.direction), uvw);
 }
 
-vec4 history_source(vec3 uvw) { return textureLod(u_history_tx, uvw, 0.0) * u_froxels.history_slices.rescale; }
+vec4 history_source(vec3 uvw)
+{
+    // Where extinction has one colour the volume has slices behind the froxels' last, for what is integrated.
+    if (kOneColor) {
+        float count = u_froxels.slices.count;
+        uvw.z = min(uvw.z * count, count - 0.5) / float(textureSize(u_history_tx, 0).z);
+    }
+    return textureLod(u_history_tx, uvw, 0.0) * u_froxels.history_slices.rescale;
+}
 
 vec4 history_extinction(vec3 uvw)
 {
     if (has_one_extinction())
         return extinction_of_number(history_source(uvw));
     return textureLod(u_history_extinction_tx, uvw, 0.0) * u_froxels.history_slices.rescale;
+}
+
+// The dithers of a froxel in this frame: of its source, and of its extinction.
+uvec2 froxel_dither(ivec3 froxel) { return dither_of_frame(hash_pcg3d(uvec3(froxel)).xy, u_froxels.dithered_frame); }
+
+// What is kept of a value. Its channels share a dither, so that what is grey stays grey.
+vec4 kept_value(vec4 value, uint color_dither, uint alpha_dither)
+{
+    if (!kDithered)
+        return value;
+    return vec4(dithered_half(value.r, color_dither), dithered_half(value.g, color_dither),
+                dithered_half(value.b, color_dither), dithered_half(value.a, alpha_dither));
 }
 
 // How much brighter a medium at a place is from here than from where the eye was.

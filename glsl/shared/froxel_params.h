@@ -37,6 +37,7 @@ struct FUM_STD140 FroxelParams {
     vec4 history_view_z_from_world;
     vec4 history_eye;       // xyz: where the eye was [m]; w 0: orthographic, the direction to it
     vec3 extinction_color;  // of all media, its brightest channel 1: scene/froxel_extinction.glsl
+    uint dithered_frame;    // number of frames since the first of this history
 };
 
 FUM_SHARED_END

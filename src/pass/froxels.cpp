@@ -1,5 +1,6 @@
 #include "pass/froxels.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
@@ -16,6 +17,10 @@ namespace {
 /// Slices before the eye's first and behind its last that continue what is integrated.
 constexpr int kEndSlices = 3;
 
+/// Of a view at rest, the largest weight of a history that is dithered. A mean of ever more frames
+/// forgets its own roundings ever more slowly, so their sum would grow without an end.
+constexpr float kMostDithered = 4095.0f / 4096;
+
 constexpr glm::ivec3 kFroxelGroup(FROXEL_GROUP_X, FROXEL_GROUP_Y, FROXEL_GROUP_Z);
 
 /// Columns beyond the picture on each side, so that a lookup at its edge finds all its texels.
@@ -31,6 +36,13 @@ glm::ivec3 froxel_count(const PreparedFrame& frame)
     return {columns + 2 * guard_columns(s), s.slices};
 }
 
+GLenum history_format(const FrameSettings& s)
+{
+    if (s.history_format != Settings::Format::automatic)
+        return gl_format(s.history_format);
+    return s.format == Settings::Format::rgba32f ? GL_RGBA32F : GL_RGBA16F;
+}
+
 FroxelPlan make_plan(const Toolbox& tools, const PreparedFrame& frame)
 {
     const medium::MediaTraits& media = tools.media.traits();
@@ -40,7 +52,8 @@ FroxelPlan make_plan(const Toolbox& tools, const PreparedFrame& frame)
     plan.picture = frame.picture_size;
     plan.format = gl_format(s.format);
     plan.history = frame.keeps_history;
-    plan.source_format = plan.history ? gl_format(s.history_format) : plan.format;
+    plan.source_format = plan.history ? history_format(s) : plan.format;
+    plan.dithered = plan.history && plan.source_format == GL_RGBA16F;
     const bool alpha = plan.format != GL_R11F_G11F_B10F && plan.source_format != GL_R11F_G11F_B10F;
     plan.extinction_in_alpha = alpha && !media.colored_extinction;
     plan.one_color = alpha && media.colored_extinction && tools.media.extinction_color();
@@ -112,6 +125,8 @@ gl::Defines sampling_defines(const Toolbox& tools, const FrameSettings& s, const
     defines += storage_defines(plan);
     if (s.range == Settings::Range::camera)
         defines.emplace_back("kCameraRange", "");
+    if (plan.dithered)
+        defines.emplace_back("kDithered", "");
     return defines;
 }
 
@@ -154,11 +169,20 @@ Froxels::View& Froxels::view_of(const PreparedFrame& frame)
         view.emission = make("V-buffer emission", plan.format, plan.count);
     if (plan.mixed_g)
         view.phase = make("V-buffer phase", GL_RG16F, plan.count);
-    for (int i = 0; i < (plan.history ? 2 : 1); ++i)
-        view.source.at(i) = make("froxel source", plan.source_format, plan.count);
-    if (plan.extinction_in_alpha)
+    for (int i = 0; i < (plan.history ? 2 : 1); ++i) {
+        gl::Texture& source = view.source.at(i);
+        if (!plan.transmittance_in_source()) {
+            source = make("froxel source", plan.source_format, plan.count);
+            continue;
+        }
+        source =
+            make("froxel source, then integrated transmittance", plan.source_format, integrated);
+        // A lookup at the last slice multiplies the one behind it by 0, and must find a number.
+        source.clear(GL_RGBA, GL_FLOAT, nullptr);
+    }
+    if (plan.extinction_in_alpha || plan.transmittance_in_source())
         return view;
-    view.transmittance =
+    view.own_transmittance =
         make("V-buffer sigma_t, then integrated transmittance", plan.format, integrated);
     if (plan.one_color)
         return view;
@@ -193,6 +217,7 @@ shared::FroxelParams Froxels::params(const PreparedFrame& frame, const View& vie
         static_cast<float>((now.range.y - now.range.x) / (last.range.y - last.range.x));
     params.history_eye = eye_from_eye(last, frame.eye);
     params.extinction_color = tools_.media.extinction_color().value_or(glm::vec3(1));
+    params.dithered_frame = view.dithered_frame;
     return params;
 }
 
@@ -304,7 +329,8 @@ void Froxels::integrate(const PreparedFrame& frame, const View& view) const
     view.source.at(view.current).bind(FROXEL_SOURCE_UNIT);
     view.extinction.at(view.current).bind(FROXEL_EXTINCTION_UNIT);
     bind_image(gl, INTEGRATED_SCATTERING_IMAGE, view.scattering, plan.format);
-    bind_image(gl, INTEGRATED_TRANSMITTANCE_IMAGE, view.transmittance, plan.format);
+    bind_image(gl, INTEGRATED_TRANSMITTANCE_IMAGE, view.transmittance(),
+               plan.transmittance_in_source() ? plan.source_format : plan.format);
     dispatch("pass/integrate.comp", defines, {plan.count.x, plan.count.y, 1},
              {FROXEL_COLUMNS, FROXEL_COLUMNS, 1});
 }
@@ -322,7 +348,11 @@ void Froxels::draw(const PreparedFrame& frame)
     } else if (change_ != SceneChange::none && !view.frame_source) {
         make_counts(view);
     }
-    write_block(frame, view, view.weight.next(use_, frame.settings.history));
+    view.dithered_frame = has_history(use_) ? view.dithered_frame + 1 : 0;
+    float weight = view.weight.next(use_, frame.settings.history);
+    if (view.plan.dithered)
+        weight = std::min(weight, std::max(kMostDithered, frame.settings.history));
+    write_block(frame, view, weight);
     {
         const auto time = tools_.timers.scope("froxel media");
         draw_v_buffer(frame, view);
@@ -347,7 +377,7 @@ IntegratedFroxels Froxels::integrated() const
     gl::Defines storage;
     if (view_.plan.extinction_in_alpha)
         storage.emplace_back("EXTINCTION_IN_ALPHA", "");
-    return {&view_.scattering, &view_.transmittance, std::move(storage)};
+    return {&view_.scattering, &view_.transmittance(), std::move(storage)};
 }
 
 gl::Texture Froxels::sample_counts(const PreparedFrame& frame)
@@ -364,7 +394,7 @@ gl::Texture Froxels::sample_counts(const PreparedFrame& frame)
     if (!view.plan.extinction_in_alpha && !view.plan.one_color)
         sigma_t = make("V-buffer sigma_t");
     std::swap(view.scattering, sigma_s);
-    std::swap(view.transmittance, sigma_t);
+    std::swap(view.own_transmittance, sigma_t);
     draw_v_buffer(frame, view);
     gl::Texture counts =
         gl::Texture::make_3d(gl, "sample counts", view.plan.count, GL_R32F, gl::Filter::nearest);
@@ -375,7 +405,7 @@ gl::Texture Froxels::sample_counts(const PreparedFrame& frame)
     dispatch("pass/scatter.comp", defines, view.plan.count, kFroxelGroup);
     gl->MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);  // for who reads it back
     std::swap(view.scattering, sigma_s);
-    std::swap(view.transmittance, sigma_t);
+    std::swap(view.own_transmittance, sigma_t);
     return counts;
 }
 

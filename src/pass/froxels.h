@@ -27,6 +27,10 @@ struct FroxelPlan {
     bool emission = false;
     bool mixed_g = false;
     bool history = false;
+    /// The history's volumes round by a dither, since they have 16 bits.
+    bool dithered = false;
+    /// What is integrated has its transmittance where last frame's source was.
+    [[nodiscard]] bool transmittance_in_source() const { return one_color && history; }
 
     bool operator==(const FroxelPlan&) const = default;
 };
@@ -75,8 +79,8 @@ private:
         /// frames what is kept of each froxel is worth.
         gl::Texture frame_source;
         std::array<gl::Texture, 2> counts;
-        bool counted = false;                   ///< last frame's counts are there
-        gl::Texture scattering, transmittance;  ///< integrated
+        bool counted = false;                       ///< last frame's counts are there
+        gl::Texture scattering, own_transmittance;  ///< integrated
         // The V-buffer's, which have had their use before anything is integrated.
         [[nodiscard]] const gl::Texture& sigma_s() const
         {
@@ -84,9 +88,15 @@ private:
         }
         [[nodiscard]] const gl::Texture& sigma_t() const
         {
-            return plan.looked_through ? own_sigma_t : transmittance;
+            return plan.looked_through ? own_sigma_t : own_transmittance;
         }
-        int current = 0;  ///< into those pairs: of the last frame
+        /// As last frame's source has had.
+        [[nodiscard]] const gl::Texture& transmittance() const
+        {
+            return plan.transmittance_in_source() ? source.at(1 - current) : own_transmittance;
+        }
+        int current = 0;                   ///< into those pairs: of the last frame
+        std::uint32_t dithered_frame = 0;  ///< FroxelParams'
         std::optional<HistoryView> last;
         HistoryWeight weight;
     };

@@ -14,9 +14,14 @@ namespace {
 /// Of what is kept: with an alpha, which the small format has not.
 GLenum kept_format(const FrameSettings& s)
 {
-    return s.history_format == Settings::Format::r11g11b10f ? GL_RGBA16F
-
-                                                            : pass::gl_format(s.history_format);
+    switch (s.history_format) {
+    case Settings::Format::automatic:
+        return GL_RGBA32F;
+    case Settings::Format::r11g11b10f:
+        return GL_RGBA16F;
+    default:
+        return pass::gl_format(s.history_format);
+    }
 }
 
 }  // namespace

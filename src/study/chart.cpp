@@ -84,7 +84,7 @@ std::vector<Sweep> make_sweeps()
         alone("world-light", {"on", "off"}, {}),
         alone("shadow-map", {"256", "512", "1024", "4096"}, {}),
         {"froxel", {{"history", {"0", "0.95"}, {"0"}}}},
-        {"froxel", {{"history-format", {"r11g11b10f", "rgba16f", "rgba32f"}, {}}}},
+        {"froxel", {{"history-format", {"r11g11b10f", "auto", "rgba32f"}, {}}}},
         alone_in_froxels("tile", {"4", "8", "16"}, {"4", "16"}),
         alone_in_froxels("slices", {"32", "64", "128"}, {"128"}),
         alone_in_froxels("slice-spacing", {"exponential", "power", "linear"}, {}),

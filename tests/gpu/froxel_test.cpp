@@ -1,6 +1,7 @@
 // glsl/lib/froxel.glsl and tricubic.glsl against double, and how a view's history is weighed.
 
 #include <cmath>
+#include <glm/gtc/packing.hpp>
 #include <random>
 
 #include "pass/froxels.h"
@@ -161,6 +162,58 @@ void kernel(int i) { out_data[i] = texture_tricubic(u_volume_tx, in_data[i].xyz)
         // A GPU's filter weights have 8 bits.
         ASSERT_NEAR(out[n].x, sum, gl().capabilities().software ? 1e-5 : 8.0 / 256) << n;
     }
+}
+
+// glsl/lib/dithered_half.glsl: one of the two halves around a value, and the value on average,
+// wherever it lies.
+TEST_F(FroxelLib, ADitheredHalfIsTheValueOnAverage)
+{
+    const Kernel kernel(gl(), R"(
+#include "lib/dithered_half.glsl"
+void kernel(int i)
+{
+    const uint kFrames = 4096u;
+    float value = in_data[i].x, reference = in_data[i].y;
+    vec4 seen = vec4(0.0, 1e38, -1e38, 0.0);  // mean of the differences from a reference, least, most
+    for (uint frame = 0u; frame < kFrames; ++frame) {
+        float half_float = dithered_half(value, dither_of_frame(uvec2(12345u * uint(i), 0u), frame).x);
+        seen.x += (half_float - reference) / float(kFrames);
+        seen.y = min(seen.y, half_float);
+        seen.z = max(seen.z, half_float);
+    }
+    out_data[i] = seen;
+}
+)");
+    struct Place {
+        float value, below, unit;  ///< unit in the last place of the half below
+    };
+    std::vector<Place> places;
+    for (const float value : {1.0f, 1.0003f, 1.99999f, 0.1f, 3.3e4f, 6.5e4f, 6.2e-5f, 6.0976e-5f,
+                              6.1e-5f, 1e-6f, 3e-8f, 1e-9f, 0.0f, -0.7f, -2e-7f}) {
+        const double unit = std::exp2(
+            std::max(std::floor(std::log2(std::max(std::abs(value), 1e-30f))), -14.0f) - 10);
+        places.push_back(
+            {value, static_cast<float>(std::floor(value / unit) * unit), static_cast<float>(unit)});
+    }
+    std::vector<glm::vec4> in;
+    for (const Place& place : places)
+        in.emplace_back(place.value, place.below, 0, 0);
+    in.emplace_back(65519.0f, 65504.0f, 0, 0);
+    in.emplace_back(1e30f, 65504.0f, 0, 0);
+    const std::vector<glm::vec4> out = kernel(in);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const Place& place = places[i];
+        EXPECT_NEAR(out[i].x / place.unit, (place.value - place.below) / place.unit, 2e-3)
+            << place.value << ": 4096 frames are spread to a few in 4096";
+        EXPECT_GE(out[i].y, place.below) << place.value;
+        EXPECT_LE(out[i].z, place.below + place.unit) << place.value;
+        for (const float half_float : {out[i].y, out[i].z})
+            EXPECT_EQ(glm::unpackHalf1x16(glm::packHalf1x16(half_float)), half_float)
+                << place.value;
+        EXPECT_EQ(out[i].z > out[i].y, place.value != place.below) << place.value;
+    }
+    for (std::size_t i = places.size(); i < in.size(); ++i)
+        EXPECT_EQ(glm::vec3(out[i]), glm::vec3(0, 65504, 65504)) << "no infinity";
 }
 
 using pass::HistoryUse;

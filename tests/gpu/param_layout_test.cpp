@@ -179,7 +179,8 @@ Offsets froxel_members()
                     MEMBER(FroxelParams, history_clip_from_world),
                     MEMBER(FroxelParams, history_view_z_from_world),
                     MEMBER(FroxelParams, history_eye),
-                    MEMBER(FroxelParams, extinction_color)};
+                    MEMBER(FroxelParams, extinction_color),
+                    MEMBER(FroxelParams, dithered_frame)};
     add_struct(members, "slices", offsetof(FroxelParams, slices), kSlices);
     add_struct(members, "history_slices", offsetof(FroxelParams, history_slices), kSlices);
     return members;

@@ -88,7 +88,12 @@ struct FrameSettings {
                  ///< froxels: slices from near to far, none of them cut
     };
     enum class Targets { automatic, two, mono };
-    enum class Format { r11g11b10f, rgba16f, rgba32f };
+    enum class Format {
+        r11g11b10f,
+        rgba16f,
+        rgba32f,
+        automatic,  ///< of a history alone
+    };
     enum class Upsample { tent4x4, bilinear2x2, box4x4 };
     enum class LayerDepth { checkerboard, corner };
     enum class SliceSpacing { exponential, power, linear };
@@ -160,7 +165,9 @@ struct FrameSettings {
     int slices = 64;  ///< number of slices along the whole range, 1..1024
     SliceSpacing slice_spacing = SliceSpacing::exponential;
     float history = 0.95f;  ///< weight of the history while the view moves, 0 for none
-    Format history_format = Format::rgba32f;
+    /// Of what is kept from frame to frame. automatic: 16 bits, rounded by a dither, of froxels
+    /// whose `format` has no more; 32 else.
+    Format history_format = Format::automatic;
     FroxelShadows froxel_shadows = FroxelShadows::media;
     Lookup lookup = Lookup::trilinear;
     Integration integration = Integration::hillaire;
