@@ -3,13 +3,11 @@
 // From a node to the nearest surface down and up each axis, in nodes; more than 1: none before the next node.
 struct Walls {
     vec3 down, up;
-    float through;  // of light, over two nodes, by media
 };
 
 Walls walls_of(sampler3D walls, ivec3 node, int nodes_z)
 {
-    vec4 down = texelFetch(walls, node, 0);
-    return Walls(down.xyz, texelFetch(walls, node + ivec3(0, 0, nodes_z), 0).xyz, down.a);
+    return Walls(texelFetch(walls, node, 0).xyz, texelFetch(walls, node + ivec3(0, 0, nodes_z), 0).xyz);
 }
 
 // A place between nodes, moved away from those that lie behind a surface: where one crosses the line between two, the

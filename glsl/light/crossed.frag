@@ -7,7 +7,7 @@
 
 // Variant
 const bool kBeyond = false;  // what lies beyond the lattice is asked for, else what lies in it
-const bool kWalls = false;   // how far before the node it lies is kept instead, along an axis of the lattice
+const bool kWalls = false;   // twice how far before the node it lies is kept instead; odd: it is seen from within
 const bool kFaces = false;   // and what lies there
 const bool kParts = false;   // as FACE_PARTS lines on each side of a node's own part have it
 
@@ -28,13 +28,13 @@ void main()
     if (kWalls || kFaces) {
         if (before > 1.0)
             return;
-        uint word = uint(before * float(WALL_STEPS));
+        bool is_inside = dot(normal, way.wi) > 0.0;
+        bool is_open = u_draw.is_open != 0;
+        uint word = uint(before * float(WALL_STEPS)) << 1 | uint(is_inside && !is_open);
         if (kFaces) {
-            bool is_inside = dot(normal, way.wi) > 0.0;
-            bool is_open = u_draw.is_open != 0;
             word = pack_face(before, is_inside ? -normal : normal, is_inside && !is_open ? kNoSurface : u_draw.number);
         }
-        ivec3 at = meeting.node + layer_of(k);
+        ivec3 at = meeting.node + (kFaces ? layer_of(k) : way_of(k));
         if (kParts)
             at += part_of_face(line);
         imageAtomicMin(u_crossed_img, at, word);

@@ -3,39 +3,94 @@
 // Irradiance Environment Maps".
 #include "lib/lattice.glsl"
 #include "lib/phase.glsl"
-#include "lib/walls.glsl"
+#include "lib/sights.glsl"
 #include "shared/spherical_harmonics.h"
 #include "scene/light_volumes_block.glsl"
 
 layout(binding = WORLD_ON_SURFACES_UNIT) uniform sampler3D u_world_on_surfaces_tx;
-layout(binding = WALLS_UNIT) uniform sampler3D u_walls_tx;
+layout(binding = WALLS_UNIT) uniform usampler3D u_sights_tx;
 
-// How much a node counts on a surface: one behind it, or behind another that stands between, does not. Weights change
-// with the place and never at once, which would show as an edge on the surface: as Majercik and others 2019, "Dynamic
-// Diffuse Global Illumination with Ray-Traced Irradiance Fields", section 4, but by walls along the axes.
+// What stands before a node along the ways of its octant, the surface itself left out: inverse distances, 0 where nothing
+// is met. A plane's grow evenly from way to way.
+struct Hidden {
+    vec3 axes, faces;
+    float middle;
+};
+
+vec3 inverse_distance(vec3 steps)
+{
+    return mix(1.0 / max(steps, vec3(1e-3)), vec3(0.0), greaterThan(steps, vec3(1.001)));
+}
+
+// Of what lies behind the surface itself along a way, that is met there at `own`: what is met along the ways beside it, if
+// it goes on as far.
+float behind_own(float own, vec3 beside)
+{
+    vec3 goes_on = beside * clamp(6.0 - 5.0 * beside / max(own, 1e-3), 0.0, 1.0);
+    return max(goes_on.x, max(goes_on.y, goes_on.z));
+}
+
+// falls: of the surface's plane, inverse distances along the axes
+Hidden hidden_by_others(Sight sight, vec3 falls)
+{
+    const float kOthers = 4.0;  // what is met by 1 / this of the way before the surface itself is all another's
+    vec3 own_faces = falls.yzx + falls.zxy;
+    float own_middle = falls.x + own_faces.x;
+    Hidden hidden =
+        Hidden(inverse_distance(sight.axes), inverse_distance(sight.faces), inverse_distance(vec3(sight.middle)).x);
+    hidden.axes *= clamp(kOthers * (hidden.axes / max(falls, vec3(1e-3)) - 1.0), 0.0, 1.0);
+    vec3 axes = hidden.axes, faces = hidden.faces;
+    vec3 behind = vec3(behind_own(faces.x, axes.yzz), behind_own(faces.y, axes.zxx), behind_own(faces.z, axes.xyy));
+    hidden.faces = mix(behind, faces, clamp(kOthers * (faces / max(own_faces, vec3(1e-3)) - 1.0), 0.0, 1.0));
+    float behind_middle = max(behind_own(hidden.middle, axes), behind_own(hidden.middle, hidden.faces));
+    hidden.middle =
+        mix(behind_middle, hidden.middle, clamp(kOthers * (hidden.middle / max(own_middle, 1e-3) - 1.0), 0.0, 1.0));
+    return hidden;
+}
+
+// How much a node counts on a surface, 0 to 1.
+struct Counts {
+    float above;   // not if it lies behind the surface
+    float weight;  // nor inside of another; ever less, the more of another stands between
+    float seen;    // nor if another hides it, by far
+    float clear;   // nor if another stands between along an axis, at once
+};
+
+// Weights change with the place and never at once, which would show as an edge on the
+// surface: as Majercik and others 2019, "Dynamic Diffuse Global Illumination with Ray-Traced Irradiance Fields", section
+// 4, but by what the node meets along 26 ways.
 //   from     from the place to the node
 //   heights  dot() with a way [nodes] is how far it leads away from the surface
-float node_counts(Walls walls, vec3 from, vec3 heights)
+Counts node_counts(Sight sight, vec3 from, vec3 heights)
 {
     const float kHalfWay = 2.0;  // a node counts in full from half a node's height on
     const float kOther = 0.8;    // a wall that comes before this part of the way to the surface itself is another's
-    const float kSharp = 64.0;   // a wall hides by parts within 1 / this of the way
+    const float kSharp = 64.0;   // a wall along an axis hides by parts within 1 / this of the way
     float height = dot(from, heights);
-    vec3 falls = heights * sign(from);  // on the way back along each axis
-    vec3 own = mix(vec3(1e4), kOther * height / max(falls, vec3(1e-4)), step(1e-4, falls));
-    vec3 reach = max(min(abs(from), own), vec3(1e-4));
-    vec3 wall = mix(walls.up, walls.down, step(0.0, from));
-    vec3 seen = clamp(1.0 + kSharp * (wall / reach - 1.0), 0.0, 1.0);
-    return clamp(kHalfWay * height, 0.0, 1.0) * seen.x * seen.y * seen.z;
+    Hidden by = hidden_by_others(sight, heights * sign(from) / max(kOther * height, 1e-3));
+    // The way to the place is made up of three ways that are next to each other: one along an axis, one between two.
+    vec3 d = abs(from);
+    vec3 lower = min(d.yzx, d.zxy);
+    float least = min(d.x, lower.x);
+    float hidden = dot(max(d - max(d.yzx, d.zxy), vec3(0.0)), by.axes) + dot(max(lower - d, vec3(0.0)), by.faces) +
+                   least * by.middle;
+    // Where walls meet, the plane between what is met on both would cut the corner off: what stands along the axes only.
+    vec3 along = d * by.axes, across = lower * by.faces;
+    float by_axes = max(along.x, max(along.y, along.z));
+    hidden = min(hidden, max(max(by_axes, least * by.middle), max(across.x, max(across.y, across.z))));
+    float above = clamp(kHalfWay * height, 0.0, 1.0);
+    float outside = above * sight.outside;
+    return Counts(above, outside * exp2(-3.0 * min(hidden * hidden * hidden, 20.0)),
+                  outside * clamp(3.0 - 2.0 * hidden, 0.0, 1.0),
+                  outside * clamp(1.0 + kSharp * (1.0 - by_axes), 0.0, 1.0));
 }
 
 // Whether nothing stands over a node before the next one, by the axis that n goes along most.
-float is_open(Walls walls, vec3 n)
+float is_open(Sight sight, vec3 from, vec3 n)
 {
     vec3 size = abs(n);
-    vec3 wall = mix(walls.down, walls.up, step(0.0, n)) +
-                mix(vec3(2.0), vec3(0.0), step(max(size.x, max(size.y, size.z)), size));
-    return step(1.0001, min(wall.x, min(wall.y, wall.z)));
+    vec3 open = mix(step(1.001, sight.axes), sight.behind, step(0.0, from * n));
+    return dot(open, step(max(size.yzx, size.zxy), size));
 }
 
 // Of the nodes around a place; alpha: what part of them does not lie inside of surfaces, which are left out.
@@ -57,37 +112,51 @@ vec4 sum_of_nodes(vec3 at, vec3 n)
 // Where the nodes around a place are looked up, so that those that don't count have no part.
 struct Lookup {
     vec3 at;
-    float weight;  // of those that count
-    float open;    // part of their light that comes from the nodes over them, past surfaces and media
+    float seen;   // part of those above the surface that are
+    float clear;  // of all
+    float open;   // part of their light that comes from the nodes over them, past surfaces and media
 };
 
 //   q  the place on the surface; it is looked up half a node above
 Lookup lookup_above(vec3 q, vec3 way, vec3 n, vec3 heights)
 {
+    const float kNone = 1e-30;
     LatticeParams lattice = u_volumes.surfaces;
+    int nodes_z = int(lattice.last.z) + 1;
     vec3 at = q + 0.5 * way;
     vec3 base = clamp(floor(at), vec3(0.0), lattice.last - 1.0);
     vec3 t = clamp(at - base, 0.0, 1.0);
-    Lookup sum = Lookup(vec3(0.0), 0.0, 0.0);
+    Lookup sum = Lookup(vec3(0.0), 0.0, 0.0, 0.0);
+    float weight = 0.0, above = 0.0;
     for (int corner = 0; corner < 8; ++corner) {
         vec3 is_high = vec3(corner & 1, (corner >> 1) & 1, corner >> 2);
         vec3 near = mix(1.0 - t, t, is_high);
+        float part = near.x * near.y * near.z;
         vec3 node = base + is_high;
-        Walls walls = walls_of(u_walls_tx, ivec3(node), int(lattice.last.z) + 1);
-        float weight = near.x * near.y * near.z * node_counts(walls, node - q, heights);
-        sum.at += weight * is_high;
-        sum.open += weight * is_open(walls, n) * walls.through;
-        sum.weight += weight;
+        vec3 from = node - q;
+        Sight sight = sight_of(u_sights_tx, ivec3(node), nodes_z, -from);
+        Counts counts = node_counts(sight, from, heights);
+        sum.at += part * counts.weight * is_high;
+        sum.open += part * counts.weight * is_open(sight, from, n) * sight.through;
+        sum.seen += part * counts.seen;
+        sum.clear += part * counts.clear;
+        weight += part * counts.weight;
+        above += part * counts.above;
     }
-    float inverse = 1.0 / max(sum.weight, 1e-4);
-    return Lookup(base + mix(t, sum.at * inverse, step(1e-4, sum.weight)), sum.weight, sum.open * inverse);
+    float inverse = 1.0 / max(weight, kNone);
+    return Lookup(base + mix(t, sum.at * inverse, step(kNone, weight)), sum.seen / max(above, 1e-3), sum.clear,
+                  sum.open * inverse);
 }
 
 // [W/m^2]; n: the normal at p. open: what arrives where nothing hides or dims, which is taken outside.
 vec3 world_irradiance(vec3 p, vec3 n, vec3 open)
 {
-    const float kFade = 0.15;    // of the volume's edge, towards its faces
-    const float kFewest = 0.05;  // of the nodes
+    const float kFade = 0.15;        // of the volume's edge, towards its faces
+    const float kFewest = 0.05;      // of the nodes
+    const float kFewSeen = 0.25;     // of those above the surface
+    const float kHardlySeen = 5e-3;  // and so few that they tell nothing
+    const float kFewestClear = 0.01;
+    const float kMostOff = 1.6;  // times what is seen, that what lies around is believed to have, or part of it
     const vec3 kWays[7] = vec3[7](vec3(0.0), vec3(-1.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, -1.0, 0.0),
                                   vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, -1.0), vec3(0.0, 0.0, 1.0));
     LatticeParams lattice = u_volumes.surfaces;
@@ -99,20 +168,22 @@ vec3 world_irradiance(vec3 p, vec3 n, vec3 open)
     vec3 way = node_way(lattice, n) * lattice.spacing;  // a node's length
     vec3 heights = (vec4(n, 0.0) * lattice.world_from_node).xyz / lattice.spacing;
     Lookup above = lookup_above(q, way, n, heights);
-    // Where no node counts, as under a ball, what stands around the place does, and not what lies behind the surface.
-    // The place itself is the loop's first turn: llvmpipe works out both sides of a branch for all pixels, while a loop
+    // Where few nodes count, as under a ball, what stands around the place does too, and not what lies behind the surface.
+    // The nodes above are the loop's first turn: llvmpipe works out both sides of a branch for all pixels, while a loop
     // ends with the last pixel that goes on.
     vec4 low = vec4(0.0), around = vec4(0.0);
-    float counts = 0.0;
+    float few = 0.0, hardly = 0.0, clear = 0.0;
     for (int i = 0; i < 7; ++i) {
         if (dot(kWays[i], n) > -0.5)
-            around += sum_of_nodes(above.at + kWays[i], n);
+            around += sum_of_nodes(i == 0 ? above.at : q + 0.5 * way + kWays[i], n);
         if (i > 0)
             continue;
         low = around;
         around = vec4(0.0);
-        counts = clamp(min(above.weight, low.a) / kFewest, 0.0, 1.0);
-        if (counts == 1.0)
+        few = clamp(min(above.seen / kFewSeen, low.a / kFewest), 0.0, 1.0);
+        hardly = clamp(above.seen / kHardlySeen, 0.0, 1.0);
+        clear = clamp(above.clear / kFewestClear, 0.0, 1.0);
+        if (min(few, clear) == 1.0)
             break;
     }
     vec4 high = sum_of_nodes(above.at + way, n);
@@ -126,7 +197,13 @@ vec3 world_irradiance(vec3 p, vec3 n, vec3 open)
     vec3 falls = pow(light / max(over, vec3(1e-20)), vec3(back));
     light =
         mix(min(light + back * (light - over), 2.0 * light), max(light * falls, 0.5 * light), greaterThan(over, light));
+    // The nodes of the next cell are among those around, so that light does not change at once where it begins. Behind a
+    // wall it may be far brighter there: only so much of that is believed.
+    vec3 beside = around.rgb / max(around.a, 1e-3);
+    light = mix(clamp(beside, light / kMostOff, light * kMostOff), light, few);
     // If those around are inside too, it is dark.
-    light = mix(around.rgb / max(around.a, 1e-3), light, counts);
+    light = mix(beside, light, hardly);
+    // Past a corner a node may be in the dark, as under a roof beside a gap in it, where the place itself is not.
+    light = mix(max(light, beside), light, clear);
     return mix(open, max(light, vec3(0.0)), inside);
 }

@@ -42,7 +42,7 @@
 #define DEPTH_VOLUME_UNIT 12
 #define WORLD_VOLUME_UNIT 13
 #define WORLD_ON_SURFACES_UNIT 14
-#define WALLS_UNIT 15
+#define WALLS_UNIT 15  // of a lattice: what stands between its nodes, or how far each sees
 #define IRRADIANCE_UNIT 16
 #define ENVIRONMENT_UNIT 17
 #define LTC_UNIT 18

@@ -315,6 +315,7 @@ void LightVolumes::clear_world()
     field_coefficients_ = {};
     world_ = {};
     walls_ = {};
+    sights_ = {};
     world_walls_ = {};
     on_surfaces_ = {};
     on_surfaces_dimmed_ = {};
@@ -920,6 +921,7 @@ void LightVolumes::begin_surfaces(const WorldFill& fill, const FieldLight* light
                  .sky_box = with_details(scene.media.bounds(), scene.surfaces)});
     field_on_surfaces_.fill_world(world_key_.ways_on_surfaces, kSurfaceBands, &on_surfaces_,
                                   on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr, light);
+    field_on_surfaces_.find_sights(on_surfaces_);
 }
 
 OtherLight LightVolumes::light_of_surfaces() const
@@ -1038,6 +1040,7 @@ void LightVolumes::fill_surfaces(WorldFill& fill)
                                   on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr);
     }
     walls_ = field_on_surfaces_.take_walls();
+    sights_ = field_on_surfaces_.take_sights();
     field_on_surfaces_.end();
 }
 
@@ -1075,7 +1078,7 @@ void LightVolumes::turn_surfaces(int turns, const surface::SurfaceSet& surfaces,
     for (int i = 0; i < turns; ++i) {
         depth_.bind(DEPTH_VOLUME_UNIT);
         dimmed.bind(WORLD_ON_SURFACES_UNIT);
-        field_on_surfaces_.walls().bind(WALLS_UNIT);
+        field_on_surfaces_.sights().bind(WALLS_UNIT);
         if (lights.has_environment())
             lights.bind_irradiance();
         field_on_surfaces_.light_surfaces(shading, surfaces);
@@ -1369,6 +1372,7 @@ void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice,
                  .closed = traits.media > traits.marched,
                  .scatters_again = task.scatters && task.orders.count > 0,
                  .straight_on = task.scatters ? task.orders.straight_on : 0,
+                 .sights = &field == &field_on_surfaces_,
                  .thick = task.orders.coarse_first,
                  .bounds = media.bounds(),
                  .world = task.world ? &world_key_.world : nullptr,
@@ -1425,7 +1429,7 @@ void LightVolumes::bind_for_surfaces(glm::dvec3 eye, bool through_media)
     write_block(eye);
     const bool dimmed = through_media && on_surfaces_dimmed_;
     (dimmed ? on_surfaces_dimmed_ : on_surfaces_).bind(WORLD_ON_SURFACES_UNIT);
-    walls_.bind(WALLS_UNIT);
+    sights_.bind(WALLS_UNIT);
 }
 
 gl::Defines LightVolumes::surface_defines() const

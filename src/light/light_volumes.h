@@ -277,7 +277,8 @@ private:
     std::vector<gl::Texture>
         bounced_means_;  ///< its mean at the nodes after each of the turns that were noted
     int turns_after_noted_ = 0;
-    gl::Texture walls_;  ///< walls between the nodes of the latter
+    gl::Texture walls_;   ///< walls between the nodes of the latter
+    gl::Texture sights_;  ///< how far each of these sees
     /// Between the nodes of world_, where surfaces send light on; its last layers have them.
     gl::Texture world_walls_;
     bool copied_walls_ = false;                     ///< they do by now

@@ -112,6 +112,28 @@ glm::ivec2 framebuffer_size(glm::ivec3 nodes)
     return glm::ivec2(2 * std::max({nodes.x, nodes.y, nodes.z}) + 4);
 }
 
+/// Ways that walls are looked for along: the axes, and the diagonals too.
+constexpr int kAxisWays = 6, kSightWays = 26;
+
+/// In nodes, to where light of that way comes from: as glsl/light/steps.glsl has them.
+glm::dvec3 wall_step(int way)
+{
+    constexpr int kFaceWays = 12;
+    const auto side = [](int bit) { return bit % 2 == 0 ? -1.0 : 1.0; };
+    glm::dvec3 step(0);
+    if (way < kAxisWays) {
+        step[way / 2] = side(way);
+    } else if (way < kAxisWays + kFaceWays) {
+        const int face = way - kAxisWays;
+        step[(face / 4 + 1) % 3] = side(face);
+        step[(face / 4 + 2) % 3] = side(face / 2);
+    } else {
+        const int octant = way - kAxisWays - kFaceWays;
+        step = {side(octant), side(octant / 2), side(octant / 4)};
+    }
+    return step;
+}
+
 bool contains(const Bounds& outer, const Bounds& inner)
 {
     return glm::all(glm::lessThanEqual(outer.min, inner.min)) &&
@@ -148,6 +170,7 @@ struct RadianceField::Filling {
     gl::Texture crossed;         ///< light/crossings.comp; empty: no surface
     gl::Texture steps_to_walls;  ///< as they are drawn
     gl::Texture walls;           ///< walls between nodes, as take_walls()
+    gl::Texture sights;          ///< as take_sights()
     const gl::Texture* sky_shares = nullptr;  ///< light/sky_share.comp; null: all or nothing
     gl::Texture clear, dimmed;                ///< coefficients of the world's light
     gl::Texture of_world;                     ///< dimmed, before add_light()
@@ -447,7 +470,7 @@ void RadianceField::draw_lines(const surface::SurfaceSet& surfaces,
 }
 
 void RadianceField::draw_along_axes(const surface::SurfaceSet& surfaces, const gl::Texture& to,
-                                    gl::Defines variant, int parts)
+                                    gl::Defines variant, int ways, int parts)
 {
     const glm::dmat3 metres_from_node = glm::inverse(glm::dmat3(filling_->lattice.node_from_eye));
     const GLuint none = ~0u;
@@ -457,44 +480,58 @@ void RadianceField::draw_along_axes(const surface::SurfaceSet& surfaces, const g
     device_->UseProgram(programs_.get({"light/line.vert", "light/crossed.frag"}, variant).id());
     const std::vector<surface::SurfaceSet::Instance> all(surfaces.instances().begin(),
                                                          surfaces.instances().end());
-    constexpr int kLayers = 6;
     glm::ivec2 lines(0);
-    for (int layer = 0; layer < kLayers; ++layer) {
-        // Light that goes up an axis meets a node's wall below it.
-        const glm::dvec3 up = glm::normalize(metres_from_node[layer / 2]);
-        lines = glm::max(lines, set_way(layer, layer % 2 == 0 ? -up : up));
-    }
+    // Light that goes up an axis meets a node's wall below it.
+    for (int way = 0; way < ways; ++way)
+        lines = glm::max(lines, set_way(way, glm::normalize(metres_from_node * wall_step(way))));
     params_.tilt = 0;
-    draw_lines(surfaces, all, kLayers, lines, framebuffer_, parts);
+    draw_lines(surfaces, all, ways, lines, framebuffer_, parts);
     wait_for_drawing();
 }
 
 void RadianceField::draw_walls(const surface::SurfaceSet& surfaces)
 {
-    const glm::ivec3 count = filling_->lattice.count;
-    filling_->steps_to_walls =
-        gl::Texture::make_3d(device_, "field: steps to walls", count * glm::ivec3(1, 1, 6),
-                             GL_R32UI, gl::Filter::nearest);
-    draw_along_axes(surfaces, filling_->steps_to_walls, {{"kWalls", ""}});
+    const int ways = filling_->medium.sights ? kSightWays : kAxisWays;
+    filling_->steps_to_walls = make_ways("field: steps to walls", ways, GL_R32UI);
+    draw_along_axes(surfaces, filling_->steps_to_walls, {{"kWalls", ""}}, ways);
 }
 
 void RadianceField::keep_walls()
 {
     Filling& filling = *filling_;
-    const gl::Texture steps = std::move(filling.steps_to_walls);
+    const gl::Texture& steps = filling.steps_to_walls;
     const glm::ivec3 count = filling.lattice.count;
     filling.walls =
         gl::Texture::make_3d(device_, "walls between nodes", count * glm::ivec3(1, 1, 2),
                              GL_RGBA16F, gl::Filter::nearest);
     steps.bind(FIELD_CROSSED_UNIT);
     bind_image(0, filling.walls, GL_WRITE_ONLY, GL_RGBA16F);
+    dispatch_nodes("light/walls.comp", {});
+    if (!filling.medium.sights)
+        filling.steps_to_walls = {};
+}
+
+void RadianceField::find_sights(const gl::Texture& light)
+{
+    Filling& filling = *filling_;
+    const gl::Texture steps = std::move(filling.steps_to_walls);
+    if (!steps)
+        return;
+    constexpr int kOctants = 8;
+    filling.sights = gl::Texture::make_3d(device_, "how far nodes see",
+                                          filling.lattice.count * glm::ivec3(1, 1, kOctants),
+                                          GL_RG32UI, gl::Filter::nearest);
     gl::Defines defines;
     const gl::Texture& sigma_t = filling.sigma_t ? filling.sigma_t : filling.marched;
     if (sigma_t && filling.medium.dims) {
         defines.emplace_back("kDims", "");
         sigma_t.bind(FIELD_SIGMA_T_UNIT);
     }
-    dispatch_nodes("light/walls.comp", defines);
+    light.bind(WORLD_ON_SURFACES_UNIT);
+    steps.bind(FIELD_CROSSED_UNIT);
+    write_block();
+    bind_image(0, filling.sights, GL_WRITE_ONLY, GL_RG32UI);
+    dispatch_nodes("light/sights.comp", defines);
 }
 
 void RadianceField::find_clearance()
@@ -529,7 +566,7 @@ void RadianceField::draw_faces(const surface::SurfaceSet& surfaces)
     const glm::ivec3 six = filling.lattice.count * glm::ivec3(1, 1, 6);
     filling.faces =
         gl::Texture::make_3d(device_, "field: faces", six, GL_R32UI, gl::Filter::nearest);
-    draw_along_axes(surfaces, filling.faces, {{"kFaces", ""}});
+    draw_along_axes(surfaces, filling.faces, {{"kFaces", ""}}, kAxisWays);
     filling.face_light = gl::Texture::make_3d(device_, "field: light of faces", six, GL_RGBA16F,
                                               gl::Filter::nearest);
     const std::array<GLfloat, 4> none{};
@@ -626,7 +663,7 @@ void RadianceField::find_emission(const surface::SurfaceSet& surfaces)
                                                    six * glm::ivec3(FACE_PARTS * FACE_PARTS, 1, 1),
                                                    GL_R32UI, gl::Filter::nearest);
     framebuffer_.set_empty(FACE_PARTS * framebuffer_size(filling.lattice.count));
-    draw_along_axes(surfaces, parts, {{"kFaces", ""}, {"kParts", ""}}, FACE_PARTS);
+    draw_along_axes(surfaces, parts, {{"kFaces", ""}, {"kParts", ""}}, kAxisWays, FACE_PARTS);
     filling.emitted = gl::Texture::make_3d(device_, "field: emission of faces", six, GL_RGBA16F,
                                            gl::Filter::nearest);
     parts.bind(FACES_UNIT);
@@ -829,6 +866,16 @@ void RadianceField::take_over(const OtherLight& other, int bands, const gl::Text
 const gl::Texture& RadianceField::walls() const
 {
     return filling_->walls;
+}
+
+const gl::Texture& RadianceField::sights() const
+{
+    return filling_->sights;
+}
+
+gl::Texture RadianceField::take_sights()
+{
+    return std::move(filling_->sights);
 }
 
 gl::Texture RadianceField::take_walls()

@@ -39,8 +39,9 @@ struct FieldMedium {
     /// Share of the extinction that is scattered straight on, and is taken for none:
     /// glsl/light/forward_peak.glsl.
     float straight_on = 0;
-    bool thick = false;  ///< light hardly gets from node to node: it is kept with more digits
-    Bounds bounds;       ///< metres, world: of all of them
+    bool sights = false;  ///< how far nodes see is asked for: take_sights()
+    bool thick = false;   ///< light hardly gets from node to node: it is kept with more digits
+    Bounds bounds;        ///< metres, world: of all of them
     const World* world = nullptr;  ///< the world whose light comes in
     const gl::Texture* extinction =
         nullptr;  ///< extinction of the marched media, where no volume dims lights
@@ -148,6 +149,12 @@ public:
     /// How far from each node the nearest surface lies along each of the lattice's axes, down and
     /// then up, a layer each; empty where there is none. Before end().
     [[nodiscard]] gl::Texture take_walls();
+    /// How far each node sees in each octant around it, a layer each; where FieldMedium::sights.
+    /// Before end().
+    [[nodiscard]] gl::Texture take_sights();
+    [[nodiscard]] const gl::Texture& sights() const;
+    /// Works them out. `light`, as fill_world() gave it, tells which nodes lie inside of surfaces.
+    void find_sights(const gl::Texture& light);
     /// Whether some of the surfaces may stand between the lattice's nodes. Before end().
     [[nodiscard]] bool has_walls(const surface::SurfaceSet& surfaces) const
     {
@@ -195,7 +202,7 @@ private:
     void copy(const gl::Texture& from, const gl::Texture& to) const;
     void draw_beyond(const gl::Defines& shading, const surface::SurfaceSet& surfaces);
     void draw_along_axes(const surface::SurfaceSet& surfaces, const gl::Texture& to,
-                         gl::Defines variant, int parts = 1);
+                         gl::Defines variant, int ways, int parts = 1);
     [[nodiscard]] gl::Defines bounce_defines() const;
     void even_out(int bands, gl::Texture& light);
     void carry_bounced(int ways, int bands, const gl::Defines& defines, const gl::Texture& to);

@@ -264,6 +264,74 @@ TEST_F(SurfaceBounces, AShiningWindowThrowsNoStripesOnTheFloor)
 
 // Of a bulb and a panel that are far smaller than the 0.53 m from node to node few lines of the
 // lattice meet any part, or none.
+// A white ball in the sun lights the floor at its foot, where most nodes lie inside of it or past
+// it. Wherever the ball stands amid them, none is taken up or left out at once from one pixel to
+// the next.
+TEST_F(SurfaceBounces, TheFloorBesideABallHasNoEdges)
+{
+    constexpr double kRadius = 0.8, kAlbedo = 0.6, kSun = 9;
+    const glm::dvec3 to_sun = glm::normalize(glm::dvec3(0.5, -0.9, 0.55));
+    const auto from_line = [](glm::dvec3 place, glm::dvec3 way, glm::dvec3 middle) {
+        return glm::length(glm::cross(middle - place, way));
+    };
+    for (const glm::dvec2 at :
+         {glm::dvec2(0, 0), glm::dvec2(0.1, 0.07), glm::dvec2(0.2, 0.15), glm::dvec2(-0.1, -0.1)}) {
+        const glm::dvec3 middle(at, kRadius);
+        Scene scene = empty_scene(160);
+        scene.resolution.y = 120;
+        scene.camera.position = {1.2, -4.8, 3.5};
+        scene.camera.look_at = {0, -0.7, 0};
+        scene.camera.up = {0, 0, 1};
+        scene.camera.vfov_deg = 30;
+        scene.lights = {SunLight{to_sun, glm::vec3(static_cast<float>(kSun))}};
+        scene.media = {thin({-3, -2.4, 0.2}, {3, 2.4, 4}, 1e-6f)};
+        scene.surfaces = {
+            BoxSurface{{-4.3, -2.4, -0.3}, {4.3, 2.9, 0}, glm::vec3(static_cast<float>(kAlbedo))},
+            BoxSurface{{-4.3, 2.6, 0}, {4.3, 2.9, 5.6}, glm::vec3(0.7f)},
+            SphereSurface{middle, kRadius, glm::vec3(0.9f)}};
+        const Still still = render(scene, settings_of(2));
+        // What surfaces send, of the floor that the sun lights, not beside the ball's shadow; else
+        // 0.
+        const Image sent = ideal(scene, [&](glm::dvec2 pixel) {
+            const PixelRay ray = ray_at(scene, pixel);
+            if (from_line(ray.origin, ray.direction, middle) < 1.04 * kRadius)
+                return glm::dvec3(0);
+            const glm::dvec3 p = ray.origin - ray.direction * (ray.origin.z / ray.direction.z);
+            const bool near = std::abs(p.x - middle.x) < 1.6 && std::abs(p.y - middle.y) < 1.6;
+            const bool lit =
+                glm::dot(middle - p, to_sun) < 0 || from_line(p, to_sun, middle) > 1.15 * kRadius;
+            return glm::dvec3(near && lit ? 1 : 0);
+        });
+        const auto at_pixel = [&](int x, int y) {
+            const auto i = static_cast<std::size_t>(3 * (y * still.width + x));
+            return sent.pixels[i] == 0 ? 0
+                                       : double{still.surface_lit[i]} -
+                                             kAlbedo / std::numbers::pi * kSun * to_sun.z;
+        };
+        std::vector<double> bends;
+        for (int y = 1; y + 1 < still.height; ++y)
+            for (int x = 1; x + 1 < still.width; ++x) {
+                const double here = at_pixel(x, y);
+                double bend = 0;
+                bool whole = here > 0;
+                for (const glm::ivec2 d : {glm::ivec2(1, 0), glm::ivec2(0, 1)}) {
+                    const double before = at_pixel(x - d.x, y - d.y),
+                                 after = at_pixel(x + d.x, y + d.y);
+                    whole = whole && before > 0 && after > 0;
+                    bend = std::max(bend, std::abs(before - 2 * here + after) / here);
+                }
+                if (whole)
+                    bends.push_back(bend);
+            }
+        ASSERT_GT(bends.size(), 4000);
+        const auto most = bends.begin() + static_cast<std::ptrdiff_t>(0.99 * double(bends.size()));
+        std::nth_element(bends.begin(), most, bends.end());
+        figure("floor beside a ball: second difference of 99 % of the pixels", *most);
+        // Nodes that were told apart along axes, at once, had 0.29 to 0.36.
+        EXPECT_LT(*most, 0.15) << "ball at " << at.x << ", " << at.y;
+    }
+}
+
 TEST_F(SurfaceBounces, ALampSmallerThanANodeLightsTheFloor)
 {
     constexpr double kRadius = 0.1, kHalf = 0.2, kHeight = 2.5;
