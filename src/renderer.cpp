@@ -303,7 +303,7 @@ bool Renderer::Parts::may_lay(Way way) const
     case Way::in_order:  // as one may be steep
         return flat > 0;
     case Way::at_panes:
-        return flat > transparents.plain_panes();
+        return flat > transparents.plain_panes() || transparents.may_cross();
     case Way::as_panes:
         return transparents.plain_panes() > 0;
     }
@@ -343,23 +343,27 @@ void Renderer::Parts::order_transparents(const View::State& view, PreparedFrame&
             return;
         ordered = std::move(*found);
     }
+    const std::vector<transparent::Placed> at_panes = transparent::panes_of(ordered);
     seen.in_order = true;
     seen.list.clear();
     for (const transparent::Placed& one : ordered)
         seen.list.push_back(one.seen);
-    if (prepares_way == Way::in_order && transparents.may_cross())  // pieces of each as well
-        for (const transparent::Placed& one : ordered)
+    if (prepares_way && prepares_way != Way::as_panes && transparents.may_cross())
+        for (const transparent::Placed& one : ordered)  // pieces of each as well
             for (const std::size_t cuts : {1, MAX_CUTS})
                 if (one.is_flat) {
                     seen.list.push_back(one.seen);
                     seen.list.back().cuts.assign(cuts, glm::vec4(1));
                 }
-    if (prepares_way ? prepares_way == Way::in_order : !transparent::suit_march(ordered, prepared))
+    if (at_panes.empty() || (prepares_way ? prepares_way == Way::in_order
+                                          : !transparent::suit_march(at_panes, prepared)))
         return;
-    const shared::PaneParams panes = transparent::pane_params(transparents, ordered, prepared);
+    const shared::PaneParams panes = transparent::pane_params(transparents, at_panes, prepared);
     transparent_painter.bind_panes(device, panes);
     prepared.panes = panes.count;
-    seen.are_plain = std::all_of(seen.list.begin(), seen.list.end(), is_plain);
+    seen.are_plain = prepares_way ? prepares_way == Way::as_panes
+                                  : !transparent::has_pieces(ordered) &&
+                                        std::all_of(seen.list.begin(), seen.list.end(), is_plain);
     // The same as panes come into view and leave it.
     prepared.pane_places = 1;
     while (prepared.pane_places <

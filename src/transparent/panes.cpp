@@ -43,34 +43,49 @@ double between_rays(const Placed& one, const PreparedFrame& frame)
 
 }  // namespace
 
-bool suit_march(const std::vector<Placed>& ordered, const PreparedFrame& frame)
+std::vector<Placed> panes_of(std::vector<Placed>& ordered)
 {
-    const auto is_flat = [](const Placed& one) { return one.is_flat; };
-    if (ordered.size() > MAX_PANES || !std::all_of(ordered.begin(), ordered.end(), is_flat) ||
-        has_pieces(ordered))
-        return false;
+    std::vector<Placed> panes;
+    for (Placed& one : ordered) {
+        const auto is_it = [&](const Placed& pane) { return pane.seen.index == one.seen.index; };
+        const auto found = std::find_if(panes.begin(), panes.end(), is_it);
+        one.seen.pane = static_cast<int>(found - panes.begin());
+        if (found != panes.end()) {  // of two pieces of it
+            found->seen.view_z = {std::min(found->seen.view_z.x, one.seen.view_z.x),
+                                  std::max(found->seen.view_z.y, one.seen.view_z.y)};
+            continue;
+        }
+        if (!one.is_flat || panes.size() == MAX_PANES)
+            return {};
+        panes.push_back(one);
+    }
+    return panes;
+}
+
+bool suit_march(const std::vector<Placed>& panes, const PreparedFrame& frame)
+{
     if (frame.settings.mode != Settings::Mode::raymarch || frame.settings.resolution == 1 ||
         !frame.sees_media)
         return true;
     const double between =
         (frame.media_range.y - frame.media_range.x) / double(frame.settings.splits);
-    return std::all_of(ordered.begin(), ordered.end(),
+    return std::all_of(panes.begin(), panes.end(),
                        [&](const Placed& one) { return between_rays(one, frame) <= between; });
 }
 
 shared::PaneParams pane_params(const TransparentSet& transparents,
-                               const std::vector<Placed>& ordered, const PreparedFrame& frame)
+                               const std::vector<Placed>& panes, const PreparedFrame& frame)
 {
     shared::PaneParams params{};
     params.view_z = glm::vec2(frame.eye.near, frame.eye.far);
-    params.count = static_cast<int>(ordered.size());
-    for (std::size_t i = 0; i < ordered.size(); ++i) {
-        const auto at = [&](double x, double y) { return met(ordered[i], frame.rays, {x, y}); };
+    params.count = static_cast<int>(panes.size());
+    for (std::size_t i = 0; i < panes.size(); ++i) {
+        const auto at = [&](double x, double y) { return met(panes[i], frame.rays, {x, y}); };
         const glm::dvec4 middle = at(0, 0);
         params.at[i] = glm::vec4(middle);
         params.at_dx[i] = glm::vec4(at(1, 0) - middle);
         params.at_dy[i] = glm::vec4(at(0, 1) - middle);
-        const std::optional<PlainPane> pane = transparents.plain(ordered[i].seen);
+        const std::optional<PlainPane> pane = transparents.plain(panes[i].seen);
         if (!pane)
             continue;
         const glm::vec3 limited = glm::min(glm::vec3(pane->source), frame.params.radiance_limit);

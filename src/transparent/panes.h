@@ -8,14 +8,18 @@
 
 namespace fumarole::transparent {
 
-/// Whether a march does well to keep what it meets where each ray meets each of them: they are
-/// flat and whole, no more than MAX_PANES, and between two rays of its layer lies no more of the
-/// depth of one than between two of the depths that it would keep else.
-bool suit_march(const std::vector<Placed>& ordered, const PreparedFrame& frame);
+/// Transparents in order as panes, each once.
+/// @param ordered are told which pane they are, or are pieces of
+/// @returns nothing if one is not flat, or they are more than MAX_PANES
+std::vector<Placed> panes_of(std::vector<Placed>& ordered);
 
-/// Transparents in order as panes, no more than MAX_PANES. What they look like is said of those of
-/// one colour.
-shared::PaneParams pane_params(const TransparentSet& transparents,
-                               const std::vector<Placed>& ordered, const PreparedFrame& frame);
+/// Whether a march does well to keep what it meets where each ray meets each of them: between two
+/// rays of its layer lies no more of the depth of one than between two of the depths that it would
+/// keep else.
+bool suit_march(const std::vector<Placed>& panes, const PreparedFrame& frame);
+
+/// What the panes' block holds. What they look like is said of those of one colour.
+shared::PaneParams pane_params(const TransparentSet& transparents, const std::vector<Placed>& panes,
+                               const PreparedFrame& frame);
 
 }  // namespace fumarole::transparent

@@ -133,7 +133,7 @@ void TransparentPainter::fill(const Toolbox& tools, const TransparentSet& transp
 
 void TransparentPainter::set(const Toolbox& tools, const TransparentSet& transparents,
                              const SeenTransparent& one, const char* fragment_file,
-                             gl::Defines defines, const PreparedFrame& frame, int pane) const
+                             gl::Defines defines, const PreparedFrame& frame) const
 {
     const gl::Device& gl = tools.device;
     const gl::TextureView image = transparents.image(one);
@@ -144,9 +144,7 @@ void TransparentPainter::set(const Toolbox& tools, const TransparentSet& transpa
     if (!one.cuts.empty())
         defines.emplace_back("kCutFours", fmt::format("{}", (one.cuts.size() + 3) / 4));
     gl::bind_texture(gl, TRANSPARENT_IMAGE_UNIT, image);
-    shared::TransparentParams params = transparents.params(one, frame);
-    params.pane = pane;
-    block_.write(params);
+    block_.write(transparents.params(one, frame));
     gl->BindBufferBase(GL_UNIFORM_BUFFER, TRANSPARENT_BLOCK, block_.id());
     gl->UseProgram(tools.programs.get({"transparent/fragment.vert", fragment_file}, defines).id());
 }
@@ -206,8 +204,7 @@ void TransparentPainter::lay_in_order(const Toolbox& tools, const TransparentSet
         for (std::size_t i = seen.size(); i-- > 0;) {
             if (within && !within->let(seen[i], frame))
                 continue;
-            set(tools, transparents, seen[i], "transparent/over.frag", variant, frame,
-                static_cast<int>(i));
+            set(tools, transparents, seen[i], "transparent/over.frag", variant, frame);
             transparents.draw_in_order(seen[i], frame);
         }
     };

@@ -66,11 +66,9 @@ public:
     void draw_counts(const Toolbox& tools, const FragmentLists* lists) const;
 
 private:
-    /// Sets one up to be drawn by transparent/fragment.vert. @param pane which of the panes in
-    /// order it is
+    /// Sets one up to be drawn by transparent/fragment.vert.
     void set(const Toolbox& tools, const TransparentSet& transparents, const SeenTransparent& one,
-             const char* fragment_file, gl::Defines defines, const PreparedFrame& frame,
-             int pane = 0) const;
+             const char* fragment_file, gl::Defines defines, const PreparedFrame& frame) const;
 
     gl::UniformBuffer<shared::TransparentParams> block_;
     gl::UniformBuffer<shared::PaneParams> panes_block_;

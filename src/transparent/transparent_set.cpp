@@ -337,6 +337,7 @@ shared::TransparentParams TransparentSet::params(const SeenTransparent& seen,
                                       static_cast<std::uint32_t>(state.source),
                                       static_cast<std::uint32_t>(state.destination));
     params.is_filter = filters ? 1 : 0;
+    params.pane = seen.pane;
     set_cuts(params, seen.cuts);
     return params;
 }

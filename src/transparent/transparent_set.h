@@ -24,6 +24,7 @@ struct SeenTransparent {
     /// Of what is a piece of it: lines of the picture along which it is cut off, z + x * NDC x +
     /// y * NDC y = 0, and w: 1 where it has the side below 0, else 0. No more than MAX_CUTS.
     std::vector<glm::vec4> cuts;
+    int pane = 0;  ///< which of the frame's panes it is, or is a piece of
 };
 
 /// Those of a frame.
