@@ -325,10 +325,11 @@ void Renderer::Parts::order_transparents(const View::State& view, PreparedFrame&
         return transparents.needs_list(one);
     };
     if (prepares_way) {  // one of each variant
-        std::array<bool, 4> had{};
+        std::array<bool, 12> had{};
         std::erase_if(seen.list, [&](const transparent::SeenTransparent& one) {
             const std::size_t variant =
-                (transparents.image(one) ? 1 : 0) + (transparents.fades(one) ? 2 : 0);
+                (transparents.image(one) ? 1 : 0) + (transparents.fades(one) ? 2 : 0) +
+                4 * static_cast<std::size_t>(1 + transparents.of_behind(one));
             return needs_list(one) || (prepares_way == Way::as_panes && !is_plain(one)) ||
                    (prepares_way == Way::at_panes && !transparents.is_flat(one)) ||
                    std::exchange(had.at(variant), true);
@@ -463,6 +464,13 @@ void Renderer::Parts::draw_transparents(View::State& view, const PreparedFrame& 
     if (!list_transparents(view, prepared, seen))
         return;
     resolved.reads_picture = reads_picture(view);
+    if (resolved.reads_picture && gl::decodes_srgb(device, resolved.picture)) {
+        // What a look-up would decode, blending takes as it is.
+        transparent::FineTarget& read = view.transparent_sum;
+        read.resize(device, prepared.picture_size);
+        read.framebuffer.copy_color_of(picture, glm::ivec2(0), prepared.picture_size);
+        resolved.picture = read.texture.view();
+    }
     transparent_painter.resolve(tools, *view.lists, view.media_mask, layers, resolved, prepared);
 }
 
@@ -894,7 +902,7 @@ TransparentImages Renderer::read_transparents(View& view, const Frame& frame,
     TransparentImages images;
     images.added = read(0, GL_ONE, true);
     // By factors of their own alone, whatever the media do.
-    images.kept = read(1, GL_ZERO, !seen.in_order && parts.reads_picture(state));
+    images.kept = read(1, GL_ZERO, parts.reads_picture(state));
     return images;
 }
 

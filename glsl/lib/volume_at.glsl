@@ -11,6 +11,14 @@ vec3 added_in_volume(VolumeAt at, vec3 radiance, vec3 kept)
     return at.transmittance * radiance + at.scattering * (1.0 - kept);
 }
 
+// As light behind a depth is there, of what the eye sees of it. Where next to nothing comes through, the rest of a
+// difference of roundings is let go of.
+vec3 at_depth(vec3 seen, vec3 transmittance)
+{
+    const float kFaint = 1e-4;
+    return seen * transmittance / (transmittance * transmittance + kFaint * kFaint);
+}
+
 // What lies between two depths: as the nearer one sees the light, which is scattered in behind it. Where it sees
 // nothing any more, at an optical depth of some 20, what is behind makes no difference to the eye and is left out.
 VolumeAt volume_between(VolumeAt near, VolumeAt far)

@@ -37,6 +37,7 @@ void take_varyings()
 
 // Variant
 const bool kKeptAtPanes = false;  // a march kept what it met where its rays meet the planes of panes in order
+const float kOfBehind = 0.0;      // what the color behind weighs in the source's factor
 const int kCutFours = 0;  // along how many lines it is cut off, where others go through it, by fours; 0: it is whole
 
 layout(early_fragment_tests) in;  // src/transparent/media_mask.h
@@ -65,13 +66,15 @@ void main()
     if (!seen || is_cut_off())
         discard;
     vec4 source = transparent_source(scene_z);
-    vec3 kept = own_factor(over_of_behind, source);
     VolumeRay ray = volume_ray(gl_FragCoord.xy);
     VolumeAt at;
     if (kKeptAtPanes)
         at = volume_at_pane(ray, over_pane, view_z);
     else
         at = volume_at(ray, view_z);
+    vec3 kept = own_factor(over_of_behind, source);
+    if (kOfBehind != 0.0)  // which is so much more of what is behind
+        kept += kOfBehind * source.rgb * at_depth(at.transmittance, at.transmittance);
     out_added = vec4(added_in_volume(at, source.rgb * own_factor(over_of_source, source), kept), 1.0);
     out_kept = vec4(kept, 1.0);
 }

@@ -26,14 +26,6 @@ layout(binding = PICTURE_UNIT) uniform sampler2D u_picture_tx;
 layout(location = 0, index = 0) out vec4 out_added;
 layout(location = 0, index = 1) out vec4 out_kept;
 
-// As light behind a fragment is there, of what the eye sees of it. Where next to nothing comes through, the rest of
-// a difference of roundings is let go of.
-vec3 at_fragment(vec3 seen, vec3 transmittance)
-{
-    const float kFaint = 1e-4;
-    return seen * transmittance / (transmittance * transmittance + kFaint * kFaint);
-}
-
 struct Seen {
     vec3 kept, added;
     float alpha;  // of what is behind, as OpenGL blends it
@@ -43,7 +35,7 @@ void blend_split(inout Seen seen, Fragment fragment, VolumeAt at, vec3 picture)
 {
     vec4 behind = vec4(0.0);
     if (kReadsPicture)
-        behind = vec4(at_fragment(seen.kept * picture + seen.added - at.scattering, at.transmittance), seen.alpha);
+        behind = vec4(at_depth(seen.kept * picture + seen.added - at.scattering, at.transmittance), seen.alpha);
     vec4 of_source = blend_factor(fragment_source_factor(fragment.key), fragment.source, behind);
     vec4 of_behind = blend_factor(fragment_destination_factor(fragment.key), fragment.source, behind);
     seen.added = seen.added * of_behind.rgb + added_in_volume(at, (fragment.source * of_source).rgb, of_behind.rgb);
@@ -59,7 +51,7 @@ struct Accumulators {
 
 void blend_wrong(inout Accumulators sums, Fragment fragment, VolumeAt near, VolumeAt far)
 {
-    vec3 passed = clamp(at_fragment(far.transmittance, near.transmittance), 0.0, 1.0);
+    vec3 passed = clamp(at_depth(far.transmittance, near.transmittance), 0.0, 1.0);
     vec3 range = far.scattering - near.scattering;
     sums.surfaces *= passed;
     if (kSingle)
@@ -79,8 +71,7 @@ void blend_wrong(inout Accumulators sums, Fragment fragment, VolumeAt near, Volu
 vec3 resolve_wrong(uint number, VolumeRay ray, vec4 picture, float scene_z)
 {
     VolumeAt far = volume_at(ray, scene_z);
-    Accumulators sums =
-        Accumulators(at_fragment(picture.rgb - far.scattering, far.transmittance), vec3(0.0), picture.a);
+    Accumulators sums = Accumulators(at_depth(picture.rgb - far.scattering, far.transmittance), vec3(0.0), picture.a);
     if (number != 0u)
         do {
             Fragment fragment = Fragment(fragment_view_z(number), fragment_key_at(number), fragment_source(number));

@@ -17,6 +17,13 @@ constexpr std::array kFormats{ImageFormat{GL_RGBA16F, "rgba16f", false},
 
 /// A host's texture of one level that was not made by glTexStorage is no image unless it is
 /// complete, and by default its filter asks for all levels.
+GLenum internal_format(const Device& gl, TextureView texture)
+{
+    GLint format = 0;
+    gl->GetTextureLevelParameteriv(texture.id, 0, GL_TEXTURE_INTERNAL_FORMAT, &format);
+    return static_cast<GLenum>(format);
+}
+
 bool is_complete(const Device& gl, TextureView texture)
 {
     GLint immutable = GL_FALSE, filter = 0;
@@ -29,14 +36,18 @@ bool is_complete(const Device& gl, TextureView texture)
 
 std::optional<ImageFormat> image_format(const Device& gl, TextureView texture)
 {
-    GLint format = 0;
-    gl->GetTextureLevelParameteriv(texture.id, 0, GL_TEXTURE_INTERNAL_FORMAT, &format);
-    const auto found = std::find_if(kFormats.begin(), kFormats.end(), [&](const ImageFormat& one) {
-        return one.format == static_cast<GLenum>(format);
-    });
+    const GLenum format = internal_format(gl, texture);
+    const auto found = std::find_if(kFormats.begin(), kFormats.end(),
+                                    [&](const ImageFormat& one) { return one.format == format; });
     if (found == kFormats.end() || !is_complete(gl, texture))
         return std::nullopt;
     return *found;
+}
+
+bool decodes_srgb(const Device& gl, TextureView texture)
+{
+    const GLenum format = internal_format(gl, texture);
+    return format == GL_SRGB8_ALPHA8 || format == GL_SRGB8;
 }
 
 }  // namespace fumarole::gl

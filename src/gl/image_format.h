@@ -20,4 +20,7 @@ struct ImageFormat {
 /// asks for.
 std::optional<ImageFormat> image_format(const Device& device, TextureView texture);
 
+/// Whether look-ups decode its texels, which blending takes as they are (StateGuard).
+bool decodes_srgb(const Device& device, TextureView texture);
+
 }  // namespace fumarole::gl

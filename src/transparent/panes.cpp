@@ -73,8 +73,8 @@ bool suit_march(const std::vector<Placed>& panes, const PreparedFrame& frame)
                        [&](const Placed& one) { return between_rays(one, frame) <= between; });
 }
 
-shared::PaneParams pane_params(const TransparentSet& transparents,
-                               const std::vector<Placed>& panes, const PreparedFrame& frame)
+shared::PaneParams pane_params(const TransparentSet& transparents, const std::vector<Placed>& panes,
+                               const PreparedFrame& frame)
 {
     shared::PaneParams params{};
     params.view_z = glm::vec2(frame.eye.near, frame.eye.far);

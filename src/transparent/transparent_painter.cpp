@@ -141,6 +141,8 @@ void TransparentPainter::set(const Toolbox& tools, const TransparentSet& transpa
         defines.emplace_back("kImage", "");
     if (transparents.fades(one))
         defines.emplace_back("kFades", "");
+    if (const float weight = transparents.of_behind(one); weight != 0)
+        defines.emplace_back("kOfBehind", fmt::format("{:.1f}", weight));
     if (!one.cuts.empty())
         defines.emplace_back("kCutFours", fmt::format("{}", (one.cuts.size() + 3) / 4));
     gl::bind_texture(gl, TRANSPARENT_IMAGE_UNIT, image);

@@ -82,11 +82,25 @@ bool is_of_destination(BlendFactor factor)
     }
 }
 
-/// A factor of the source's own: what a constant, its colour and its alpha weigh in it.
+/// What the colour behind weighs in a factor.
+float weight_of_behind(BlendFactor factor)
+{
+    switch (factor) {
+    case BlendFactor::dst_color:
+        return 1;
+    case BlendFactor::one_minus_dst_color:
+        return -1;
+    default:
+        return 0;
+    }
+}
+
+/// What a constant, the source's colour and its alpha weigh in a factor.
 glm::vec3 own_factor(BlendFactor factor)
 {
     switch (factor) {
     case BlendFactor::one:
+    case BlendFactor::one_minus_dst_color:
         return {1, 0, 0};
     case BlendFactor::src_color:
         return {0, 1, 0};
@@ -287,7 +301,13 @@ bool TransparentSet::needs_list(const SeenTransparent& seen) const
     const Item& item = items_[seen.index];
     const BlendState state = blend_state(look_of(item.transparent));
     return (item.mesh != nullptr && item.mesh->winding == Winding::none) ||
-           is_of_destination(state.source) || is_of_destination(state.destination);
+           (is_of_destination(state.source) && weight_of_behind(state.source) == 0) ||
+           is_of_destination(state.destination);
+}
+
+float TransparentSet::of_behind(const SeenTransparent& seen) const
+{
+    return weight_of_behind(blend_state(look_of(items_[seen.index].transparent)).source);
 }
 
 bool TransparentSet::is_flat(const SeenTransparent& seen) const
@@ -308,7 +328,8 @@ std::optional<PlainPane> TransparentSet::plain(const SeenTransparent& seen) cons
     const Item& item = items_[seen.index];
     const TransparentLook& look = look_of(item.transparent);
     const BlendState state = blend_state(look);
-    if (!is_flat(seen) || needs_list(seen) || look.image != nullptr || fades(seen))
+    if (!is_flat(seen) || needs_list(seen) || look.image != nullptr || fades(seen) ||
+        of_behind(seen) != 0)
         return {};
     return PlainPane{own_source(look), state.source, state.destination};
 }

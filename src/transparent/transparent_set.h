@@ -76,7 +76,7 @@ public:
     /// From 0..1 to a box around it.
     [[nodiscard]] glm::dmat4 world_from_box(const SeenTransparent& seen) const;
     /// Whether it may lie before itself, other than by two sides of a convex mesh, or is blended by
-    /// what is behind it.
+    /// what is behind it, and not just in its source's factor by the colour.
     [[nodiscard]] bool needs_list(const SeenTransparent& seen) const;
     /// It as a pane; nothing if it is none.
     [[nodiscard]] std::optional<PlainPane> plain(const SeenTransparent& seen) const;
@@ -84,6 +84,8 @@ public:
     /// What its draw's block holds.
     [[nodiscard]] shared::TransparentParams params(const SeenTransparent& seen,
                                                    const PreparedFrame& frame) const;
+    /// What the colour behind it weighs in its source's factor.
+    [[nodiscard]] float of_behind(const SeenTransparent& seen) const;
     /// Whether it fades before a surface.
     [[nodiscard]] bool fades(const SeenTransparent& seen) const;
     /// Its picture; empty where it has none.

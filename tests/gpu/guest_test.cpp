@@ -540,7 +540,8 @@ Scene glassy_scene()
     QuadTransparent asks = filter;
     asks.edges[0] = {2, 1, 0};
     asks.look.casts = false;
-    asks.look.blend = {Blend::Kind::factors, BlendFactor::one_minus_dst_color, BlendFactor::one};
+    asks.look.blend = {Blend::Kind::factors, BlendFactor::one_minus_dst_color,
+                       BlendFactor::dst_color};
     asks.look.radiance = {0.1f, 0.2f, 0.3f};
     BillboardTransparent board;
     board.center = {0, -6, 0};

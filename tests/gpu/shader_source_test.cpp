@@ -484,6 +484,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
             defines.add_file("written/volume_at.glsl", volume_at_text(volume));
             variants.add("transparent/over.frag", defines);
             defines.emplace_back("kCutFours", set % 2 == 0 ? "1" : "2");
+            defines.emplace_back("kOfBehind", set % 2 == 0 ? "1.0" : "-1.0");
             variants.add("transparent/over.frag", defines);
         }
     }

@@ -96,8 +96,13 @@ inline std::vector<Transparent> sprites(int count, bool seen = true)
     const auto dress = [&](TransparentLook& look, int i) {
         constexpr std::array kKinds{Kind::alpha, Kind::premultiplied, Kind::add, Kind::multiply,
                                     Kind::factors};
-        look.blend = {kKinds.at(static_cast<std::size_t>(i) % kKinds.size()),
-                      BlendFactor::one_minus_src_alpha, BlendFactor::one_minus_src_color};
+        constexpr std::array kFactors{
+            std::pair{BlendFactor::one_minus_dst_color, BlendFactor::one},
+            std::pair{BlendFactor::dst_color, BlendFactor::one},
+            std::pair{BlendFactor::one_minus_src_alpha, BlendFactor::one_minus_src_color}};
+        const auto nth = static_cast<std::size_t>(i);
+        const auto& [source, destination] = kFactors.at(nth / kKinds.size() % kFactors.size());
+        look.blend = {kKinds.at(nth % kKinds.size()), source, destination};
         look.alpha = 0.75f;
         if (i % 3 != 2)
             look.image = image;
@@ -195,7 +200,7 @@ inline std::vector<Transparent> crossing_cards(bool seen = true)
 inline Scene in_lists(Scene scene, double distance = 3.1)
 {
     QuadTransparent asks = pane(distance, Kind::factors);
-    asks.look.blend = {Kind::factors, BlendFactor::dst_color, BlendFactor::one};
+    asks.look.blend = {Kind::factors, BlendFactor::dst_alpha, BlendFactor::one};
     asks.look.radiance = glm::vec3(0);
     scene.transparents.emplace_back(asks);
     return scene;

@@ -328,7 +328,7 @@ TEST_F(HostTransparents, AHostsShaderLooksUpWhatTheListsDoInEveryVariant)
             // each ray.
             QuadTransparent asks = glass;
             asks.look.radiance = glm::vec3(0);
-            asks.look.blend = {Kind::factors, BlendFactor::dst_color, BlendFactor::one};
+            asks.look.blend = {Kind::factors, BlendFactor::dst_alpha, BlendFactor::one};
             scene.transparents.emplace_back(asks);
             const Image listed = composite(scene, settings, {});
             scene.transparents.clear();
