@@ -592,6 +592,7 @@ ScatteringPlaces::ScatteringPlaces(const MediaAlongRay& along) : along_{along}
         shares_.clear();
         return;
     }
+    weight_ = sum;
     constexpr double kLittle = 0.01;
     const double length = breaks.back() - breaks.front();
     double running = 0;

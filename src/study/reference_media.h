@@ -156,6 +156,8 @@ public:
     explicit ScatteringPlaces(const MediaAlongRay& along);
 
     [[nodiscard]] bool empty() const { return shares_.empty(); }
+    /// What the places' weights are, more or less: of a path all of which scatters [1].
+    [[nodiscard]] double weight() const { return weight_; }
 
     struct Place {
         double t = 0;          ///< metres along the ray
@@ -168,6 +170,7 @@ public:
 private:
     const MediaAlongRay& along_;
     std::vector<double> shares_;  ///< running, one for each interval between breaks
+    double weight_ = 0;
 };
 
 }  // namespace fumarole::study

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -169,45 +170,95 @@ struct SamplingAccuracy {
     double absolute = 0;
     std::uint32_t first = 16;  ///< samples of each scramble before the first look at the error
     std::uint32_t most = 1u << 18u;  ///< samples; it ends there, and the estimate says so
+    /// The most that a sample may find, where little may be found seldom: of samples that have
+    /// found next to nothing one more could have found that. 0: it is not known.
+    double bound = 0;
 };
 
-/// @param add adds a point's numbers, as many as `count`, to those that it is given: add(point,
-/// double*)
+/// Half of the scrambles of sampled_means().
+class SampledHalf {
+public:
+    static constexpr std::uint32_t kScrambles = 4;
+
+    explicit SampledHalf(std::size_t count) : count_{count}, sums_(kScrambles * count) {}
+
+    /// Goes on to so many samples of each scramble. @param first number of its first scramble
+    template <class Add>
+    void go_on(const Add& add, std::uint32_t seed, std::uint32_t first, std::uint32_t upto)
+    {
+        for (std::uint32_t s = 0; s < kScrambles; ++s)
+            for (std::uint32_t i = done_; i < upto; ++i)
+                found_ += add(SobolPoint(hash(seed, first + s), i), &sums_[s * count_]) ? 1 : 0;
+        done_ = upto;
+    }
+    [[nodiscard]] double mean(std::size_t c) const
+    {
+        double sum = 0;
+        for (std::uint32_t s = 0; s < kScrambles; ++s)
+            sum += sums_[s * count_ + c];
+        return sum / kScrambles / done_;
+    }
+    /// Square of the standard error of mean().
+    [[nodiscard]] double variance(std::size_t c) const
+    {
+        const double of_all = mean(c);
+        double squares = 0;
+        for (std::uint32_t s = 0; s < kScrambles; ++s)
+            squares += std::pow(sums_[s * count_ + c] / done_ - of_all, 2);
+        return squares / (kScrambles * (kScrambles - 1.0));
+    }
+    /// Whether this and another half that has seen the same together are good enough.
+    [[nodiscard]] bool is_good(const SamplingAccuracy& accuracy) const
+    {
+        // So many tell how much they differ by.
+        constexpr std::uint32_t kFew = 16;
+        double size = 0, squares = 0;
+        for (std::size_t c = 0; c < count_; ++c) {
+            size = std::max(size, std::abs(mean(c)));
+            squares = std::max(squares, variance(c));
+        }
+        double error = 2 * std::sqrt(squares / 2);
+        // More than so many would be asked for what is hardly ever found.
+        constexpr std::uint32_t kMany = 1u << 12u;
+        const std::uint32_t samples = 2 * kScrambles * done_;
+        if (found_ < kFew && samples < kMany)
+            error = std::max(error, 2 * accuracy.bound / samples);
+        return error <= std::max(accuracy.absolute, accuracy.relative * size);
+    }
+
+private:
+    std::size_t count_;
+    std::vector<double> sums_;  ///< of each scramble
+    std::uint32_t done_ = 0;    ///< samples of each
+    std::uint32_t found_ = 0;   ///< samples of all that have found something
+};
+
+/// @param add adds a point's numbers, as many as `count`, to those that it is given, and says
+/// whether it found any: add(point, double*)
 template <class Add>
 SampledMeans sampled_means(const Add& add, std::size_t count, std::uint32_t seed,
                            const SamplingAccuracy& accuracy)
 {
-    // Fewer scrambles would leave the estimate to chance, more would leave each its first points.
-    constexpr std::uint32_t kScrambles = 8;
-    std::vector<double> sums(kScrambles * count);
-    SampledMeans mean{std::vector<double>(count), 0, std::vector<double>(count)};
-    std::uint32_t done = 0;
-    for (std::uint32_t upto = accuracy.first;; upto *= 2) {
-        for (std::uint32_t s = 0; s < kScrambles; ++s)
-            for (std::uint32_t i = done; i < upto; ++i)
-                add(SobolPoint(hash(seed, s), i), &sums[s * count]);
-        done = upto;
-        double size = 0;
-        mean.error = 0;
-        for (std::size_t c = 0; c < count; ++c) {
-            double sum = 0, squares = 0;
-            mean.noise[c] = 0;
-            for (std::uint32_t s = 0; s < kScrambles; ++s) {
-                const double one = sums[s * count + c] / done;
-                sum += one;
-                mean.noise[c] += (s % 2 == 0 ? 1 : -1) * one / kScrambles;
-            }
-            mean.value[c] = sum / kScrambles;
-            for (std::uint32_t s = 0; s < kScrambles; ++s)
-                squares += std::pow(sums[s * count + c] / done - mean.value[c], 2);
-            size = std::max(size, std::abs(mean.value[c]));
-            mean.error =
-                std::max(mean.error, 2 * std::sqrt(squares / (kScrambles * (kScrambles - 1.0))));
-        }
-        if (mean.error <= std::max(accuracy.absolute, accuracy.relative * size) ||
-            done * kScrambles >= accuracy.most)
-            return mean;
+    // Each half ends when the other is good enough. Ended by themselves, those that happened to
+    // find little would agree on it the sooner, and the mean over pixels would be too low.
+    std::array<SampledHalf, 2> halves{SampledHalf(count), SampledHalf(count)};
+    std::array<std::optional<SampledHalf>, 2> ended;
+    for (std::uint32_t upto = accuracy.first; !ended[0] || !ended[1]; upto *= 2) {
+        for (std::uint32_t h = 0; h < 2; ++h)
+            halves[h].go_on(add, seed, h * SampledHalf::kScrambles, upto);
+        const bool is_last = 2 * SampledHalf::kScrambles * upto >= accuracy.most;
+        for (std::size_t h = 0; h < 2; ++h)
+            if (!ended[h] && (is_last || halves[1 - h].is_good(accuracy)))
+                ended[h] = halves[h];
     }
+    SampledMeans mean{std::vector<double>(count), 0, std::vector<double>(count)};
+    for (std::size_t c = 0; c < count; ++c) {
+        const double a = ended[0]->mean(c), b = ended[1]->mean(c);
+        mean.value[c] = (a + b) / 2;
+        mean.noise[c] = (a - b) / 2;
+        mean.error = std::max(mean.error, std::sqrt(ended[0]->variance(c) + ended[1]->variance(c)));
+    }
+    return mean;
 }
 
 /// The mean of f(point), N numbers, each point being asked as point(dimension).
@@ -222,8 +273,12 @@ SampledMean<N> sampled_mean(const F& f, std::uint32_t seed, const SamplingAccura
 {
     const auto add = [&](const SobolPoint& point, double* sums) {
         const std::array<double, N> v = f(point);
-        for (std::size_t c = 0; c < N; ++c)
+        bool found = false;
+        for (std::size_t c = 0; c < N; ++c) {
             sums[c] += v[c];
+            found = found || v[c] != 0;
+        }
+        return found;
     };
     const SampledMeans means = sampled_means(add, N, seed, accuracy);
     SampledMean<N> mean;
@@ -245,6 +300,7 @@ std::vector<Integral> sampled_parts(const F& f, const std::vector<double>& split
         const auto part = std::upper_bound(splits.begin(), splits.end(), found.first);
         for (int c = 0; c < 3; ++c)
             sums[3 * (part - splits.begin()) + c] += found.second[c];
+        return found.second != glm::dvec3(0);
     };
     const SampledMeans means = sampled_means(add, 3 * (splits.size() + 1), seed, accuracy);
     std::vector<Integral> parts(splits.size() + 1);

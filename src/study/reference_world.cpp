@@ -99,14 +99,26 @@ double WorldRadiance::pdf(glm::dvec3 d) const
     return (columns_[i] - before) / rows_.back() / solid_angle(at.y);
 }
 
+double WorldRadiance::bound() const
+{
+    if (map_ == nullptr)
+        return largest(constant_);
+    double most = 0;
+    for (const glm::vec3& texel : map_->radiance)
+        most = std::max(most, largest(texel));
+    // By a phase or a cosine alone, or, of a small bright thing, by sample() alone.
+    return scale_ * std::min(most / (1 - kMapShare), rows_.back() / std::numbers::pi / kMapShare);
+}
+
 // ----------------------------------------------------------------------------------- gathering
 
 ReferenceWorld::ReferenceWorld(const Scene& scene, const ReferenceSurfaces& surfaces,
                                const ReferenceTransparents& transparents,
                                const ReferenceMedia& media, const MediaTracking& tracking,
                                double opaque, bool emission_lights, const std::atomic<bool>* cancel)
-    : surfaces_{surfaces}, transparents_{transparents}, media_{media}, tracking_{tracking},
-      cancel_{cancel}, radiance_{scene.world}, opaque_{opaque}, emits_{emission_lights}
+    : surfaces_{surfaces},
+      transparents_{transparents}, media_{media}, tracking_{tracking}, cancel_{cancel},
+      radiance_{scene.world}, bound_{radiance_.bound()}, opaque_{opaque}, emits_{emission_lights}
 {
 }
 
@@ -155,6 +167,12 @@ glm::dvec3 ReferenceWorld::one_direction(glm::dvec3 p, glm::dvec3 wo, double g,
     return weight * arriving({p, -1, glm::dvec3(0)}, wi, u, clear);
 }
 
+SamplingAccuracy ReferenceWorld::bounded(SamplingAccuracy accuracy, double scale) const
+{
+    accuracy.bound = bound_ * scale;
+    return accuracy;
+}
+
 Integral ReferenceWorld::in_scattering(glm::dvec3 p, glm::dvec3 wo, double g, std::uint32_t seed,
                                        const SamplingAccuracy& accuracy) const
 {
@@ -163,7 +181,7 @@ Integral ReferenceWorld::in_scattering(glm::dvec3 p, glm::dvec3 wo, double g, st
             const glm::dvec3 v = one_direction(p, wo, g, u);
             return std::array{v.x, v.y, v.z};
         },
-        seed, accuracy);
+        seed, bounded(accuracy, 1));
     return {{mean.value[0], mean.value[1], mean.value[2]},
             mean.error,
             {mean.noise[0], mean.noise[1], mean.noise[2]}};
@@ -185,7 +203,7 @@ std::vector<Integral> ReferenceWorld::scattered(const Ray& ray, const Scattering
                 found = place.weight * one_direction(ray.at(place.t), -ray.direction, place.g, u);
             return std::pair(place.t, found);
         },
-        splits, seed, accuracy);
+        splits, seed, bounded(accuracy, places.weight()));
 }
 
 WorldIrradiance ReferenceWorld::irradiance(const SurfaceHit& hit, std::uint32_t seed,
@@ -213,7 +231,7 @@ WorldIrradiance ReferenceWorld::irradiance(const SurfaceHit& hit, std::uint32_t 
             clear *= weight;
             return std::array{clear.x, clear.y, clear.z, lit.x, lit.y, lit.z};
         },
-        seed, accuracy);
+        seed, bounded(accuracy, std::numbers::pi));
     const auto& v = mean.value;
     return {{v[0], v[1], v[2]},
             {v[3], v[4], v[5]},

@@ -25,6 +25,9 @@ public:
     [[nodiscard]] glm::dvec3 operator()(glm::dvec3 direction) const;
     [[nodiscard]] bool black() const { return mean_ == glm::dvec3(0); }
     [[nodiscard]] glm::dvec3 mean() const { return mean_; }
+    /// About the most that one of its samples finds, over the mean of phase or cosine: they go by
+    /// sample() and by a phase or a cosine in equal parts, without a map by the latter alone.
+    [[nodiscard]] double bound() const;
 
     /// Whether some directions are better looked at than others.
     [[nodiscard]] bool is_map() const { return map_ != nullptr; }
@@ -87,6 +90,9 @@ private:
     /// there were no media.
     [[nodiscard]] glm::dvec3 arriving(const Origin& from, glm::dvec3 wi, const SobolPoint& u,
                                       glm::dvec3& clear) const;
+    /// @param scale the most that a direction's radiance is multiplied by, chosen by phase or
+    /// cosine
+    [[nodiscard]] SamplingAccuracy bounded(SamplingAccuracy accuracy, double scale) const;
     /// phase * arriving / pdf for one direction, chosen by the point's first three numbers.
     [[nodiscard]] glm::dvec3 one_direction(glm::dvec3 p, glm::dvec3 wo, double g,
                                            const SobolPoint& u) const;
@@ -98,6 +104,7 @@ private:
     const MediaTracking& tracking_;
     const std::atomic<bool>* cancel_;
     WorldRadiance radiance_;
+    double bound_;
     double opaque_;
     bool emits_;
 };
