@@ -194,7 +194,7 @@ TEST_F(Casts, AnAmberPaneInTheSmokeOfS2IsTheReference)
     Settings settings = plain_settings();
     settings.shadow_map = 1024;
     settings.world_directions = 74;  // with the pane and without
-    const double without = error(scene, settings, 2e-2);
+    const double without = error(scene, settings, 1e-2);
     // Between the sun and a part of the smoke, out of the picture.
     const glm::dvec3 sun = std::get<SunLight>(scene.lights.front()).direction_to_light;
     QuadTransparent amber;
@@ -202,7 +202,7 @@ TEST_F(Casts, AnAmberPaneInTheSmokeOfS2IsTheReference)
     amber.edges = {glm::dvec3(4, 0, 0), glm::dvec3(0, 4, 0)};
     amber.look.casts = true;
     scene.transparents = {filter(amber, {0.85f, 0.45f, 0.25f})};
-    const double with = error(scene, settings, 2e-2);
+    const double with = error(scene, settings, 1e-2);
     const Still colored = render(scene, settings);
     look_of(scene.transparents.front()).casts = false;
     const double of_colour =
