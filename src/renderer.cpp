@@ -160,8 +160,9 @@ struct Renderer::Parts {
     [[nodiscard]] SceneWork work() const
     {
         const light::LightVolumeFills fills = volumes.fills();
-        return {media.uploads(),    surfaces.uploads(), lights.views_drawn(), fills.extinction,
-                fills.depth_layers, fills.world,        fills.field,          probes.captures()};
+        return {media.uploads(),  surfaces.uploads(), lights.views_drawn(),
+                fills.extinction, fills.depth_layers, fills.world,
+                fills.field,      probes.captures(),  fills.lattices};
     }
 
     std::shared_ptr<const gl::Device>
@@ -1195,7 +1196,8 @@ FrameReport Renderer::take_report()
                    now.depth_layers - before.depth_layers,
                    now.world_volumes - before.world_volumes,
                    now.fields - before.fields,
-                   now.probes - before.probes};
+                   now.probes - before.probes,
+                   now.lattices - before.lattices};
     return report;
 }
 

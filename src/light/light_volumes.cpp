@@ -1476,12 +1476,14 @@ bool LightVolumes::splits_forward_peaks() const
 LightVolumeFills LightVolumes::fills() const
 {
     LightVolumeFills sum = fills_;
+    sum.lattices = field_.drawings() + field_on_surfaces_.drawings();
     for (const auto& island : islands_) {
         const LightVolumeFills own = island->fills();
         sum.extinction += own.extinction;
         sum.depth_layers += own.depth_layers;
         sum.world += own.world;
         sum.field += own.field;
+        sum.lattices += own.lattices;
     }
     return sum;
 }

@@ -38,6 +38,7 @@ struct LightVolumeFills {
     int depth_layers = 0;  ///< optical depth, a layer a light
     int world = 0;         ///< the world's light, in media and on surfaces
     int field = 0;         ///< light that is scattered again or emitted
+    int lattices = 0;      ///< that surfaces were drawn into
 };
 
 /// Volumes in front of what would be marched at each sample:

@@ -165,18 +165,15 @@ struct RadianceField::Filling {
     Ways near, all;  ///< the kNearWays and the kAllWays directions
     int batch = 0;   ///< ways that there is room for
     gl::Texture sigma_t, albedo, emission;
-    gl::Buffer nodes;            ///< a FieldNodesHead and the nodes that light is scattered at
-    gl::Texture marched;         ///< sigma_t of the marched media, where there are others too
-    gl::Texture crossed;         ///< light/crossings.comp; empty: no surface
-    gl::Texture steps_to_walls;  ///< as they are drawn
-    gl::Texture walls;           ///< walls between nodes, as take_walls()
-    gl::Texture sights;          ///< as take_sights()
+    gl::Buffer nodes;     ///< a FieldNodesHead and the nodes that light is scattered at
+    gl::Texture marched;  ///< sigma_t of the marched media, where there are others too
+    gl::Texture walls;    ///< walls between nodes, as take_walls()
+    gl::Texture sights;   ///< as take_sights()
     const gl::Texture* sky_shares = nullptr;  ///< light/sky_share.comp; null: all or nothing
     gl::Texture clear, dimmed;                ///< coefficients of the world's light
     gl::Texture of_world;                     ///< dimmed, before add_light()
     gl::Texture bounced;                      ///< coefficients of what surfaces send on
     gl::Texture bounced_before, bounced_before_that;  ///< a turn and two turns ago
-    gl::Texture faces;       ///< light/faces.glsl, six layers; empty: surfaces send nothing on
     gl::Texture materials;   ///< each surface's albedo, and in row 1 its emission
     gl::Texture lamps;       ///< light/lamps.comp; empty: there are none
     gl::Texture of_lamps;    ///< coefficients of what they send
@@ -189,6 +186,23 @@ struct RadianceField::Filling {
     gl::Texture light_ways;  ///< radiance of each way of what media emit and scatter
 };
 
+/// What surfaces leave where they are drawn along the lattice's ways: media and lights, which
+/// change more often, have no part in it.
+struct RadianceField::Drawn {
+    struct Key {
+        int shape = 0, ways = 0;
+        bool bounces = false, sights = false;
+        glm::ivec3 count{0};
+        glm::dmat4 node_from_eye{1.0};
+        glm::dvec3 eye{0};
+        bool operator==(const Key&) const = default;
+    };
+    Key key;
+    gl::Texture crossed;         ///< light/crossings.comp; empty: no surface
+    gl::Texture steps_to_walls;  ///< along the axes or, for sights, kSightWays
+    gl::Texture faces;           ///< light/faces.glsl, six layers; empty: they send nothing on
+};
+
 /// Some of a set of ways that are walked at once.
 struct RadianceField::Batch {
     int set = 0;  ///< kNearWays or kAllWays
@@ -197,7 +211,7 @@ struct RadianceField::Batch {
 
 RadianceField::RadianceField(const gl::Device& device, gl::ProgramCache& programs)
     : device_{device}, programs_{programs}, block_{device, "field of light"},
-      draw_block_{device, "surfaces in the field"}
+      draw_block_{device, "surfaces in the field"}, drawn_{std::make_unique<Drawn>()}
 {
 }
 
@@ -332,10 +346,15 @@ void RadianceField::begin(const FieldLattice& lattice, FieldMedium medium,
                                                   std::int64_t{kNearWays}, most));  // whole pairs
     filling_->ways = make_ways("field: ways", filling_->batch, GL_RG32UI);
     filling_->light_ways = make_ways("field: light's ways", filling_->batch, light_format());
-    if (!surfaces.empty())
+    const Drawn::Key key{surfaces.shape(),        filling_->medium.ways, bounces,
+                         filling_->medium.sights, lattice.count,         lattice.node_from_eye,
+                         lattice.eye};
+    if (surfaces.empty() || drawn_->key != key)
+        *drawn_ = {key, {}, {}, {}};
+    if (!surfaces.empty() && !drawn_->crossed)
         draw(surfaces);
     if (!surfaces.empty() && bounces)
-        draw_faces(surfaces);
+        take_faces(surfaces);
     sample_medium();
     if (!surfaces.empty())
         keep_walls();
@@ -354,6 +373,7 @@ void RadianceField::end()
 
 void RadianceField::draw(const surface::SurfaceSet& surfaces)
 {
+    ++drawings_;
     const glm::ivec3 count = filling_->lattice.count;
     const gl::Texture crossed = gl::Texture::make_3d(
         device_, "field: surfaces as they are drawn",
@@ -393,11 +413,11 @@ void RadianceField::put_side_by_side(const gl::Texture& crossed)
     constexpr int kWaysAWord = 32;
     params_.count = (filling_->medium.ways + kWaysAWord - 1) / kWaysAWord;
     write_block();
-    filling_->crossed = gl::Texture::make_3d(
+    drawn_->crossed = gl::Texture::make_3d(
         device_, "field: surfaces", filling_->lattice.count * glm::ivec3(1, 1, params_.count),
         GL_RGBA32UI, gl::Filter::nearest);
     crossed.bind(FIELD_CROSSED_UNIT);
-    bind_image(0, filling_->crossed, GL_WRITE_ONLY, GL_RGBA32UI);
+    bind_image(0, drawn_->crossed, GL_WRITE_ONLY, GL_RGBA32UI);
     dispatch_nodes("light/crossings.comp", {});
 }
 
@@ -492,30 +512,26 @@ void RadianceField::draw_along_axes(const surface::SurfaceSet& surfaces, const g
 void RadianceField::draw_walls(const surface::SurfaceSet& surfaces)
 {
     const int ways = filling_->medium.sights ? kSightWays : kAxisWays;
-    filling_->steps_to_walls = make_ways("field: steps to walls", ways, GL_R32UI);
-    draw_along_axes(surfaces, filling_->steps_to_walls, {{"kWalls", ""}}, ways);
+    drawn_->steps_to_walls = make_ways("field: steps to walls", ways, GL_R32UI);
+    draw_along_axes(surfaces, drawn_->steps_to_walls, {{"kWalls", ""}}, ways);
 }
 
 void RadianceField::keep_walls()
 {
     Filling& filling = *filling_;
-    const gl::Texture& steps = filling.steps_to_walls;
     const glm::ivec3 count = filling.lattice.count;
     filling.walls =
         gl::Texture::make_3d(device_, "walls between nodes", count * glm::ivec3(1, 1, 2),
                              GL_RGBA16F, gl::Filter::nearest);
-    steps.bind(FIELD_CROSSED_UNIT);
+    drawn_->steps_to_walls.bind(FIELD_CROSSED_UNIT);
     bind_image(0, filling.walls, GL_WRITE_ONLY, GL_RGBA16F);
     dispatch_nodes("light/walls.comp", {});
-    if (!filling.medium.sights)
-        filling.steps_to_walls = {};
 }
 
 void RadianceField::find_sights(const gl::Texture& light)
 {
     Filling& filling = *filling_;
-    const gl::Texture steps = std::move(filling.steps_to_walls);
-    if (!steps)
+    if (!filling.medium.sights || filling.sights || !drawn_->steps_to_walls)
         return;
     constexpr int kOctants = 8;
     filling.sights = gl::Texture::make_3d(device_, "how far nodes see",
@@ -528,7 +544,7 @@ void RadianceField::find_sights(const gl::Texture& light)
         sigma_t.bind(FIELD_SIGMA_T_UNIT);
     }
     light.bind(WORLD_ON_SURFACES_UNIT);
-    steps.bind(FIELD_CROSSED_UNIT);
+    drawn_->steps_to_walls.bind(FIELD_CROSSED_UNIT);
     write_block();
     bind_image(0, filling.sights, GL_WRITE_ONLY, GL_RG32UI);
     dispatch_nodes("light/sights.comp", defines);
@@ -560,13 +576,15 @@ void RadianceField::share_sky(const surface::SurfaceSet& surfaces)
                                              surfaces, ways_size(filling.medium.ways));
 }
 
-void RadianceField::draw_faces(const surface::SurfaceSet& surfaces)
+void RadianceField::take_faces(const surface::SurfaceSet& surfaces)
 {
     Filling& filling = *filling_;
     const glm::ivec3 six = filling.lattice.count * glm::ivec3(1, 1, 6);
-    filling.faces =
-        gl::Texture::make_3d(device_, "field: faces", six, GL_R32UI, gl::Filter::nearest);
-    draw_along_axes(surfaces, filling.faces, {{"kFaces", ""}}, kAxisWays);
+    if (!drawn_->faces) {
+        drawn_->faces =
+            gl::Texture::make_3d(device_, "field: faces", six, GL_R32UI, gl::Filter::nearest);
+        draw_along_axes(surfaces, drawn_->faces, {{"kFaces", ""}}, kAxisWays);
+    }
     filling.face_light = gl::Texture::make_3d(device_, "field: light of faces", six, GL_RGBA16F,
                                               gl::Filter::nearest);
     const std::array<GLfloat, 4> none{};
@@ -637,7 +655,7 @@ bool RadianceField::begin_by_lamps(int bands, const gl::Texture& to)
         write_block();
         (filling.marched ? filling.marched : filling.sigma_t).bind(FIELD_SIGMA_T_UNIT);
         filling.clearance.bind(FIELD_CROSSED_UNIT);
-        filling.faces.bind(FACES_UNIT);
+        drawn_->faces.bind(FACES_UNIT);
         filling.lamps.bind(FACE_MATERIALS_UNIT);
         bind_image(0, filling.of_lamps, GL_WRITE_ONLY);
         dispatch_nodes("light/lamps.comp", defines);
@@ -734,7 +752,7 @@ void RadianceField::light_surfaces(const gl::Defines& shading, const surface::Su
     if (!filling.beyond)
         draw_beyond(shading, surfaces);
     write_block();
-    filling.faces.bind(FACES_UNIT);
+    drawn_->faces.bind(FACES_UNIT);
     filling.materials.bind(FACE_MATERIALS_UNIT);
     bind_image(0, filling.face_light, GL_WRITE_ONLY, GL_RGBA16F);
     gl::Defines defines = dimmed_defines();
@@ -767,7 +785,7 @@ void RadianceField::carry_bounced(int ways, int bands, const gl::Defines& define
         set_batch(batch);
         (filling.marched ? filling.marched : filling.sigma_t).bind(FIELD_SIGMA_T_UNIT);
         filling.walls.bind(WALLS_UNIT);
-        filling.faces.bind(FACES_UNIT);
+        drawn_->faces.bind(FACES_UNIT);
         filling.face_light.bind(FACE_LIGHT_UNIT);
         filling.beyond.bind(BEYOND_UNIT);
         walk("light/bounce.comp", defines, batch.count);
@@ -897,9 +915,9 @@ void RadianceField::sample_medium()
             filling.emission = make("field: emission", 1);
             bind_image(2, filling.emission, GL_WRITE_ONLY);
         }
-        if (filling.crossed) {
+        if (drawn_->crossed) {
             defines.emplace_back("kSurfaces", "");
-            filling.crossed.bind(FIELD_CROSSED_UNIT);
+            drawn_->crossed.bind(FIELD_CROSSED_UNIT);
         }
         bind_image(0, filling.sigma_t, GL_WRITE_ONLY);
         bind_image(1, filling.albedo, GL_WRITE_ONLY);
@@ -937,7 +955,7 @@ void RadianceField::set_batch(const Batch& batch)
     params_.first = batch.first;
     params_.count = batch.count;
     write_block();
-    filling_->crossed.bind(FIELD_CROSSED_UNIT);
+    drawn_->crossed.bind(FIELD_CROSSED_UNIT);
 }
 
 void RadianceField::gather(int bands, bool adds, Of of, const gl::Texture& ways,
@@ -987,7 +1005,7 @@ void RadianceField::carry_world(const Batch& batch, bool means)
     const bool alike = medium.scatters_again;
     add(medium.dims && (medium.marched || alike), "kMarched");
     add(medium.dims && medium.closed && !alike, "kClosed");
-    add(static_cast<bool>(filling_->crossed), "kSurfaces");
+    add(static_cast<bool>(drawn_->crossed), "kSurfaces");
     add(means, "kMeans");
     add(filling_->sky_shares != nullptr, "kShares");
     set_batch(batch);
@@ -1094,8 +1112,8 @@ void RadianceField::sweep(bool emits, const gl::Texture* source, bool means)
     add(emits, "kEmits");
     add(source != nullptr, "kScatters");
     add(means, "kMeans");
-    add(static_cast<bool>(filling.crossed), "kSurfaces");
-    add(filling.crossed && params_.count == kNearWays && params_.first == 0, "kNear");
+    add(static_cast<bool>(drawn_->crossed), "kSurfaces");
+    add(drawn_->crossed && params_.count == kNearWays && params_.first == 0, "kNear");
     filling.emission.bind(FIELD_EMISSION_UNIT);
     filling.sigma_t.bind(FIELD_SIGMA_T_UNIT);
     if (source != nullptr)
@@ -1197,7 +1215,7 @@ gl::Texture RadianceField::own_light()
 {
     gl::Texture own = make("field: own light", 1);
     gl::Defines defines = extinction_defines();
-    if (filling_->crossed)
+    if (drawn_->crossed)
         defines.emplace_back("kSurfaces", "");
     filling_->sigma_t.bind(FIELD_SIGMA_T_UNIT);
     bind_image(0, own, GL_WRITE_ONLY);

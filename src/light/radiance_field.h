@@ -171,8 +171,12 @@ public:
     /// was guessed. Waits for the GPU.
     [[nodiscard]] std::optional<float> left_over() const;
 
+    /// Lattices that surfaces were drawn into so far.
+    [[nodiscard]] int drawings() const { return drawings_; }
+
 private:
     struct Filling;
+    struct Drawn;
     struct Batch;
     /// Nodes that light is asked for at: all, or those that media are near to, if it is known
     /// which.
@@ -193,7 +197,7 @@ private:
     void keep_walls();
     void find_clearance();
     void wait_for_drawing();
-    void draw_faces(const surface::SurfaceSet& surfaces);
+    void take_faces(const surface::SurfaceSet& surfaces);
     void find_emission(const surface::SurfaceSet& surfaces);
     /// Numbers of the surfaces that shine and are too small for a lattice's faces.
     std::vector<std::size_t> find_lamps(const surface::SurfaceSet& surfaces);
@@ -265,8 +269,9 @@ private:
     std::unique_ptr<SkyShare> sky_share_;  ///< once it is asked for
     shared::FieldParams params_{};
     std::unique_ptr<Filling> filling_;
+    std::unique_ptr<Drawn> drawn_;
     gl::Texture sums_, guess_;
-    int orders_ = 0;
+    int orders_ = 0, drawings_ = 0;
 };
 
 }  // namespace fumarole::light

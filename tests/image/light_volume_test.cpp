@@ -682,7 +682,7 @@ const std::array kChanges{
            {.world_volumes = 1, .fields = 1}},
     Change{"a_surface_moved",
            [](Scene& scene) { std::get<SphereSurface>(scene.surfaces[0]).center.z -= 0.3; },
-           {.shadow_views = 8, .world_volumes = 1, .fields = 1}},
+           {.shadow_views = 8, .world_volumes = 1, .fields = 1, .lattices = 2}},
     Change{"extinction",
            [](Scene& scene) { smoke_of(scene).sigma_a_per_density *= 2.0f; },
            {.extinctions = 1, .depth_layers = 2, .world_volumes = 1, .fields = 1}},
@@ -726,6 +726,7 @@ TEST_P(LightVolumeChange, FillsWhatDependsOnIt)
     EXPECT_EQ(work.depth_layers, change.work.depth_layers);
     EXPECT_EQ(work.world_volumes, change.work.world_volumes);
     EXPECT_EQ(work.fields, change.work.fields) << "the smoke glows";
+    EXPECT_EQ(work.lattices, change.work.lattices);
     Renderer fresh(get_proc());
     fresh.set_scene(scene, settings);
     EXPECT_TRUE(images_near(kept, picture(fresh, scene), change.near, 0.1f * change.near,
@@ -774,8 +775,9 @@ TEST_F(LightVolume, EditsOfALiveSceneCostWhatDependsOnThem)
     const SurfaceId other = live.add(SphereSurface{{1.2, -4.2, -0.8}, 0.5, glm::vec3(0.5f)});
     EXPECT_EQ(work().shadow_views, 8);
     live.remove(box);
-    EXPECT_EQ(work(), (SceneWork{.shadow_views = 8, .world_volumes = 1, .fields = 1}))
-        << "a surface removed";
+    EXPECT_EQ(work(),
+              (SceneWork{.shadow_views = 8, .world_volumes = 1, .fields = 1, .lattices = 2}))
+        << "a surface removed: one lattice is the media's, the other the surfaces'";
     live.update(other, SphereSurface{{1.2, -4.2, -0.8}, 0.5, glm::vec3(0.9f)});
     EXPECT_EQ(work(), SceneWork{}) << "a surface's colour";
 
@@ -790,7 +792,7 @@ TEST_F(LightVolume, EditsOfALiveSceneCostWhatDependsOnThem)
     live.update(haze, fog);
     SceneWork together = work();
     together.shadow_views = 0;  // the ball stays where it is
-    EXPECT_EQ(together, (SceneWork{.world_volumes = 1, .fields = 1}))
+    EXPECT_EQ(together, (SceneWork{.world_volumes = 1, .fields = 1, .lattices = 2}))
         << "media moved with their lamp; what glows shines past a ball that stays";
     cloud.density = std::make_shared<VoxelGrid>(*cloud.density);
     cloud.emission = cloud.density;

@@ -53,6 +53,7 @@ struct SceneWork {
     int world_volumes = 0;  ///< volumes of the world's light that were filled
     int fields = 0;         ///< volumes of light that scatters again or is emitted that were filled
     int probes = 0;         ///< probes that were captured
+    int lattices = 0;       ///< lattices of light that surfaces were drawn into
 
     bool operator==(const SceneWork&) const = default;
 };
