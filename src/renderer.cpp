@@ -668,8 +668,11 @@ void Renderer::Parts::show(const Scene& scene, const SceneSettings& settings)
             surfaces.set(scene.surfaces);
         if (anew || drawn->scene.transparents != scene.transparents)
             transparents.set(scene.transparents);
-        lights.set(scene, surfaces, media.bounds(), settings.shadow_map,
-                   media.traits().marched > 0);
+        const bool detailed = media.traits().marched > 0;
+        const bool through_gaps = settings.shadow_map == kAutomatic && !detailed &&
+                                  !scene.lights.empty() &&
+                                  volumes.is_sky_in_parts(scene, media.bounds());
+        lights.set(scene, surfaces, media.bounds(), settings.shadow_map, detailed, through_gaps);
         lights.set_filters(scene, transparents.casters(), settings.shadow_map,
                            media.texture_units());
         probes.set(scene, settings, lights, media);

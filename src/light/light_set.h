@@ -41,9 +41,10 @@ public:
     /// @param media what the media fill, so that their shadows get the map's detail
     /// @param map_size texels along an edge of each view, or kAutomatic
     /// @param detailed whether the media have detail of their own
+    /// @param through_gaps whether light comes to them through gaps in surfaces
     /// @throws Error if the scene has more lights than the block holds.
     void set(const Scene& scene, const surface::SurfaceSet& surfaces, const Bounds& media,
-             int map_size, bool detailed);
+             int map_size, bool detailed, bool through_gaps = false);
 
     /// Draws what transparents filter of the lights, likewise: after set().
     /// @param of_grids as LightFilters::set() has it
@@ -96,7 +97,7 @@ public:
     void wait_for_sun_shadows() const;
 
 private:
-    [[nodiscard]] int automatic_map_size(bool detailed) const;
+    [[nodiscard]] int automatic_map_size(bool detailed, bool through_gaps) const;
     void set_world(const World& world);
     void clear_lights();
 

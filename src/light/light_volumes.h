@@ -103,6 +103,9 @@ public:
     [[nodiscard]] glm::dvec3 depth_blur() const;
     [[nodiscard]] bool has_world() const { return world_ || island_light_; }
 
+    /// Whether sky_seen() says so. It is asked once for the same surfaces.
+    bool is_sky_in_parts(const Scene& scene, const Bounds& media);
+
 private:
     /// A surface without its albedo.
     struct Obstacle {
@@ -316,7 +319,6 @@ private:
         std::size_t media = 0;
         bool operator==(const SkyKey&) const = default;
     };
-    bool is_sky_in_parts(const Scene& scene, const Bounds& media);
     std::optional<SkyKey> sky_key_;
     SkySeen sky_;
     int turns_for(const Scene& scene, const SceneSettings& settings);

@@ -51,6 +51,19 @@ protected:
         return scene;
     }
 
+    /// The same under a roof with five gaps. @param x of the middle one
+    static Scene gapped_room(double x)
+    {
+        Scene scene = room(false);
+        double from = -6.2;
+        for (int i = -2; i <= 3; ++i) {
+            const double gap = x + 2 * i, to = i == 3 ? 6.2 : gap - 0.2;
+            scene.surfaces.emplace_back(box({from, -4.2, 4}, {to, 4.2, 4.2}));
+            from = gap + 0.2;
+        }
+        return scene;
+    }
+
     static double mean(const std::vector<float>& picture)
     {
         double sum = 0;
@@ -247,18 +260,29 @@ TEST_F(Indoors, TheSkyThroughGapsIsSpreadOverTheFloor)
     EXPECT_LT(std::abs(m.bias), 0.08);
 }
 
+// Shadows have edges all over the picture where light comes through gaps.
+TEST_F(Indoors, ThroughGapsASunsShadowsAreFiner)
+{
+    const auto with_map = [](Scene scene, int texels) {
+        scene.lights = {SunLight{{0.35, -0.25, 0.9}, glm::vec3(20)}};
+        Settings settings = plain_settings();
+        settings.world_directions = 26;
+        settings.shadow_map = texels;
+        return render(scene, settings).composite;
+    };
+    const Scene gaps = gapped_room(0), open = room(false);
+    EXPECT_EQ(with_map(gaps, kAutomatic), with_map(gaps, 3072));
+    EXPECT_NE(with_map(gaps, kAutomatic), with_map(gaps, 2048));
+    EXPECT_EQ(with_map(open, kAutomatic), with_map(open, 2048));
+    EXPECT_NE(with_map(open, kAutomatic), with_map(open, 3072));
+}
+
 // What surfaces hide of the sky is kept while none of them changes: one that moves is looked at
 // anew.
 TEST_F(Indoors, TheSkyThroughGapsMovesWithThem)
 {
     const auto gaps_at = [](double x) {
-        Scene scene = room(false);
-        double from = -6.2;
-        for (int i = -2; i <= 3; ++i) {
-            const double gap = x + 2 * i, to = i == 3 ? 6.2 : gap - 0.2;
-            scene.surfaces.emplace_back(box({from, -4.2, 4}, {to, 4.2, 4.2}));
-            from = gap + 0.2;
-        }
+        Scene scene = gapped_room(x);
         auto& clear = std::get<BoxMedium>(scene.media[0]);
         clear.sigma_s = clear.sigma_a = glm::vec3(1e-6f);
         return scene;
