@@ -296,7 +296,7 @@ void LightVolumes::clear()
     extinction_ = {};
     refill_.reset();
     drop_depth();
-    clear_world();
+    drop_world();
     islands_.clear();
     island_light_ = {};
 }
@@ -321,6 +321,13 @@ void LightVolumes::clear_world()
     on_surfaces_dimmed_ = {};
     bounced_ = {};
     bounced_means_.clear();
+}
+
+void LightVolumes::drop_world()
+{
+    clear_world();
+    field_.forget();
+    field_on_surfaces_.forget();
 }
 
 LightVolumes::DepthKey LightVolumes::key_of(const Lattice& lattice)
@@ -541,7 +548,7 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
         FieldPlaces places = take_places(used, scene.time);
         set_world(std::move(key), std::move(used), std::move(places), {media, surfaces, lights});
     } else {
-        clear_world();
+        drop_world();
     }
     if (!refill_)
         extinction_ = {};

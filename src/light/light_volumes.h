@@ -233,6 +233,7 @@ private:
     void fill_depth(const gl::Texture& depth, int layer, const LightPosition& light,
                     int first_slice, int slices, glm::dvec3 eye);
     void clear_world();
+    void drop_world();
     void plan_world(WorldKey& key, const medium::MediaSet& media,
                     const surface::SurfaceSet& surfaces, bool fire);
     void make_world(const WorldKey& key, bool surfaces);

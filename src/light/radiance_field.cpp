@@ -371,6 +371,12 @@ void RadianceField::end()
     filling_.reset();
 }
 
+void RadianceField::forget()
+{
+    *drawn_ = {};
+    sky_share_.reset();
+}
+
 void RadianceField::draw(const surface::SurfaceSet& surfaces)
 {
     ++drawings_;

@@ -171,6 +171,9 @@ public:
     /// was guessed. Waits for the GPU.
     [[nodiscard]] std::optional<float> left_over() const;
 
+    /// Lets go of what is kept of surfaces from one lattice to the next.
+    void forget();
+
     /// Lattices that surfaces were drawn into so far.
     [[nodiscard]] int drawings() const { return drawings_; }
 
