@@ -165,10 +165,11 @@ struct RadianceField::Filling {
     Ways near, all;  ///< the kNearWays and the kAllWays directions
     int batch = 0;   ///< ways that there is room for
     gl::Texture sigma_t, albedo, emission;
-    gl::Buffer nodes;     ///< a FieldNodesHead and the nodes that light is scattered at
-    gl::Texture marched;  ///< sigma_t of the marched media, where there are others too
-    gl::Texture walls;    ///< walls between nodes, as take_walls()
-    gl::Texture sights;   ///< as take_sights()
+    gl::Buffer nodes;            ///< a FieldNodesHead and the nodes that light is scattered at
+    gl::Texture marched;         ///< sigma_t of the marched media, where there are others too
+    gl::Texture steps_to_walls;  ///< as they are drawn
+    gl::Texture walls;           ///< walls between nodes, as take_walls()
+    gl::Texture sights;          ///< as take_sights()
     const gl::Texture* sky_shares = nullptr;  ///< light/sky_share.comp; null: all or nothing
     gl::Texture clear, dimmed;                ///< coefficients of the world's light
     gl::Texture of_world;                     ///< dimmed, before add_light()
@@ -191,16 +192,15 @@ struct RadianceField::Filling {
 struct RadianceField::Drawn {
     struct Key {
         int shape = 0, ways = 0;
-        bool bounces = false, sights = false;
+        bool bounces = false;
         glm::ivec3 count{0};
         glm::dmat4 node_from_eye{1.0};
         glm::dvec3 eye{0};
         bool operator==(const Key&) const = default;
     };
     Key key;
-    gl::Texture crossed;         ///< light/crossings.comp; empty: no surface
-    gl::Texture steps_to_walls;  ///< along the axes or, for sights, kSightWays
-    gl::Texture faces;           ///< light/faces.glsl, six layers; empty: they send nothing on
+    gl::Texture crossed;  ///< light/crossings.comp; empty: no surface
+    gl::Texture faces;    ///< light/faces.glsl, six layers; empty: they send nothing on
 };
 
 /// Some of a set of ways that are walked at once.
@@ -346,13 +346,14 @@ void RadianceField::begin(const FieldLattice& lattice, FieldMedium medium,
                                                   std::int64_t{kNearWays}, most));  // whole pairs
     filling_->ways = make_ways("field: ways", filling_->batch, GL_RG32UI);
     filling_->light_ways = make_ways("field: light's ways", filling_->batch, light_format());
-    const Drawn::Key key{surfaces.shape(),        filling_->medium.ways, bounces,
-                         filling_->medium.sights, lattice.count,         lattice.node_from_eye,
-                         lattice.eye};
+    const Drawn::Key key{surfaces.shape(), filling_->medium.ways, bounces,
+                         lattice.count,    lattice.node_from_eye, lattice.eye};
     if (surfaces.empty() || drawn_->key != key)
-        *drawn_ = {key, {}, {}, {}};
+        *drawn_ = {key, {}, {}};
     if (!surfaces.empty() && !drawn_->crossed)
         draw(surfaces);
+    if (!surfaces.empty())
+        draw_walls(surfaces);
     if (!surfaces.empty() && bounces)
         take_faces(surfaces);
     sample_medium();
@@ -410,7 +411,6 @@ void RadianceField::draw(const surface::SurfaceSet& surfaces)
         params_.tilt = kTilts.at(static_cast<std::size_t>(part));
         draw_lines(surfaces, drawn, ways, lines, framebuffer_);
     }
-    draw_walls(surfaces);
     put_side_by_side(crossed);
 }
 
@@ -518,8 +518,8 @@ void RadianceField::draw_along_axes(const surface::SurfaceSet& surfaces, const g
 void RadianceField::draw_walls(const surface::SurfaceSet& surfaces)
 {
     const int ways = filling_->medium.sights ? kSightWays : kAxisWays;
-    drawn_->steps_to_walls = make_ways("field: steps to walls", ways, GL_R32UI);
-    draw_along_axes(surfaces, drawn_->steps_to_walls, {{"kWalls", ""}}, ways);
+    filling_->steps_to_walls = make_ways("field: steps to walls", ways, GL_R32UI);
+    draw_along_axes(surfaces, filling_->steps_to_walls, {{"kWalls", ""}}, ways);
 }
 
 void RadianceField::keep_walls()
@@ -529,15 +529,17 @@ void RadianceField::keep_walls()
     filling.walls =
         gl::Texture::make_3d(device_, "walls between nodes", count * glm::ivec3(1, 1, 2),
                              GL_RGBA16F, gl::Filter::nearest);
-    drawn_->steps_to_walls.bind(FIELD_CROSSED_UNIT);
+    filling_->steps_to_walls.bind(FIELD_CROSSED_UNIT);
     bind_image(0, filling.walls, GL_WRITE_ONLY, GL_RGBA16F);
     dispatch_nodes("light/walls.comp", {});
+    if (!filling.medium.sights)
+        filling.steps_to_walls = {};
 }
 
 void RadianceField::find_sights(const gl::Texture& light)
 {
     Filling& filling = *filling_;
-    if (!filling.medium.sights || filling.sights || !drawn_->steps_to_walls)
+    if (!filling.medium.sights || !filling.steps_to_walls)
         return;
     constexpr int kOctants = 8;
     filling.sights = gl::Texture::make_3d(device_, "how far nodes see",
@@ -550,10 +552,11 @@ void RadianceField::find_sights(const gl::Texture& light)
         sigma_t.bind(FIELD_SIGMA_T_UNIT);
     }
     light.bind(WORLD_ON_SURFACES_UNIT);
-    drawn_->steps_to_walls.bind(FIELD_CROSSED_UNIT);
+    filling_->steps_to_walls.bind(FIELD_CROSSED_UNIT);
     write_block();
     bind_image(0, filling.sights, GL_WRITE_ONLY, GL_RG32UI);
     dispatch_nodes("light/sights.comp", defines);
+    filling.steps_to_walls = {};
 }
 
 void RadianceField::find_clearance()
