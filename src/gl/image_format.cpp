@@ -15,8 +15,6 @@ constexpr std::array kFormats{ImageFormat{GL_RGBA16F, "rgba16f", false},
                               ImageFormat{GL_RGBA16, "rgba16", true},
                               ImageFormat{GL_RGB10_A2, "rgb10_a2", true}};
 
-/// A host's texture of one level that was not made by glTexStorage is no image unless it is
-/// complete, and by default its filter asks for all levels.
 GLenum internal_format(const Device& gl, TextureView texture)
 {
     GLint format = 0;
@@ -24,6 +22,8 @@ GLenum internal_format(const Device& gl, TextureView texture)
     return static_cast<GLenum>(format);
 }
 
+/// A host's texture of one level that was not made by glTexStorage is no image unless it is
+/// complete, and by default its filter asks for all levels.
 bool is_complete(const Device& gl, TextureView texture)
 {
     GLint immutable = GL_FALSE, filter = 0;

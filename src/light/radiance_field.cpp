@@ -529,7 +529,7 @@ void RadianceField::keep_walls()
     filling.walls =
         gl::Texture::make_3d(device_, "walls between nodes", count * glm::ivec3(1, 1, 2),
                              GL_RGBA16F, gl::Filter::nearest);
-    filling_->steps_to_walls.bind(FIELD_CROSSED_UNIT);
+    filling.steps_to_walls.bind(FIELD_CROSSED_UNIT);
     bind_image(0, filling.walls, GL_WRITE_ONLY, GL_RGBA16F);
     dispatch_nodes("light/walls.comp", {});
     if (!filling.medium.sights)
@@ -539,7 +539,7 @@ void RadianceField::keep_walls()
 void RadianceField::find_sights(const gl::Texture& light)
 {
     Filling& filling = *filling_;
-    if (!filling.medium.sights || !filling.steps_to_walls)
+    if (!filling.steps_to_walls)
         return;
     constexpr int kOctants = 8;
     filling.sights = gl::Texture::make_3d(device_, "how far nodes see",
@@ -552,7 +552,7 @@ void RadianceField::find_sights(const gl::Texture& light)
         sigma_t.bind(FIELD_SIGMA_T_UNIT);
     }
     light.bind(WORLD_ON_SURFACES_UNIT);
-    filling_->steps_to_walls.bind(FIELD_CROSSED_UNIT);
+    filling.steps_to_walls.bind(FIELD_CROSSED_UNIT);
     write_block();
     bind_image(0, filling.sights, GL_WRITE_ONLY, GL_RG32UI);
     dispatch_nodes("light/sights.comp", defines);

@@ -14,6 +14,16 @@ namespace {
 
 class Froxel : public HistoryTest {
 protected:
+    /// On the GPU after a picture of so many frames.
+    static std::uint64_t bytes_of(const Scene& scene, const Settings& settings, int frames)
+    {
+        SceneRenderer renderer(get_proc());
+        StillReport report;
+        StillOptions options;
+        options.timed_frames = frames;
+        renderer.render(scene, settings, options, &report);
+        return report.gpu_bytes;
+    }
     /// The eye in uniform fog that scatters and glows, a wall of steps in it from 2 to 12 m.
     static Scene stairs_in_fog(Camera::Projection projection)
     {
@@ -415,14 +425,7 @@ TEST_F(Froxel, FramesThatGatherTakeTheVolumesOfOneView)
     Settings settings;
     settings.mode = Settings::Mode::froxel;
     settings.bounces = 0;
-    const auto bytes = [&](int frames) {
-        SceneRenderer renderer(get_proc());
-        StillReport report;
-        StillOptions options;
-        options.timed_frames = frames;
-        renderer.render(scene, settings, options, &report);
-        return report.gpu_bytes;
-    };
+    const auto bytes = [&](int frames) { return bytes_of(scene, settings, frames); };
     const int columns = 64 / settings.tile + 2;
     const auto froxels = static_cast<std::uint64_t>(columns * columns * settings.slices);
     const std::uint64_t single = bytes(1), gathered = bytes(2);
@@ -443,12 +446,7 @@ TEST_F(Froxel, AHistoryOfOneColorTakesThreeVolumes)
         settings.mode = Settings::Mode::froxel;
         settings.bounces = 0;
         settings.slices = slices;
-        SceneRenderer renderer(get_proc());
-        StillReport report;
-        StillOptions options;
-        options.timed_frames = frames;
-        renderer.render(scene, settings, options, &report);
-        return report.gpu_bytes;
+        return bytes_of(scene, settings, frames);
     };
     const std::uint64_t columns = 10 * 10;
     for (const int frames : {1, 2})
