@@ -326,6 +326,7 @@ void LightVolumes::clear_world()
 void LightVolumes::drop_world()
 {
     clear_world();
+    keeps_world_ = false;
     field_.forget();
     field_on_surfaces_.forget();
 }
@@ -810,6 +811,12 @@ void LightVolumes::plan_world(WorldKey& key, const medium::MediaSet& media,
     key.on_surfaces = key_of(surface_lattice_);
 }
 
+void LightVolumes::make_coefficients()
+{
+    coefficients_ =
+        make_volume(device_, "world's light", world_lattice_, bands_ * bands_, GL_RGBA16F);
+}
+
 void LightVolumes::make_world(const WorldKey& key, bool surfaces)
 {
     const auto make = [&](const char* label, const Lattice& lattice, int layers) {
@@ -817,7 +824,7 @@ void LightVolumes::make_world(const WorldKey& key, bool surfaces)
     };
     clear_world();
     if (key.bands > 0)
-        coefficients_ = make("world's light", world_lattice_, bands_ * bands_);
+        make_coefficients();
     if (!surfaces)
         return;
     constexpr int kLayers = kSurfaceBands * kSurfaceBands;
@@ -831,6 +838,7 @@ struct LightVolumes::WorldFill {
     const FieldKey& field;
     const FieldScene& scene;
     bool anew = false;         ///< nothing of what was there stays
+    bool world = false;        ///< the world's light in the media is
     bool of_media = false;     ///< what the media scatter or emit is filled
     bool on_surfaces = false;  ///< what they and the surfaces throw on surfaces is, or is no more
     bool shines = false;       ///< the world does
@@ -864,18 +872,24 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
     WorldFill fill{field, scene};
     fill.shines = scene.lights.world_radiance() != glm::vec3(0.0f);
     // The world's light is dimmed by what albedo and g leave of the extinction.
-    fill.anew = !(coefficients_ || on_surfaces_) || !is_moved(world_key_, key) ||
+    fill.anew = !(in_media() || on_surfaces_) || !is_moved(world_key_, key) ||
                 (key.straight_on > 0 && !same_field);
     fill.of_media =
         key.bands > 0 && field.filled && (fill.anew || !field_coefficients_ || !same_field);
     const bool lights_surfaces = field.on_surfaces || field.turns > 0;
     const bool lit_surfaces = field_key_.on_surfaces || field_key_.turns > 0;
     fill.on_surfaces = fill.anew || ((lights_surfaces || lit_surfaces) && !same_field);
+    fill.world =
+        key.bands > 0 && (fill.anew || (!coefficients_ && (fill.of_media || !field.filled)));
     const gl::Stopwatch watch(device_, timers_);
     if (fill.anew) {
         make_world(key, !scene.surfaces.empty() && !part_ && (fill.shines || lights_surfaces));
         world_key_ = std::move(key);
         turned_ = false;
+        ++fills_.world;
+    } else if (fill.world) {  // of which only the sum with the field was kept
+        make_coefficients();
+        keeps_world_ = true;
         ++fills_.world;
     }
     if (!field.filled && field_coefficients_) {
@@ -895,7 +909,7 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
         turn_surfaces(fill.turns.first, scene.surfaces, scene.lights, true);
         turns_after_noted_ = field.turns - fill.turns.first;
     }
-    if (coefficients_ && (fill.anew || fill.of_media))
+    if (fill.world || fill.of_media)
         fill_media(fill);
     if (fill.on_surfaces && on_surfaces_)
         fill_surfaces(fill);
@@ -910,7 +924,9 @@ void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
         world_ms_ = watch.ms();
     field_key_ = std::move(field);
     field_places_ = std::move(places);
-    if (coefficients_)
+    if (field_coefficients_ && !keeps_world_)
+        coefficients_ = {};
+    if (in_media())
         make_view(scene.media.traits(), origin);
 }
 
@@ -978,8 +994,7 @@ void LightVolumes::fill_media(WorldFill& fill)
 {
     const FieldScene& scene = fill.scene;
     const medium::MediaTraits& traits = scene.media.traits();
-    if (fill.of_media &&
-        (!field_coefficients_ || field_coefficients_.size() != coefficients_.size()))
+    if (fill.of_media && !field_coefficients_)
         field_coefficients_ = make_volume(device_, "light that is not direct", world_lattice_,
                                           bands_ * bands_, GL_RGBA16F);
     if (fill.of_media && traits.marched > 0 && world_key_.dims && !depth_ && !extinction_)
@@ -993,7 +1008,7 @@ void LightVolumes::fill_media(WorldFill& fill)
                  .ways = world_key_.ways,
                  .orders = fill.field.orders,
                  .sky_box = bounds_of(world_lattice_)});
-    if (fill.anew && fill.shines)
+    if (fill.world && fill.shines)
         field_.fill_world(world_key_.ways, bands_, nullptr, &coefficients_);
     if (!fill.of_media)
         return;
@@ -1046,7 +1061,7 @@ void LightVolumes::fill_surfaces(WorldFill& fill)
                                   on_surfaces_,
                                   on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr);
     }
-    walls_ = field_on_surfaces_.take_walls();
+    walls_ = field.turns > 0 ? field_on_surfaces_.take_walls() : gl::Texture();
     sights_ = field_on_surfaces_.take_sights();
     field_on_surfaces_.end();
 }
@@ -1392,7 +1407,7 @@ void LightVolumes::project_to_view(const medium::MediaSet& media)
 {
     gl::Defines defines = fill_defines(media, write_lights({}));
     defines.emplace_back("kBands", fmt::format("{}", bands_));
-    (field_coefficients_ ? field_coefficients_ : coefficients_).bind(WORLD_COEFFICIENTS_UNIT);
+    in_media().bind(WORLD_COEFFICIENTS_UNIT);
     dispatch("light/world_view.comp", defines, world_, GL_RGBA16F, VOLUME_GROUP,
              world_lattice_.count);
 }
@@ -1521,7 +1536,7 @@ std::vector<std::string> LightVolumes::describe() const
     }
     if (world_)
         lines.push_back(fmt::format("world's light in the media: {} for {} harmonic{}",
-                                    size_of(coefficients_, bands_ * bands_, 8), bands_ * bands_,
+                                    size_of(in_media(), bands_ * bands_, 8), bands_ * bands_,
                                     bands_ == 1 ? "" : "s, turned to the eye"));
     if (on_surfaces_)
         lines.push_back(fmt::format("world's light on surfaces: {}{}, 9 harmonics",

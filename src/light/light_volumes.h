@@ -236,7 +236,13 @@ private:
     void drop_world();
     void plan_world(WorldKey& key, const medium::MediaSet& media,
                     const surface::SurfaceSet& surfaces, bool fire);
+    void make_coefficients();
     void make_world(const WorldKey& key, bool surfaces);
+    /// Coefficients of all that reaches the media but what is direct.
+    [[nodiscard]] const gl::Texture& in_media() const
+    {
+        return field_coefficients_ ? field_coefficients_ : coefficients_;
+    }
     /// What a lattice is filled for.
     struct FieldTask {
         bool scatters = false;  ///< light that the media scatter or emit is asked for
@@ -273,10 +279,14 @@ private:
     /// Depths as a frame looks them up where several lights have places: those share the lattice,
     /// so that one fetch may have four. Made of depth_, which the lights that move go on to change.
     gl::Texture packed_depth_;
-    bool packed_ = false;             ///< packed_depth_ is what depth_ is
-    std::size_t placed_ = 0;          ///< number of points and spots among the lights of depth_
-    gl::Texture coefficients_;        ///< coefficients of the world's light
-    gl::Texture field_coefficients_;  ///< field coefficients of all light that is not direct
+    bool packed_ = false;     ///< packed_depth_ is what depth_ is
+    std::size_t placed_ = 0;  ///< number of points and spots among the lights of depth_
+    /// Coefficients of the world's light. Where there is a field they are kept from the first time
+    /// on that lights change, and not what dims it: a scene that stays as it is has no use for
+    /// them.
+    gl::Texture coefficients_;
+    bool keeps_world_ = false;
+    gl::Texture field_coefficients_;  ///< coefficients of all light that is not direct
     gl::Texture world_;               ///< the latter, or else the former, turned to the eye
     gl::Texture bounced_;             ///< light that surfaces send on, at the nodes of the next
     std::vector<gl::Texture>

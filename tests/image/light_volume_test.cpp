@@ -16,6 +16,7 @@
 #include "study/metrics.h"
 #include "study/reference.h"
 #include "support/tile_bench.h"
+#include <fumarole/asset/scene_file.h>
 #include <fumarole/live_scene.h>
 
 namespace fumarole::test {
@@ -714,6 +715,11 @@ TEST_P(LightVolumeChange, FillsWhatDependsOnIt)
     const SceneWork all = renderer.take_report().work;
     EXPECT_EQ(all.depth_layers, 2);
     EXPECT_EQ(all.world_volumes, 1);
+    // From the first edit on the world's light is kept apart from what is scattered again.
+    std::get<PointLight>(scene.lights[1]).radiant_intensity *= 1.5f;
+    renderer.set_scene(scene, settings);
+    picture(renderer, scene);
+    EXPECT_EQ(renderer.take_report().work, (SceneWork{.world_volumes = 1, .fields = 1}));
 
     change.change(scene);
     renderer.set_scene(scene, settings);
@@ -737,6 +743,22 @@ INSTANTIATE_TEST_SUITE_P(Scenes, LightVolumeChange, testing::ValuesIn(kChanges),
                          [](const auto& change) { return std::string(change.param.name); });
 
 // What a host that edits its scene by ids pays for.
+TEST_F(LightVolume, TheFieldOfTheSampleTakesLessThan8MB)
+{
+    const Scene scene = asset::load_scene(std::string(FUM_TEST_DATA) + "/smoke_plume.json").scene;
+    const auto bytes = [&](int nodes) {
+        Settings settings;
+        settings.ambient_volume_size = nodes;
+        Renderer renderer(get_proc());
+        renderer.set_scene(scene, settings);
+        return static_cast<double>(renderer.take_report().gpu_bytes);
+    };
+    const double field = bytes(kAutomatic) - bytes(0);
+    figure("bytes of the field", field);
+    EXPECT_GT(field, 4e6);
+    EXPECT_LT(field, 8e6);
+}
+
 TEST_F(LightVolume, EditsOfALiveSceneCostWhatDependsOnThem)
 {
     const Settings settings = plain_settings();
@@ -758,7 +780,11 @@ TEST_F(LightVolume, EditsOfALiveSceneCostWhatDependsOnThem)
     cloud.g = 0.7f;
     cloud.emission_per_unit = {1, 2, 3};
     live.update(smoke, cloud);
-    EXPECT_EQ(work(), SceneWork{.fields = 1}) << "g and emission";
+    EXPECT_EQ(work(), (SceneWork{.world_volumes = 1, .fields = 1}))
+        << "g and emission; of the world's light the sum with theirs alone was kept so far";
+    cloud.g = 0.6f;
+    live.update(smoke, cloud);
+    EXPECT_EQ(work(), SceneWork{.fields = 1}) << "g again";
     auto point = std::get<PointLight>(live.at(lamp));
     point.position.y += 0.5;
     live.update(lamp, point);
