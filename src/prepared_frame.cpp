@@ -283,6 +283,18 @@ shared::FrameParams make_params(const PreparedFrame& frame)
 
 }  // namespace
 
+ViewCone view_cone(const CameraRays& rays)
+{
+    ViewCone cone{glm::normalize(rays.direction)};
+    for (const glm::dvec2 ndc : {glm::dvec2(-1, -1), {1, -1}, {-1, 1}, {1, 1}}) {
+        const glm::dvec3 corner =
+            glm::normalize(rays.direction + rays.direction_dx * ndc.x + rays.direction_dy * ndc.y);
+        cone.half_angle =
+            std::max(cone.half_angle, std::acos(std::min(glm::dot(cone.axis, corner), 1.0)));
+    }
+    return cone;
+}
+
 PreparedFrame fine_frame(const PreparedFrame& frame)
 {
     PreparedFrame out = frame;

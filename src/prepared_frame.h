@@ -32,6 +32,13 @@ struct CameraRays {
     glm::dvec3 direction{0}, direction_dx{0}, direction_dy{0};
 };
 
+/// A cone that has all of a picture's rays in it.
+struct ViewCone {
+    glm::dvec3 axis{0};     ///< unit length
+    double half_angle = 0;  ///< [rad]
+};
+ViewCone view_cone(const CameraRays& rays);
+
 /// What of a scene decides how its frames are drawn.
 struct FrameScene {
     Bounds media;  ///< world bounds of all media [m]; empty where there are none

@@ -65,6 +65,7 @@ struct SplitStep {
 struct Layer {
     vec3 scattering;
     extinction_t transmittance;
+    float straight_on;  // kAureole: optical depth of what is scattered straight on
     MediaDepth seen;
     ivec2 texel;
     SplitWalk splits;
@@ -100,8 +101,16 @@ void march(inout Layer layer, MediaLine line, LightLine light, float length_per_
     vec3 source = medium.emission;
     extinction_t tau = medium.sigma_t * ds;
     float z_lit = kExactFalloff ? z - (step.y - step.x) * light_ahead(mean(tau)) : z;
+    float straight_on = 0.0;
+    if (kAureole) {
+        float g2 = light.peak_g * light.peak_g;
+        float sigma_s = min(medium.sigma_s.r, min(medium.sigma_s.g, medium.sigma_s.b));
+        straight_on = g2 * g2 * sigma_s * peaked_share(light, medium.g) * ds;
+    }
     if (medium.sigma_s != vec3(0.0))
-        source += medium.sigma_s * in_scattering_on(light, LightStep(z_lit, step, share, medium.g, medium.sigma_t));
+        source += medium.sigma_s * in_scattering_on(light, LightStep(z_lit, step, share, medium.g, medium.sigma_t,
+                                                                     layer.straight_on + share * straight_on));
+    layer.straight_on += straight_on;
     if (kSplits)
         layer.last = SplitStep(step, source, layer.scattering, medium.sigma_t, layer.transmittance);
     vec3 added = layer.transmittance * source * (ds * slab_weight(tau));
@@ -205,7 +214,7 @@ Marched march_texel(ivec2 texel, uvec4 tile)
     if (!kCameraRange)
         inside = media_segment(ray.origin, ray.direction, u_frame.media_range.x, min(scene_z, u_frame.media_range.y));
     g_shaded_points = tile_shaded_points(tile.w);
-    Layer layer = Layer(vec3(0.0), extinction_t(1.0), MediaDepth(inside.x, vec3(0.0), vec3(0.0)), texel,
+    Layer layer = Layer(vec3(0.0), extinction_t(1.0), 0.0, MediaDepth(inside.x, vec3(0.0), vec3(0.0)), texel,
                         split_walk(ndc, kSplits && tile_keeps_depths(tile.w)),
                         SplitStep(vec2(0.0), vec3(0.0), vec3(0.0), extinction_t(0.0), extinction_t(1.0)));
     if (kCameraRange)

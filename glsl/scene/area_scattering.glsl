@@ -123,7 +123,7 @@ void add_area(inout vec3 sum, int first, bool is_disk, LightLine line, LightStep
         if (seen > 0.0) {
             vec3 shadow;
             if (kFetchesFour)
-                shadow = through_depth(p, line, light, volume_t(stored[j]));
+                shadow = vec3(exp(-depth_of(p, line, light, volume_t(stored[j]))));
             else
                 shadow = volume_shadow(first + point, line, t, light);
             arriving += seen * shadow * filter_in_medium(first + point, p);

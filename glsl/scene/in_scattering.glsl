@@ -1,4 +1,5 @@
 // Light that media scatter towards the eye at points of a line: every light and the world, once.
+#include "lib/aureole.glsl"
 #include "lib/phase.glsl"
 #include "lib/falloff.glsl"
 #include "shared/step_tile.h"
@@ -15,6 +16,7 @@ const bool kShadeOverStep = false;  // a step takes the mean of what media dim o
 const bool kExactFalloff = false;   // a step takes the mean of 1/d^2 over its length, not that at its sample
 const bool kShadedPoints = false;   // kFarPoints: g_shaded_points says which of them surfaces may hide from a line
 const bool kFarPoints = false;      // where every light that has a place is far from each step, against its length
+const bool kAureole = false;        // lights are dimmed without what is scattered straight on
 
 // As tile_shaded_points() of shared/step_tile.h has them, which are the same all over a tile.
 uint g_shaded_points;
@@ -27,7 +29,9 @@ extinction_t light_depth(int i, vec3 p, LightSample light);
 struct LightLine {
     Ray ray;
     vec3 wo;                      // unit length, to the eye
-    vec3 sun[max(kSunCount, 1)];  // what it scatters if nothing hides or dims it; kMixedG: its irradiance
+    vec3 sun[max(kSunCount, 1)];  // what it scatters if nothing hides or dims it; kMixedG, kAureole: its irradiance
+    Aureole aureole[kAureole ? max(kSunCount, 1) : 1];
+    float peak_g, peak_straight;
     vec3 shadow[max(kSunCount, 1)], dshadow[max(kSunCount, 1)];   // its inner shadow view, of all media: uv, depth
     vec3 column[max(kSunCount, 1)], dcolumn[max(kSunCount, 1)];   // its columns in the depth volume
     SunLayer layer[max(kSunCount, 1)];                            // which have this part of it
@@ -61,10 +65,16 @@ LightLine light_line(Ray ray, vec3 wo, vec2 spread)
     LightLine line;
     line.ray = ray;
     line.wo = wo;
+    line.peak_g = kAureole ? u_media.peak_g : 0.0;
+    line.peak_straight = kAureole ? u_media.peak_straight : 0.0;
     for (int i = 0; i < kSunCount; ++i) {
         line.sun[i] = u_lights.lights[i].intensity;
-        if (!kMixedG)
+        if (kAureole) {
+            vec3 chord = sun_sample(i, vec3(0.0)).wi + wo;
+            line.aureole[i] = aureole_of(dot(chord, chord), min(u_media.peak_g, u_frame.g_clamp));
+        } else if (!kMixedG) {
             line.sun[i] *= phase_of(sun_sample(i, vec3(0.0)), wo, u_media.media[0].g);
+        }
         if (kSurfaceShadows) {
             ShadowView view = u_lights.views[int(u_lights.lights[i].first_view)];
             line.shadow[i] = vec3((view.clip_from_world * vec4(ray.origin, 1.0)).xy * 0.5 + 0.5,
@@ -101,23 +111,28 @@ LightLine light_line(Ray ray, vec3 wo, vec2 spread)
     return line;
 }
 
-// What the media let through of a light to p, kDepthAtPoint: stored is the marched ones' depth, as it is in the volume.
-vec3 through_depth(vec3 p, LightLine line, LightSample light, volume_t stored)
+// The optical depth that dims a light on its way to p, kDepthAtPoint: stored is the marched ones' depth, as it is in the
+// volume.
+extinction_t depth_of(vec3 p, LightLine line, LightSample light, volume_t stored)
 {
-    return vec3(exp(-closed_dimming(p, light.wi, light.range) - line.dimming * stored));
+    return closed_dimming(p, light.wi, light.range) + line.dimming * stored;
 }
 
-// What the media let through of light i to t of the line.
-vec3 volume_shadow(int i, LightLine line, float t, LightSample light)
+// The optical depth that dims light i on its way to t of the line.
+extinction_t dimming_on(int i, LightLine line, float t, LightSample light)
 {
-    if (!kVolumeShadows)
-        return vec3(1.0);
     vec3 p = line.ray.origin + line.ray.direction * t;
     if (kDepthAtPoint)
-        return through_depth(p, line, light,
-                             light.is_sun ? stored_of_sun(line.layer[i], line.column[i] + line.dcolumn[i] * t)
-                                          : stored_of_placed(i, line.depth + line.ddepth * t));
-    return vec3(exp(-light_depth(i, p, light)));
+        return depth_of(p, line, light,
+                        light.is_sun ? stored_of_sun(line.layer[i], line.column[i] + line.dcolumn[i] * t)
+                                     : stored_of_placed(i, line.depth + line.ddepth * t));
+    return light_depth(i, p, light);
+}
+
+// What the media let through of it.
+vec3 volume_shadow(int i, LightLine line, float t, LightSample light)
+{
+    return kVolumeShadows ? vec3(exp(-dimming_on(i, line, t, light))) : vec3(1.0);
 }
 
 // The mean over a step of the phase of a light that has a place, weighted as its light is: evenly in the angle.
@@ -146,6 +161,7 @@ struct LightStep {
     float share;           // of its length that lies before t
     float g;               // of the medium there
     extinction_t sigma_t;  // [1/m]
+    float to_eye;          // kAureole: optical depth from the eye to the point of what is scattered straight on
 };
 
 // Where a light that has a place is looked up: at the point or, kExactFalloff, where the piece has its light.
@@ -190,18 +206,50 @@ vec3 scattered_of(LightSample light, LightLine line, LightStep step, Falloff ove
            (over.mean * light.range * light.range * phase_over(over, step.g) * exp(-step.sigma_t * over.ahead));
 }
 
+float grey(float depth) { return depth; }
+float grey(vec3 depth) { return dot(depth, vec3(1.0 / 3.0)); }
+
+// kAureole: how much of what is scattered where the media have a mean g of g is by the one with the strong lobe, if the
+// others have none.
+float peaked_share(LightLine line, float g) { return kMixedG ? clamp(g / line.peak_g, 0.0, 1.0) : 1.0; }
+
+// kAureole: the phase of sun i at a step, whose light is dimmed by depth on its way to it.
+float aureole_at(int i, LightLine line, LightStep step, LightSample light, float depth)
+{
+    if (!kAureole)
+        return 1.0;
+    float straight = depth * line.peak_straight;
+    if (kMixedG) {  // others may dim, and scatter nothing straight on
+        vec3 p = line.ray.origin + line.ray.direction * step.t;
+        float closed = grey(closed_dimming(p, light.wi, light.range));
+        straight = grey(closed_depth(p, light.wi, light.range)) - closed +
+                   (depth - closed) * (1.0 / u_media.marched_light_dimming - 1.0);
+    }
+    float phase = aureole_phase(line.aureole[i], straight, step.to_eye);
+    if (kMixedG)
+        phase =
+            max(phase_of(light, line.wo, step.g) + peaked_share(line, step.g) * (phase - line.aureole[i].once), 0.0);
+    return phase;
+}
+
 // What the media let through of sun i to a step, on its mean: as exp of a depth that grows evenly from one end of the
 // step to the other, weighted by what the step lets through of itself.
+// kAureole: times the phase.
 vec3 sun_through_media(int i, LightLine line, LightStep step, LightSample light)
 {
-    if (!kVolumeShadows || !kShadeOverStep)
-        return volume_shadow(i, line, step.t, light);
+    if (!kVolumeShadows)
+        return vec3(1.0);
+    if (!kShadeOverStep) {
+        extinction_t depth = dimming_on(i, line, step.t, light);
+        return vec3(exp(-depth)) * aureole_at(i, line, step, light, grey(depth));
+    }
     extinction_t near = light_depth(i, line.ray.origin + line.ray.direction * step.ends.x, light);
     extinction_t far = light_depth(i, line.ray.origin + line.ray.direction * step.ends.y, light);
     extinction_t own = step.sigma_t * ((step.ends.y - step.ends.x) * length(line.ray.direction));
     far += own;
+    float aureole = aureole_at(i, line, step, light, mix(grey(near), grey(far - own), step.share));
     // From the end that is dimmed the less: the other's exp may be too large for a float.
-    return vec3(exp(-min(near, far)) * slab_weight(abs(far - near)) / slab_weight(own));
+    return vec3(exp(-min(near, far)) * slab_weight(abs(far - near)) / slab_weight(own)) * aureole;
 }
 
 // t where a step is asked for a sun's shadow the k-th time: each in a part of its own, as the point is in the whole.
@@ -216,7 +264,7 @@ void add_sun(inout vec3 sum, int i, LightLine line, LightStep step)
 {
     LightSample light = sun_sample(i, vec3(0.0));
     vec3 arriving = line.sun[i];
-    if (kMixedG)
+    if (kMixedG && !kAureole)
         arriving *= phase_of(light, line.wo, step.g);
     if (kLightFilters) {
         vec3 passed = vec3(0.0);
@@ -323,7 +371,7 @@ void add_points(inout vec3 sum, int first, int beyond, LightLine line, LightStep
             if (kLightFilters)
                 arriving *= filter_in_medium(i, p);
             if (kFetchesFour)
-                arriving *= through_depth(p, line, light, volume_t(stored[k]));
+                arriving *= vec3(exp(-depth_of(p, line, light, volume_t(stored[k]))));
             else
                 arriving *= volume_shadow(i, line, step.t, light);
             sum += arriving;
@@ -373,6 +421,6 @@ vec3 in_scattering_on(LightLine line, LightStep step)
 // The same at a point. wo: unit length, to the eye.
 vec3 in_scattering_at(vec3 p, vec3 wo, float g)
 {
-    LightStep step = LightStep(0.0, vec2(0.0), 0.0, g, extinction_t(0.0));
+    LightStep step = LightStep(0.0, vec2(0.0), 0.0, g, extinction_t(0.0), 0.0);
     return in_scattering_on(light_line(Ray(p, vec3(0.0)), wo, vec2(0.0)), step);
 }

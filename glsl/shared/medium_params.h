@@ -55,6 +55,8 @@ struct FUM_STD140 MediaParams {
     Island islands[MAX_ISLANDS];
     int island_count;
     float marched_light_dimming;  // likewise, of all media whose depth has no closed form
+    float peak_g;                 // g of the medium of which most is scattered straight on
+    float peak_straight;          // its optical depth that is, over that which dims lights
 };
 
 FUM_SHARED_END

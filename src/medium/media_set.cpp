@@ -831,15 +831,21 @@ MediaSet::StraightOn MediaSet::straight_on_by_depth() const
     if (traits_.most_g <= 0)
         return out;
     std::optional<float> marched;
+    float most = 0;
     const std::vector<Occupied> boxes = kept_boxes();
     for (std::size_t i = 0; i < media_.size(); ++i) {
         const Entry& entry = media_[i];
         if (mean_depth(boxes[i], entry.world_bounds) < kThin)
             continue;
+        const float straight_on = entry.straight_on();
         if (entry.is_marched())
-            marched = std::min(marched.value_or(1.0f), entry.straight_on());
+            marched = std::min(marched.value_or(1.0f), straight_on);
         else
-            out.closed = std::max(out.closed, entry.straight_on());
+            out.closed = std::max(out.closed, straight_on);
+        if (straight_on > most) {
+            most = straight_on;
+            out.g = entry.params.g;
+        }
     }
     out.marched = marched.value_or(0.0f);
     return out;
@@ -855,7 +861,11 @@ void MediaSet::split_forward_peaks(bool split)
 {
     for (Entry& entry : media_)
         entry.params.light_dimming = split && !entry.is_marched() ? 1 - entry.straight_on() : 1;
-    marched_light_dimming_ = split ? 1 - straight_on_by_depth().marched : 1;
+    const StraightOn by_depth = split ? straight_on_by_depth() : StraightOn{};
+    marched_light_dimming_ = 1 - by_depth.marched;
+    peak_g_ = split ? std::optional(by_depth.g) : std::nullopt;
+    const float most = std::max(by_depth.closed, by_depth.marched);
+    peak_straight_ = most / (1 - most);
 }
 
 gl::Defines MediaSet::defines() const
@@ -910,6 +920,8 @@ void MediaSet::bind(glm::dvec3 eye)
     const glm::dmat4 world_from_eye = glm::translate(glm::dmat4(1.0), eye);
     shared::MediaParams params{};
     params.marched_light_dimming = marched_light_dimming_;
+    params.peak_g = peak_g_.value_or(0.0f);
+    params.peak_straight = peak_straight_;
     for (std::size_t k = 0; k < placed_.size(); ++k) {
         const Grid& grid = grids_[static_cast<std::size_t>(placed_[k].texture)];
         shared::GridParams& out = params.grids[k];

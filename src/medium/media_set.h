@@ -143,6 +143,7 @@ public:
     [[nodiscard]] float straight_on() const;
     /// Whether that counts as light that goes on where the media scatter it.
     void split_forward_peaks(bool split);
+    [[nodiscard]] bool splits_forward_peaks() const { return peak_g_.has_value(); }
     /// Whether those that scatter are all marched: a point that does is in the volume of their
     /// optical depth.
     [[nodiscard]] bool marched_alone() const;
@@ -243,6 +244,7 @@ private:
     /// have one volume for all, and so the least of any.
     struct StraightOn {
         float closed = 0, marched = 0;
+        float g = 0;  ///< g of the medium of which it is the most
     };
     [[nodiscard]] StraightOn straight_on_by_depth() const;
 
@@ -285,6 +287,8 @@ private:
         old_noise_grids_;  ///< old noise grids of the scene before, while set() runs
     MediaTraits traits_;
     float marched_light_dimming_ = 1;
+    std::optional<float> peak_g_;  ///< MediaParams's, where what is scattered straight on is split
+    float peak_straight_ = 0;      ///< likewise
     int uploads_ = 0;
     std::uint64_t sent_bytes_ = 0;
     double time_ = 0;

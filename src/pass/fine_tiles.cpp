@@ -94,13 +94,11 @@ std::vector<bool> fine_tiles(const Toolbox& tools, const PreparedFrame& frame)
         return glm::normalize(frame.rays.direction + frame.rays.direction_dx * ndc.x +
                               frame.rays.direction_dy * ndc.y);
     };
-    const glm::dvec3 middle = direction({0, 0});
-    double corner = 0;
-    for (const glm::dvec2 ndc : {glm::dvec2(-1, -1), {1, -1}, {-1, 1}, {1, 1}})
-        corner = std::max(corner, std::acos(std::min(glm::dot(middle, direction(ndc)), 1.0)));
+    const ViewCone cone = view_cone(frame.rays);
     if (!frame.prepares)
-        std::erase_if(
-            lobes, [&](const Lobe& lobe) { return from_axis(lobe, middle) > lobe.reach + corner; });
+        std::erase_if(lobes, [&](const Lobe& lobe) {
+            return from_axis(lobe, cone.axis) > lobe.reach + cone.half_angle;
+        });
     constexpr double kNearTexels = 8;  // between a lamp and a ray whose neighbours are alike
     constexpr int kTile = StepTiles::kPictureTile;
     const double around = kNearTexels * s.resolution + 0.5 * std::sqrt(2.0) * kTile;

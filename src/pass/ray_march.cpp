@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <fmt/format.h>
 #include <functional>
 #include <iterator>
 
 #include "pass/layer_format.h"
+#include "shared/aureole.h"
 #include "shared/bindings.h"
 
 namespace fumarole::pass {
@@ -22,6 +24,24 @@ Settings::Format march_format(const Toolbox& tools, const FrameSettings& s)
     const bool small = s.format == Settings::Format::r11g11b10f;
     return (tools.monochrome(s) || s.keeps_history()) && small ? Settings::Format::rgba16f
                                                                : s.format;
+}
+
+bool RayMarch::has_aureoles() const
+{
+    return tools_.media.splits_forward_peaks() && tools_.lights.suns() > 0 &&
+           tools_.scene_settings.volume_shadows;
+}
+
+bool RayMarch::sees_aureole(const PreparedFrame& frame) const
+{
+    const ViewCone cone = view_cone(frame.rays);
+    const double reach = std::acos(AUREOLE_NONE) + cone.half_angle;
+    return has_aureoles() &&
+           std::ranges::any_of(tools_.lights.points(), [&](const LightPosition& light) {
+               return light.far &&
+                      std::acos(std::clamp(glm::dot(glm::normalize(light.at), cone.axis), -1.0,
+                                           1.0)) < reach;
+           });
 }
 
 gl::Defines RayMarch::march_defines(const PreparedFrame& frame) const
@@ -216,13 +236,17 @@ void RayMarch::draw(const PreparedFrame& frame)
         defines.emplace_back("kSplits", "");
     if (frame.panes > 0)
         defines.emplace_back("kPanes", fmt::format("{}", frame.pane_places));
+    if (frame.prepares && has_aureoles())
+        march(framebuffer_, scattering_, transmittance_, defines);
+    if (frame.prepares ? has_aureoles() : sees_aureole(frame))
+        defines.emplace_back("kAureole", "");
     march(framebuffer_, scattering_, transmittance_, defines);
     if (tiles_.computes() || split_scattering_)  // for lookups
         gl->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
 }
 
 void RayMarch::march(const gl::Framebuffer& framebuffer, const gl::Texture& first,
-                     const gl::Texture& second, gl::Defines& defines) const
+                     const gl::Texture& second, gl::Defines defines) const
 {
     if (tiles_.computes()) {
         first.bind_image(LAYER_IMAGE, GL_WRITE_ONLY);

@@ -61,8 +61,11 @@ private:
     void draw_layer_depth(const PreparedFrame& frame);
     /// Into one target, or two: the framebuffer's, or these images, as the frame's passes have it.
     void march(const gl::Framebuffer& framebuffer, const gl::Texture& first,
-               const gl::Texture& second, gl::Defines& defines) const;
+               const gl::Texture& second, gl::Defines defines) const;
     [[nodiscard]] gl::Defines march_defines(const PreparedFrame& frame) const;
+    /// Whether the media widen what is around suns, and whether the frame sees it.
+    [[nodiscard]] bool has_aureoles() const;
+    [[nodiscard]] bool sees_aureole(const PreparedFrame& frame) const;
 
     glm::ivec2 size_{0};  ///< texels of the layer
     Settings::Format format_ = Settings::Format::rgba16f;

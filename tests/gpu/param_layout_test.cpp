@@ -520,6 +520,8 @@ TEST_F(ParamLayout, Media)
     add_array<Island>(expected, "islands", offsetof(MediaParams, islands), MAX_ISLANDS, kIsland);
     expected.emplace("island_count", offsetof(MediaParams, island_count));
     expected.emplace("marched_light_dimming", offsetof(MediaParams, marched_light_dimming));
+    expected.emplace("peak_g", offsetof(MediaParams, peak_g));
+    expected.emplace("peak_straight", offsetof(MediaParams, peak_straight));
     expect_same(layout("medium_params.h", "MediaParams"), expected, sizeof(MediaParams));
 }
 

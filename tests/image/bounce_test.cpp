@@ -238,6 +238,50 @@ TEST_F(Bounces, ASlabSendsAsMuchLightBackAsItLetsThrough)
         }
 }
 
+// Near the sun's own direction light is spread by each scattering of a strong forward lobe: taken
+// for light that goes straight on, that of g 0.9 is 74 % too bright 5 degrees from the sun, and 26
+// % too dark at 20. Haze around it spreads nothing.
+TEST_F(Bounces, TheAureoleOfASunIsAsWideAsTheLobeMakesIt)
+{
+    Scene scene = empty_scene(2);
+    scene.camera.vfov_deg = 1;
+    scene.camera.position = {0.5, 0.4, -6};
+    scene.camera.look_at = {0.5, 0.41, 0};
+    BoxMedium slab, haze;
+    slab.min = {-3, -3, -0.5};
+    slab.max = {3, 3, 0.5};
+    slab.sigma_s = glm::vec3(5.4f);
+    slab.sigma_a = glm::vec3(0.6f);
+    haze.min = {-3, -3, -2};
+    haze.max = {3, 3, 2};
+    haze.sigma_s = glm::vec3(0.1f);
+    study::ReferenceOptions options;
+    options.tolerance = 0.03;
+    options.bounces = study::kAllBounces;
+    Settings settings = plain_settings();
+    settings.bounces = kAutomatic;
+    struct Case {
+        float g;
+        double degrees;
+        bool hazy;
+    };
+    for (const Case& one : {Case{0.8f, 5, false}, Case{0.8f, 20, false}, Case{0.9f, 5, false},
+                            Case{0.9f, 20, false}, Case{0.9f, 5, true}}) {
+        const double angle = glm::radians(one.degrees);
+        slab.g = one.g;
+        scene.media = {slab};
+        if (one.hazy)
+            scene.media.emplace_back(haze);
+        scene.lights = {SunLight{{std::sin(angle), 0, std::cos(angle)}, glm::vec3(3)}};
+        const double truth = mean(study::render_reference(scene, options).scattering);
+        const double seen = mean(render(scene, settings).scattering);
+        const std::string where = fmt::format("g {}, {} degrees from the sun{}", one.g, one.degrees,
+                                              one.hazy ? ", in haze" : "");
+        figure(where, seen / truth - 1);
+        EXPECT_NEAR(seen / truth, 1, 0.04) << where;
+    }
+}
+
 // A layer that glows, two nodes of the field thick and opaque: a floor under it has the light of a
 // black body of its source. Above half of it the light falls off, which tells nothing of the floor.
 TEST_F(Bounces, LightOfAThickLayerIsNotCarriedOnToTheFloor)
