@@ -64,6 +64,7 @@ const std::map<std::string, std::string> kNotRun{
     {"scripts/demo", "installs packages and opens a window"},
     {"scripts/test", "runs this test"},
     {"scripts/check shaders tidy", "goes over all files for an hour"},
+    {"scripts/check chip", "needs packages beyond packages.txt"},
     {"scripts/second_opinion BUILD softpipe|zink", "is the test gpu_softpipe of `ctest -C second`"},
     {"ctest -C second", "runs for minutes on drivers that may not be there"},
     {"ctest -C farm -L farm", "needs a Slurm, and is a test of ctest itself"},
