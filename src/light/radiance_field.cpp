@@ -496,7 +496,7 @@ void RadianceField::draw_lines(const surface::SurfaceSet& surfaces,
 }
 
 void RadianceField::draw_along_axes(const surface::SurfaceSet& surfaces, const gl::Texture& to,
-                                    gl::Defines variant, int ways, int parts)
+                                    const gl::Defines& variant, int ways, int parts)
 {
     const glm::dmat3 metres_from_node = glm::inverse(glm::dmat3(filling_->lattice.node_from_eye));
     const GLuint none = ~0u;

@@ -209,7 +209,7 @@ private:
     void copy(const gl::Texture& from, const gl::Texture& to) const;
     void draw_beyond(const gl::Defines& shading, const surface::SurfaceSet& surfaces);
     void draw_along_axes(const surface::SurfaceSet& surfaces, const gl::Texture& to,
-                         gl::Defines variant, int ways, int parts = 1);
+                         const gl::Defines& variant, int ways, int parts = 1);
     [[nodiscard]] gl::Defines bounce_defines() const;
     void even_out(int bands, gl::Texture& light);
     void carry_bounced(int ways, int bands, const gl::Defines& defines, const gl::Texture& to);

@@ -234,7 +234,7 @@ TEST_F(SurfaceBounces, SmokeBesideARedWallIsRedOnThatSide)
 // optical depth of 1 apart, far less than the mean of both.
 TEST_F(SurfaceBounces, ThickSmokeOverAShiningPlainDimsItsLight)
 {
-    constexpr double kSigmaT = 4, kHeight = 1, kRadiance = 3;
+    constexpr double kSigmaT = 4, kHeight = 1;
     Scene scene = empty_scene(24);
     scene.camera.position = {0, 0, 6};
     scene.camera.look_at = {0, 0, 0};
