@@ -620,7 +620,8 @@ void Reader::buffer(VdbGridLayout grid, Codec codec)
         nano.begin = at_;
         head = take(size, "a grid");
     } else {
-        memory_ += size;
+        constexpr std::uint64_t kFarTooMuch = std::uint64_t(1) << 62;  // no sum may wrap round
+        memory_ += std::min<std::uint64_t>(size, kFarTooMuch);
         check_memory(layout_.file, layout_.size + memory_);
         const auto expanded = std::make_shared<std::vector<char>>(size);
         expand(grid, codec, end, expanded->data(), size);

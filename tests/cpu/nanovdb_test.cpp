@@ -318,6 +318,15 @@ TEST(NanoVdb, WhatIsForgedIsNamed)
     });
     EXPECT_THAT(twice, HasSubstr("a leaf of (1, 2, 3) where that of (8, 0, 0) belongs"));
 
+    // Of a packed one it says how much comes out, which may be so much that sums wrap round.
+    for (const VdbCompression compression : {VdbCompression::zip, VdbCompression::blosc})
+        for (const std::uint64_t size : {std::uint64_t(1) << 60, ~std::uint64_t(0)}) {
+            std::string bytes = damageable(folder, compression, NanoChecksum::none);
+            put(bytes, kHeader, size);
+            EXPECT_THAT(error_of(folder.write("forged.nvdb", bytes)),
+                        HasSubstr("forged.nvdb: too large"));
+        }
+
     // With its checksums, a changed value is noticed too.
     for (const auto& [checksum, at, part] :
          {std::tuple{NanoChecksum::head, root + 28, "head"},
