@@ -6,6 +6,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
 #include <memory>
@@ -96,6 +97,14 @@ Size size_of(const Array& picture, const char* name)
     if (picture.ndim() != 3 || picture.shape(2) != 3)
         throw Error(fmt::format("{}: give an array of the shape (height, width, 3)", name));
     return {static_cast<int>(picture.shape(1)), static_cast<int>(picture.shape(0))};
+}
+
+/// As many numbers may be a picture of another shape. @throws Error
+void check_same_shape(const Array& test, const Array& reference)
+{
+    if (!std::equal(test.shape(), test.shape() + test.ndim(), reference.shape(),
+                    reference.shape() + reference.ndim()))
+        throw Error("test, reference: give arrays of one shape");
 }
 
 /// What of a still both kinds have. @param still is a Still or a ReferenceStill
@@ -239,6 +248,7 @@ py::dict reference(const PyScene& scene, double tolerance, std::optional<int> bo
 
 py::dict compare(const Array& test, const Array& reference)
 {
+    check_same_shape(test, reference);
     const study::Metrics metrics = study::compare(span_of(test), span_of(reference));
     py::dict out;
     out["relmse"] = metrics.relmse;
@@ -251,7 +261,7 @@ py::dict compare(const Array& test, const Array& reference)
 py::tuple flip(const Array& test, const Array& reference, float exposure)
 {
     const Size size = size_of(test, "test");
-    size_of(reference, "reference");
+    check_same_shape(test, reference);
     const study::Flip flip = study::flip_of_radiance(span_of(test), span_of(reference), size.width,
                                                      size.height, {.exposure_ev = exposure});
     return py::make_tuple(flip.mean, to_array(flip.map, size.width, size.height, 1));

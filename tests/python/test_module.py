@@ -44,6 +44,9 @@ def test_settings_change_the_picture_and_are_checked():
         fumarole.load("none.vdb")
     with pytest.raises(RuntimeError):  # which it is
         fumarole.compare(march, march[:4])
+    for measure in (fumarole.compare, fumarole.flip):
+        with pytest.raises(fumarole.Error, match="one shape"):
+            measure(march, march.transpose(1, 0, 2))
 
 
 def test_a_grid_is_what_the_file_holds(tmp_path):
