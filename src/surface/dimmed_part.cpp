@@ -167,8 +167,10 @@ std::optional<std::vector<PictureBand>> dimmed_part(const PreparedFrame& frame, 
             const glm::dvec2 own = extent_in(hull, {row - kMargin, end + kMargin});
             extent = {std::min(extent.x, own.x - kMargin), std::max(extent.y, own.y + kMargin)};
         }
-        const int low = std::max(static_cast<int>(std::floor(extent.x)), 0);
-        const int high = std::min(static_cast<int>(std::ceil(extent.y)), frame.picture_size.x);
+        // Of a corner just before the eye it is too far aside for an integer.
+        const double width = frame.picture_size.x;
+        const int low = static_cast<int>(std::floor(std::clamp(extent.x, 0.0, width)));
+        const int high = static_cast<int>(std::ceil(std::clamp(extent.y, 0.0, width)));
         if (low < high)
             bands.push_back({{low, row}, {high - low, end - row}});
     }
