@@ -1,12 +1,39 @@
 #include "surface/gpu_mesh.h"
 
+#include <algorithm>
+#include <fmt/format.h>
 #include <vector>
 
+#include <fumarole/errors.h>
+
 namespace fumarole::surface {
+
+namespace {
+
+/// A host may make meshes of its own, which the CPU reads as well.
+void check_mesh(const Mesh& mesh)
+{
+    if (mesh.normals.size() != mesh.positions.size())
+        throw Error(fmt::format("Mesh::normals: {} for {} positions; give one for each",
+                                mesh.normals.size(), mesh.positions.size()));
+    if (mesh.triangles.size() % 3 != 0)
+        throw Error(fmt::format("Mesh::triangles: {} indices; give three for each triangle",
+                                mesh.triangles.size()));
+    const auto beyond =
+        std::find_if(mesh.triangles.begin(), mesh.triangles.end(),
+                     [&](std::uint32_t index) { return index >= mesh.positions.size(); });
+    if (beyond != mesh.triangles.end())
+        throw Error(fmt::format("Mesh::triangles[{}]: {} is none of the {} positions; count them "
+                                "from 0",
+                                beyond - mesh.triangles.begin(), *beyond, mesh.positions.size()));
+}
+
+}  // namespace
 
 GpuMesh::GpuMesh(const gl::Device& device, const Mesh& mesh, std::string_view label)
     : vertex_array_{device, label}, index_count_{static_cast<GLsizei>(mesh.triangles.size())}
 {
+    check_mesh(mesh);
     std::vector<glm::vec3> vertices;
     for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
         vertices.push_back(mesh.positions[i]);

@@ -13,6 +13,7 @@ namespace fumarole::surface {
 class GpuMesh {
 public:
     GpuMesh() = default;
+    /// @throws Error if its triangles and normals don't go with its positions
     GpuMesh(const gl::Device& device, const Mesh& mesh, std::string_view label);
 
     /// Issues its draw, of so many instances; program and state are the caller's.

@@ -263,6 +263,39 @@ TEST_F(RendererErrors, LoopsThatTheGlCutsOff)
     expect_works_on(renderer);
 }
 
+TEST_F(RendererErrors, MeshesThatAreNone)
+{
+    const auto triangle = [] {
+        auto mesh = std::make_shared<Mesh>();
+        mesh->positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+        mesh->normals.assign(3, {0, 0, 1});
+        mesh->triangles = {0, 1, 2};
+        return mesh;
+    };
+    auto beyond = triangle(), bare = triangle(), odd = triangle();
+    beyond->triangles.insert(beyond->triangles.end(), {0, 1, 3});
+    bare->normals.pop_back();
+    odd->triangles.push_back(0);
+    Renderer renderer(get_proc());
+    const auto expect_refused = [&](const std::shared_ptr<const Mesh>& mesh, const char* part) {
+        Scene scene = empty_scene();
+        MeshSurface surface;
+        surface.mesh = mesh;
+        surface.emission = glm::vec3(1);
+        scene.surfaces = {surface};
+        expect_error([&] { renderer.set_scene(scene, settings()); }, part);
+        scene.surfaces.clear();
+        MeshTransparent transparent;
+        transparent.mesh = mesh;
+        scene.transparents = {transparent};
+        expect_error([&] { renderer.set_scene(scene, settings()); }, part);
+        expect_works_on(renderer);
+    };
+    expect_refused(beyond, "Mesh::triangles[5]: 3 is none of the 3 positions");
+    expect_refused(bare, "Mesh::normals: 2 for 3 positions");
+    expect_refused(odd, "Mesh::triangles: 4 indices");
+}
+
 TEST_F(RendererErrors, FroxelsThatTheGlCantHold)
 {
     Scene scene = empty_scene(16);
