@@ -138,6 +138,11 @@ struct Renderer::Parts {
     /// view
     void draw_transparents(View::State& view, const PreparedFrame& prepared,
                            const transparent::SeenTransparents& seen, resolve::Layers* layers);
+    /// A picture whose texels a look-up reads as blending takes them, where transparents look it
+    /// up: those of an sRGB one it would decode. @param framebuffer has it for its colour
+    gl::TextureView picture_behind(View::State& view, const PreparedFrame& prepared,
+                                   const gl::Framebuffer& framebuffer,
+                                   gl::TextureView texture) const;
     /// Lays those in order over a picture. @param layers likewise
     void lay_in_order(View::State& view, const PreparedFrame& prepared,
                       const transparent::SeenTransparents& seen, resolve::Layers* layers,
@@ -234,7 +239,23 @@ struct Renderer::Parts {
     /// Whether frames of the scene may have to.
     [[nodiscard]] bool may_lay(Way way) const;
     std::optional<Way> prepares_way;  ///< likewise, as if what they are had none but this
-    SceneWork reported;               ///< as far as take_report() has told
+    /// While prepare() draws, and not after it, even if it throws.
+    class Preparing {
+    public:
+        explicit Preparing(Parts& parts) : parts_{parts} { parts_.prepares = true; }
+        Preparing(const Preparing&) = delete;
+        Preparing& operator=(const Preparing&) = delete;
+        ~Preparing()
+        {
+            parts_.prepares = false;
+            parts_.prepares_way.reset();
+            parts_.probes.set_preparing(false);
+        }
+
+    private:
+        Parts& parts_;
+    };
+    SceneWork reported;  ///< as far as take_report() has told
     SceneSettings scene_settings;
     surface::SurfacePainter surface_painter;
     gl::UniformBuffer<shared::InspectParams> probe_balls;
@@ -430,11 +451,8 @@ bool Renderer::Parts::list_transparents(View::State& view, const PreparedFrame& 
     view.lists_have_hosts = view.host_fragments.has_value();
     view.host_fragments.reset();
     if (seen.list.empty() && !view.lists_have_hosts) {
-        if (transparents.empty()) {
-            view.lists.reset();
-            view.pane_layer.drop();
-            view.transparent_sum.drop();
-        }
+        if (transparents.empty())
+            view.drop_transparents();
         return false;
     }
     if (view.lists == nullptr)
@@ -465,14 +483,22 @@ void Renderer::Parts::draw_transparents(View::State& view, const PreparedFrame& 
     if (!list_transparents(view, prepared, seen))
         return;
     resolved.reads_picture = reads_picture(view);
-    if (resolved.reads_picture && gl::decodes_srgb(device, resolved.picture)) {
-        // What a look-up would decode, blending takes as it is.
-        transparent::FineTarget& read = view.transparent_sum;
-        read.resize(device, prepared.picture_size);
-        read.framebuffer.copy_color_of(picture, glm::ivec2(0), prepared.picture_size);
-        resolved.picture = read.texture.view();
-    }
+    resolved.picture = picture_behind(view, prepared, picture, resolved.picture);
     transparent_painter.resolve(tools, *view.lists, view.media_mask, layers, resolved, prepared);
+}
+
+gl::TextureView Renderer::Parts::picture_behind(View::State& view, const PreparedFrame& prepared,
+                                                const gl::Framebuffer& framebuffer,
+                                                gl::TextureView texture) const
+{
+    const bool looks =
+        reads_picture(view) || prepared.settings.transparency != FrameSettings::Transparency::split;
+    if (!looks || !gl::decodes_srgb(device, texture))
+        return texture;
+    transparent::FineTarget& copy = view.transparent_sum;
+    copy.resize(device, prepared.picture_size);
+    copy.framebuffer.copy_color_of(framebuffer, glm::ivec2(0), prepared.picture_size);
+    return copy.texture.view();
 }
 
 void Renderer::Parts::lay_in_order(View::State& view, const PreparedFrame& prepared,
@@ -725,6 +751,8 @@ void Renderer::Parts::composite(View& view, const Frame& frame, const FrameSetti
     state.volume_at.reset();
     const bool is_asked = !frame.transparents.empty();
     const bool empty = parts.media.empty() && parts.transparents.empty() && !state.host_fragments;
+    if (empty)
+        state.drop_transparents();
     if (empty && !frame.target && !is_asked)
         return;
     const gl::StateGuard guard(parts.device, BLOCK_COUNT, IMAGE_COUNT,
@@ -883,7 +911,9 @@ TransparentImages Renderer::read_transparents(View& view, const Frame& frame,
         (prepared.sees_media && !state.holds(prepared)))
         throw Error("the view holds no transparents of such a frame: its last one was of another "
                     "size or had other settings; call composite() with this one first");
-    const gl::TextureView picture = frame.target ? frame.target : frame.color;
+    gl::Framebuffer host(parts.device, "host's picture");
+    host.attach_color({prepared.picture()});
+    const gl::TextureView picture = parts.picture_behind(state, prepared, host, prepared.picture());
     const gl::Texture texture =
         gl::Texture::make_2d(parts.device, "what transparents did", prepared.picture_size,
                              GL_RGBA32F, gl::Filter::nearest);
@@ -1112,11 +1142,11 @@ void Renderer::prepare(const Frame& frame, const FrameSettings& settings)
         return small;
     };
     Frame still = look_from(0.5), moved = look_from(0.51);
-    parts.prepares = true;
+    const Parts::Preparing preparing(parts);
     parts.captures.prepare();
     // With probes, and without, as long as none is captured.
-    for (const bool preparing : {true, false}) {
-        parts.probes.set_preparing(preparing && parts.probes.count() > 0);
+    for (const bool with_probes : {true, false}) {
+        parts.probes.set_preparing(with_probes && parts.probes.count() > 0);
         for (const bool through_media : {false, true})
             parts.draw_surfaces(still, settings, through_media);
     }
@@ -1148,7 +1178,6 @@ void Renderer::prepare(const Frame& frame, const FrameSettings& settings)
             parts.draw_changes(view, draw, still, moved);
         view.reset_history();
     }
-    parts.prepares = false;
 }
 
 void Renderer::wait_until_ready()

@@ -63,6 +63,15 @@ struct View::State {
     std::optional<VolumeAtNames>
         volume_at;  ///< names of volume_at() of the last frame, if it asked for it
 
+    /// Lets go of what transparents have needed, where a frame has none.
+    void drop_transparents()
+    {
+        lists.reset();
+        lists_have_hosts = false;
+        pane_layer.drop();
+        transparent_sum.drop();
+        media_mask = {};
+    }
     /// The layers for frames in a mode: new ones if it was drawn in another before.
     resolve::Layers& layers_for(Settings::Mode wanted, const Toolbox& tools);
     /// Works the layers of a frame out.

@@ -263,6 +263,38 @@ TEST_F(RendererErrors, LoopsThatTheGlCutsOff)
     expect_works_on(renderer);
 }
 
+// What prepare() can't compile it tells at once, and frames after it are as ever: of a renderer
+// that still prepared all transparents would be taken to be seen.
+TEST_F(RendererErrors, FramesThatCantBePreparedLeaveOthersAsTheyAre)
+{
+    if (gl().capabilities().max_loop_turns == 0)
+        GTEST_SKIP() << "only Mesa's llvmpipe limits loops, and this is "
+                     << gl().capabilities().renderer;
+    Scene scene = empty_scene(8);
+    BoxMedium cloud = fog();
+    cloud.profile = NoiseProfile{};
+    cloud.sigma_s = glm::vec3(1);
+    QuadTransparent behind_the_eye;
+    behind_the_eye.corner = {0, 5, 0};
+    behind_the_eye.look.blend = {Blend::Kind::factors, BlendFactor::dst_alpha, BlendFactor::one};
+    scene.media = {cloud};
+    scene.lights = {SunLight{}};
+    scene.transparents = {behind_the_eye};
+    Settings many = settings();
+    many.shadow_volume_size = 0;
+    Renderer renderer(get_proc());
+    renderer.set_scene(scene, many);
+    const Target target(scene);
+    many.steps = 1000;
+    many.shadow_steps = 100;
+    expect_error([&] { renderer.prepare(target.frame, many); }, "lower FrameSettings::steps");
+    many.steps = many.shadow_steps = 8;
+    View view = renderer.make_view();
+    renderer.composite(view, target.frame, many);
+    EXPECT_THAT(renderer.explain(many),
+                testing::Contains(testing::HasSubstr("the last view needed no lists")));
+}
+
 TEST_F(RendererErrors, MeshesThatAreNone)
 {
     const auto triangle = [] {

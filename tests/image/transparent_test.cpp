@@ -916,6 +916,71 @@ TEST_F(Transparents, SpritesInAHostsPictureOfAnyFormatAreWhatListsMakeOfThem)
         }
 }
 
+// A picture that has sRGB texels is blended as they are, and so is what it is told to have of
+// transparents that ask what is behind them.
+TEST_F(Transparents, WhatAHostsPictureHasOfThemIsWhatIsReadBack)
+{
+    constexpr int kSize = 8;
+    const Scene scene = in_lists(sprite_scene(3, kSize));
+    Renderer renderer(get_proc());
+    renderer.set_scene(scene, plain_settings());
+    for (const GLenum format : {GL_RGBA8, GL_SRGB8_ALPHA8})
+        for (const auto way : {Settings::Transparency::split, Settings::Transparency::single}) {
+            SCOPED_TRACE(testing::Message() << std::hex << format << ", " << int(way));
+            Settings settings = plain_settings();
+            settings.transparency = way;
+            View view = renderer.make_view();
+            HostPicture picture(gl(), glm::ivec2(kSize), GL_DEPTH_COMPONENT32F, format);
+            picture.look(scene.camera);
+            TransparentImages told;
+            for (int i = 0; i < 2; ++i) {  // of which the second has room for all in lists
+                picture.fill({0.3f, 0.15f, 0.5f}, scene.camera.near, [](int, int) { return 0; });
+                renderer.composite(view, picture.frame, settings);
+                renderer.wait_until_ready();
+                told = renderer.read_transparents(view, picture.frame, settings);
+            }
+            const Image has = picture.read(), added = picture.turned(told.added),
+                        kept = picture.turned(told.kept);
+            int met = 0;
+            for (std::size_t i = 0; i < has.pixels.size(); ++i) {
+                if (kept.pixels[i] != 0)  // no fragment
+                    continue;
+                ++met;
+                ASSERT_NEAR(added.pixels[i], has.pixels[i], 1e-6) << i;
+            }
+            EXPECT_GT(met, kSize * kSize);
+        }
+}
+
+TEST_F(Transparents, AViewLetsGoOfWhatTheyNeedOnceThereAreNone)
+{
+    constexpr int kSize = 64;
+    const Settings settings = plain_settings();
+    Renderer renderer(get_proc());
+    for (const bool fog : {true, false})
+        for (const bool listed : {true, false}) {
+            SCOPED_TRACE(testing::Message()
+                         << (fog ? "fog, " : "") << (listed ? "lists" : "order"));
+            Scene scene = sprite_scene(3, kSize);
+            if (!fog)
+                scene.media.clear();
+            Scene none = scene;
+            none.transparents.clear();
+            View view = renderer.make_view();
+            HostPicture picture(gl(), glm::ivec2(kSize), GL_DEPTH_COMPONENT32F, GL_RGBA16F);
+            picture.look(scene.camera);
+            picture.fill({0.3f, 0.15f, 0.5f}, scene.camera.near, [](int, int) { return 0; });
+            const auto bytes = [&](const Scene& shown) {
+                renderer.set_scene(shown, settings);
+                renderer.composite(view, picture.frame, settings);
+                renderer.wait_until_ready();
+                return renderer.device().bytes();
+            };
+            const std::uint64_t with = bytes(listed ? in_lists(scene) : scene);
+            EXPECT_LE(bytes(none) + kSize * kSize * 4 * sizeof(float), with);
+        }
+}
+
 TEST_F(Transparents, ASequenceOfImagesShowsTheImageOfEachFrame)
 {
     const Settings settings = plain_settings(2);
