@@ -141,10 +141,6 @@ void TransparentPainter::set(const Toolbox& tools, const TransparentSet& transpa
         defines.emplace_back("kImage", "");
     if (transparents.fades(one))
         defines.emplace_back("kFades", "");
-    if (const float weight = transparents.of_behind(one); weight != 0)
-        defines.emplace_back("kOfBehind", fmt::format("{:.1f}", weight));
-    if (!one.cuts.empty())
-        defines.emplace_back("kCutFours", fmt::format("{}", (one.cuts.size() + 3) / 4));
     gl::bind_texture(gl, TRANSPARENT_IMAGE_UNIT, image);
     block_.write(transparents.params(one, frame));
     gl->BindBufferBase(GL_UNIFORM_BUFFER, TRANSPARENT_BLOCK, block_.id());
@@ -206,7 +202,12 @@ void TransparentPainter::lay_in_order(const Toolbox& tools, const TransparentSet
         for (std::size_t i = seen.size(); i-- > 0;) {
             if (within && !within->let(seen[i], frame))
                 continue;
-            set(tools, transparents, seen[i], "transparent/over.frag", variant, frame);
+            gl::Defines own = variant;
+            if (const float weight = transparents.of_behind(seen[i]); weight != 0)
+                own.emplace_back("kOfBehind", fmt::format("{:.1f}", weight));
+            if (!seen[i].cuts.empty())
+                own.emplace_back("kCutFours", fmt::format("{}", (seen[i].cuts.size() + 3) / 4));
+            set(tools, transparents, seen[i], "transparent/over.frag", std::move(own), frame);
             transparents.draw_in_order(seen[i], frame);
         }
     };
