@@ -216,8 +216,8 @@ std::vector<SettingInfo> make_table()
                   "takes N, all or auto, by which it has all or none"),
         choice("probes", "light", "auto|off", &S::probes,
                {{"auto", as_int(S::Probes::automatic)}, {"off", as_int(S::Probes::off)}},
-               "whether a scene's probes light its surfaces; where it names none, one is placed "
-               "amid what is glossy, if it pays"),
+               "whether a scene's probes light its surfaces; where it names none, some are "
+               "placed in glossy balls and amid what else is glossy, if it pays"),
         choice("probe-update", "light", "still|always|never", &S::probe_update,
                {{"still", as_int(S::ProbeUpdate::still)},
                 {"always", as_int(S::ProbeUpdate::always)},

@@ -104,8 +104,8 @@ void Probes::set_placed(const Scene& scene, const SceneSettings& settings,
     sees.transparents = casters_of(scene.transparents);  // others are seen by the eye alone
     const bool same = same_content(sees, seen_);
     seen_ = std::move(sees);
-    // One that is placed by itself is for what is glossy: a single place says little of others'
-    // dark corners.
+    // Those that are placed by themselves are for what is glossy: their few places say little of
+    // others' dark corners.
     diffuse_ = scene.media.empty() && !own_place_;
     if (wanted.size() > MAX_PROBES)
         throw Error(fmt::format("the scene has {} probes, and {} is the most at once; leave some "

@@ -141,7 +141,7 @@ private:
     void set_world(const Scene& scene, const LightSet& lights);
     void set_placed(const Scene& scene, const SceneSettings& settings,
                     const medium::MediaSet& media);
-    /// The scene's, or the one that is placed by itself.
+    /// The scene's, or those that are placed by themselves.
     std::vector<LightProbe> wanted(const Scene& scene, const SceneSettings& settings,
                                    const medium::MediaSet& media);
 

@@ -6,7 +6,7 @@
 
 namespace fumarole {
 
-/// A probe of a renderer's scene, or the one that is placed where the scene names none.
+/// A probe of a renderer's scene, or one of those that are placed where the scene names none.
 struct ProbeState {
     LightProbe probe;
     bool by_itself = false;  ///< true if it was placed automatically: the scene names none

@@ -208,7 +208,7 @@ public:
     /// by SceneSettings::probe_update and lets what is new fade in. Does nothing where the scene
     /// has none.
     void update_probes(bool anew = true);
-    /// The scene's probes, or the one that is placed by itself.
+    /// The scene's probes, or those that are placed by themselves.
     [[nodiscard]] std::vector<ProbeState> probes() const;
     /// Draws a mirror ball and a matt ball of `radius` metres side by side over frame.color where
     /// each probe is that was captured: what it has seen, and the light of its harmonics. What

@@ -58,7 +58,7 @@ struct SceneSettings {
     // light from all around on surfaces
     enum class Probes { automatic, off };
     /// The scene's probes light its surfaces. Where it names none and its glossy surfaces reflect
-    /// enough of other surfaces and media, one is placed amid them.
+    /// enough of other surfaces and media, some are placed in them and amid them.
     Probes probes = Probes::automatic;
     enum class ProbeUpdate {
         still,   ///< a probe a frame, while neither the scene nor the camera moves
