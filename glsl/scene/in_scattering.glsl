@@ -223,7 +223,7 @@ float aureole_at(int i, LightLine line, LightStep step, LightSample light, float
         vec3 p = line.ray.origin + line.ray.direction * step.t;
         float closed = grey(closed_dimming(p, light.wi, light.range));
         straight = grey(closed_depth(p, light.wi, light.range)) - closed +
-                   (depth - closed) * (1.0 / u_media.marched_light_dimming - 1.0);
+                   (depth - closed) * (1.0 / max(u_media.marched_light_dimming, 1e-6) - 1.0);
     }
     float phase = aureole_phase(line.aureole[i], straight, step.to_eye);
     if (kMixedG)

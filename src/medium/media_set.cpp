@@ -865,7 +865,7 @@ void MediaSet::split_forward_peaks(bool split)
     marched_light_dimming_ = 1 - by_depth.marched;
     peak_g_ = split ? std::optional(by_depth.g) : std::nullopt;
     const float most = std::max(by_depth.closed, by_depth.marched);
-    peak_straight_ = most / (1 - most);
+    peak_straight_ = most / std::max(1 - most, 1e-6f);
 }
 
 gl::Defines MediaSet::defines() const
