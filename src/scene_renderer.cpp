@@ -17,6 +17,8 @@ namespace fumarole {
 
 namespace {
 
+constexpr std::uint64_t kTimedFrames = 8;  ///< of so many frames of a moving picture one is timed
+
 /// A whole picture that is drawn at once.
 PicturePart whole_part(glm::ivec2 size)
 {
@@ -609,7 +611,9 @@ Still SceneRenderer::draw_part(const Drawing& drawing, const StillOptions& optio
             aim_to_gather(options.timed_frames);
         else
             aim(i);
-        const bool timed = report != nullptr && moves && i == 0;
+        // Beside what a frame draws it takes the surfaces without the media, and a wait.
+        const bool timed =
+            report != nullptr && moves && i == 0 && *options.moving_frame % kTimedFrames == 0;
         if (timed)
             renderer_.set_timing(renderer_.measuring_timing());
         if (options.layers || timed)
@@ -628,15 +632,17 @@ Still SceneRenderer::draw_part(const Drawing& drawing, const StillOptions& optio
             renderer_.draw_surfaces(frame, settings, true);
             renderer_.composite(*view, frame, settings);
         }
-        if (timed) {
-            const FrameReport one = timed_report();
-            renderer_.set_timing(Timing::off);
-            for (const auto& [name, ms] : one.pass_ms)
-                report->passes.push_back({name, ms, ms, ms});
-            report->volume = summarize("volume", {volume_ms(one.pass_ms)});
-            report->timing_method = timing_name(renderer_.measuring_timing());
+        if (report != nullptr && moves && i == 0) {
+            const FrameReport one = timed ? timed_report() : renderer_.take_report();
             report->history = one.history;
             report->passes_as = one.passes;
+            if (timed) {
+                renderer_.set_timing(Timing::off);
+                for (const auto& [name, ms] : one.pass_ms)
+                    report->passes.push_back({name, ms, ms, ms});
+                report->volume = summarize("volume", {volume_ms(one.pass_ms)});
+                report->timing_method = timing_name(renderer_.measuring_timing());
+            }
         }
         const std::vector<float> pixels = color.read(4);
         composite.add(pixels);

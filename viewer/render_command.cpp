@@ -4,6 +4,7 @@
 #include <charconv>
 #include <chrono>
 #include <fmt/format.h>
+#include <future>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -770,8 +771,15 @@ asset::MissingFrames missing_frames(const RenderOptions& options)
                                               : asset::MissingFrames::fail;
 }
 
-/// Frames are loaded ahead, drawn in order with their history, and written one by one. All have
-/// the exposure of the first, or brightness would hunt.
+/// What a frame's picture points into, while it is written.
+struct DrawnFrame {
+    Still still = {};
+    study::ReferenceStill reference = {};
+    Picture picture = {};
+};
+
+/// Frames are loaded ahead, drawn in order with their history, and written one by one, each while
+/// the next is drawn. All have the exposure of the first, or brightness would hunt.
 void run_moving(RenderOptions options, PictureFiles files, Settings settings,
                 const std::optional<PictureRegion>& region)
 {
@@ -792,6 +800,11 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
     std::vector<std::string> notes = opened.notes;
     std::vector<double> volume;
     Json rows = Json::array();
+    std::future<void> writing;
+    const auto finish_writing = [&] {
+        if (writing.valid())
+            writing.get();
+    };
     const auto draw = [&](int i, asset::FrameLoader& frames) {
         const int frame = range.first + i * range.step;
         const std::optional<asset::LoadedScene> loaded = frames.next();
@@ -805,9 +818,8 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
                 notes.push_back(note);
         const PictureFiles of_frame = files_at(files, frame);
         Json row{{"frame", frame}, {"outputs", of_frame.outputs}};
-        Still still;
+        const auto drawn = std::make_shared<DrawnFrame>();
         StillOptions wanted;
-        study::ReferenceStill reference;
         if (options.goal && rows.empty())
             plan(options, settings, now.scene, *renderer);
         if (renderer) {
@@ -819,34 +831,46 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
             wanted.layers = needs_layers(files);
             wanted.moving_frame = static_cast<std::uint64_t>(i);
             StillReport report;
-            still = renderer->render(now.scene, settings, wanted, &report);
-            volume.push_back(report.volume.median_ms);
-            row["volume_ms"] = report.volume.median_ms;
+            drawn->still = renderer->render(now.scene, settings, wanted, &report);
+            if (!report.passes.empty())
+                volume.push_back(report.volume.median_ms);
+            row["volume_ms"] = report.passes.empty() ? Json() : Json(report.volume.median_ms);
             row["setup_ms"] = report.setup_ms;
             row["history"] = report.history;
         } else {
-            reference = render_reference(options, of_frame, region, now.scene, progress).still;
+            drawn->reference =
+                render_reference(options, of_frame, region, now.scene, progress).still;
         }
-        Picture picture =
-            part_of(renderer ? picture_of(still) : picture_of(reference), region, now.scene);
-        if (cover && cover->add_to(picture, now.scene, settings, wanted) &&
+        drawn->picture = part_of(renderer ? picture_of(drawn->still) : picture_of(drawn->reference),
+                                 region, now.scene);
+        if (cover && cover->add_to(drawn->picture, now.scene, settings, wanted) &&
             std::find(notes.begin(), notes.end(), kRaisedAlpha) == notes.end())
             notes.emplace_back(kRaisedAlpha);
-        const float exposure_ev = write_picture(picture, of_frame);
+        finish_writing();
+        // The first says what exposure all have; a cover is kept for one frame, and what a
+        // reference left behind goes once it is written.
+        if (!files.exposure || drawn->picture.cover != nullptr || !renderer) {
+            const float exposure_ev = write_picture(drawn->picture, of_frame);
+            if (!files.exposure)
+                files.exposure = exposure_ev;
+        } else {
+            writing = std::async(std::launch::async,
+                                 [drawn, of_frame] { write_picture(drawn->picture, of_frame); });
+        }
         if (renderer)
-            write_deep(*renderer, now.scene, settings, still, wanted, of_frame);
+            write_deep(*renderer, now.scene, settings, drawn->still, wanted, of_frame);
         else
             remove_state(of_frame);
-        if (!files.exposure)
-            files.exposure = exposure_ev;
         rows.push_back(row);
     };
     const auto check_interruption = [&](int frame) {
+        if (!*Interruption::flag())
+            return;
+        finish_writing();
         const char* what = Interruption::timed_out() ? "the time limit is over" : "interrupted";
-        if (*Interruption::flag())
-            throw Error(options.resume
-                            ? fmt::format("{} at frame {}; --resume goes on", what, frame)
-                            : fmt::format("{}; the frames before {} were written", what, frame));
+        throw Error(options.resume
+                        ? fmt::format("{} at frame {}; --resume goes on", what, frame)
+                        : fmt::format("{}; the frames before {} were written", what, frame));
     };
     int found = 0;  // frames that need not be drawn
     if (!options.resume) {
@@ -855,6 +879,7 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
             check_interruption(range.first + i * range.step);
             draw(i, frames);
         }
+        finish_writing();
     }
     const glm::ivec2 size =
         region ? glm::ivec2(region->width, region->height) : glm::ivec2(opened.scene.resolution);
@@ -892,6 +917,7 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
             }
             asset::FrameLoader alone(opened, {frame, frame, 1}, missing_frames(options));
             draw(i, alone);
+            finish_writing();
         }
         left = std::move(claimed);
         if (!left.empty())
