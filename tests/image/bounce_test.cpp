@@ -195,6 +195,32 @@ TEST_F(Bounces, FireLightsTheFloorUnderIt)
     EXPECT_NEAR(light, expected, 0.0625 * expected);
 }
 
+/// A slab of optical depth 6, with haze around it or not.
+std::vector<Medium> slab_in_haze(float g, bool hazy)
+{
+    BoxMedium slab, haze;
+    slab.min = {-3, -3, -0.5};
+    slab.max = {3, 3, 0.5};
+    slab.sigma_s = glm::vec3(5.4f);
+    slab.sigma_a = glm::vec3(0.6f);
+    slab.g = g;
+    haze.min = {-3, -3, -2};
+    haze.max = {3, 3, 2};
+    haze.sigma_s = glm::vec3(0.1f);
+    std::vector<Medium> media{slab};
+    if (hazy)
+        media.emplace_back(haze);
+    return media;
+}
+
+study::ReferenceOptions all_bounces()
+{
+    study::ReferenceOptions options;
+    options.tolerance = 0.03;
+    options.bounces = study::kAllBounces;
+    return options;
+}
+
 // A slab in a sun, from where it is lit and from behind, against the path tracer. Four bands of a
 // phase function of g 0.7 send too much light on and too little back, and light gets to the far
 // side in many orders. Haze around it scatters nothing straight on, and so dims whole.
@@ -202,28 +228,15 @@ TEST_F(Bounces, ASlabSendsAsMuchLightBackAsItLetsThrough)
 {
     Scene scene = empty_scene(2);
     scene.camera.vfov_deg = 1;
-    BoxMedium slab, haze;
-    slab.min = {-3, -3, -0.5};
-    slab.max = {3, 3, 0.5};
-    slab.sigma_s = glm::vec3(5.4f);
-    slab.sigma_a = glm::vec3(0.6f);
-    haze.min = {-3, -3, -2};
-    haze.max = {3, 3, 2};
-    haze.sigma_s = glm::vec3(0.1f);
     scene.lights = {SunLight{glm::normalize(glm::dvec3(0.3, 0.2, 1)), glm::vec3(3)}};
-    study::ReferenceOptions options;
-    options.tolerance = 0.03;
-    options.bounces = study::kAllBounces;
+    const study::ReferenceOptions options = all_bounces();
     struct Case {
         float g;
         bool hazy;
     };
     for (const Case& one : {Case{0, false}, Case{0.7f, false}, Case{0.8f, true}})
         for (const double side : {1.0, -1.0}) {
-            slab.g = one.g;
-            scene.media = {slab};
-            if (one.hazy)
-                scene.media.emplace_back(haze);
+            scene.media = slab_in_haze(one.g, one.hazy);
             scene.camera.position = {0.5, 0.4, side * 6};
             scene.camera.look_at = {0.5, 0.41, 0};
             const double truth = mean(study::render_reference(scene, options).scattering);
@@ -239,25 +252,15 @@ TEST_F(Bounces, ASlabSendsAsMuchLightBackAsItLetsThrough)
 }
 
 // Near the sun's own direction light is spread by each scattering of a strong forward lobe: taken
-// for light that goes straight on, that of g 0.9 is 74 % too bright 5 degrees from the sun, and 26
-// % too dark at 20. Haze around it spreads nothing.
+// for light that goes straight on, that of g 0.9 is 74 % too bright 5 degrees from the sun, and
+// 26 % too dark at 20. Haze around it spreads nothing.
 TEST_F(Bounces, TheAureoleOfASunIsAsWideAsTheLobeMakesIt)
 {
     Scene scene = empty_scene(2);
     scene.camera.vfov_deg = 1;
     scene.camera.position = {0.5, 0.4, -6};
     scene.camera.look_at = {0.5, 0.41, 0};
-    BoxMedium slab, haze;
-    slab.min = {-3, -3, -0.5};
-    slab.max = {3, 3, 0.5};
-    slab.sigma_s = glm::vec3(5.4f);
-    slab.sigma_a = glm::vec3(0.6f);
-    haze.min = {-3, -3, -2};
-    haze.max = {3, 3, 2};
-    haze.sigma_s = glm::vec3(0.1f);
-    study::ReferenceOptions options;
-    options.tolerance = 0.03;
-    options.bounces = study::kAllBounces;
+    const study::ReferenceOptions options = all_bounces();
     Settings settings = plain_settings();
     settings.bounces = kAutomatic;
     struct Case {
@@ -268,10 +271,7 @@ TEST_F(Bounces, TheAureoleOfASunIsAsWideAsTheLobeMakesIt)
     for (const Case& one : {Case{0.8f, 5, false}, Case{0.8f, 20, false}, Case{0.9f, 5, false},
                             Case{0.9f, 20, false}, Case{0.9f, 5, true}}) {
         const double angle = glm::radians(one.degrees);
-        slab.g = one.g;
-        scene.media = {slab};
-        if (one.hazy)
-            scene.media.emplace_back(haze);
+        scene.media = slab_in_haze(one.g, one.hazy);
         scene.lights = {SunLight{{std::sin(angle), 0, std::cos(angle)}, glm::vec3(3)}};
         const double truth = mean(study::render_reference(scene, options).scattering);
         const double seen = mean(render(scene, settings).scattering);
