@@ -6,7 +6,7 @@
 #include "shared/blackbody.h"
 
 // How bright a medium is that glows as a blackbody does, in the units that Blender's Principled
-// Volume has made known. Its colour has luminance 1: glsl/lib/blackbody.glsl.
+// Volume has made known. Its colour has luminance 1: glsl/shared/blackbody.h.
 
 namespace fumarole {
 

@@ -130,7 +130,11 @@ std::vector<std::string> explain(const Toolbox& tools, int surfaces, const Frame
     if (lights.count() == 0)
         say("{}", words::kNoLights);
     else
-        say("lights: {}", counts_of(lights.lights()));
+        say("lights: {}{}", counts_of(lights.lights()),
+            lights.flames() == 0 ? ""
+            : lights.flames() == 1
+                ? ", of which one is a flame's light"
+                : fmt::format(", of which {} are the light of flames", lights.flames()));
     if (lights.count() > 0 && lights.shadow_views() == 0)
         say("{}", words::kNoSurfaces);
     else if (lights.count() > 0)

@@ -210,6 +210,8 @@ struct Renderer::Parts {
     std::optional<Drawn> drawn;
     /// Draws a scene from now on, with what it needs sent at once. @throws Error as set_scene()
     void show(const Scene& scene, const SceneSettings& settings);
+    /// What of the media's glow is of lights of its own, which the media are told.
+    light::Flames find_flames(const Scene& scene, const SceneSettings& settings);
     void forget_scene();
     /// Does it, and forgets the scene where it throws: half a scene is none.
     template <typename Change> void or_nothing(const Change& change);
@@ -671,6 +673,19 @@ void Renderer::Parts::forget_scene()
     drawn.reset();
 }
 
+light::Flames Renderer::Parts::find_flames(const Scene& scene, const SceneSettings& settings)
+{
+    light::Flames flames;
+    const std::size_t room = MAX_LIGHTS - std::min<std::size_t>(scene.lights.size(), MAX_LIGHTS);
+    if (media.traits().emission && room > 0) {
+        const light::FlameScale scale = light::LightVolumes::flame_scale(settings, media, surfaces);
+        flames = light::lights_of_flames(media.small_glows(scale.longest()), scale, scene.surfaces,
+                                         room);
+    }
+    media.split_off(flames.split_off);
+    return flames;
+}
+
 void Renderer::Parts::show(const Scene& scene, const SceneSettings& settings)
 {
     const bool anew = !drawn || drawn->settings != settings;
@@ -698,7 +713,9 @@ void Renderer::Parts::show(const Scene& scene, const SceneSettings& settings)
         const bool through_gaps = settings.shadow_map == kAutomatic && !detailed &&
                                   !scene.lights.empty() &&
                                   volumes.is_sky_in_parts(scene, media.bounds());
-        lights.set(scene, surfaces, media.bounds(), settings.shadow_map, detailed, through_gaps);
+        const light::Flames flames = find_flames(scene, settings);
+        lights.set(scene, surfaces, media.bounds(), settings.shadow_map, detailed, through_gaps,
+                   flames.lights);
         lights.set_filters(scene, transparents.casters(), settings.shadow_map,
                            media.texture_units());
         probes.set(scene, settings, lights, media);

@@ -106,6 +106,8 @@ LightLine light_line(Ray ray, vec3 wo, vec2 spread)
         float t = dot(to_light, ray.direction) / dot(ray.direction, ray.direction);
         vec3 from_line = to_light - ray.direction * t;
         float disc = inversesqrt(kPi) * max(spread.x + spread.y * t, 0.0);  // as large as the square
+        if (kFlames)
+            disc = length(vec2(disc, flame_radius(kSunCount + i)));
         line.placed[i] = vec2(t, max(distance_of_disc(dot(from_line, from_line), disc), kLeastRange));
     }
     return line;
@@ -151,7 +153,9 @@ float phase_over(Falloff falloff, float g)
 
 LightSample line_point(int i, LightLine line, vec3 p)
 {
-    return sample_of(line.point[i - kSunCount], line.power[i - kSunCount], p);
+    // Over a step it is the distance to the line that a flame keeps.
+    float radius = kExactFalloff ? 0.0 : flame_radius(i);
+    return sample_of(line.point[i - kSunCount], line.power[i - kSunCount], radius, p);
 }
 
 // A piece of a line whose light is asked for at one point of it.
@@ -315,7 +319,8 @@ vec3 scattered_far(int i, LightLine line, LightStep step)
     float middle = 0.5 * (step.ends.x + step.ends.y);
     vec3 to_light = line.point[i - kSunCount] - line.ray.origin - line.ray.direction * middle;
     float half_step = 0.5 * (step.ends.y - step.ends.x) * length(line.ray.direction);
-    float inverse_range2 = 1.0 / max(dot(to_light, to_light), kLeastRange * kLeastRange);
+    float least = max(kLeastRange, flame_radius(i));
+    float inverse_range2 = 1.0 / max(dot(to_light, to_light), least * least);
     float inverse_range = sqrt(inverse_range2);
     float cosine = -dot(to_light, line.wo) * inverse_range;
     float x2 = half_step * half_step * inverse_range2;

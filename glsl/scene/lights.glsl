@@ -10,6 +10,7 @@ const int kSunCount = 0;             // suns are the first of lights[],
 const int kPointCount = 0;           // then come points,
 const int kSpotCount = 0;            // then spots
 const int kLightPoints = 0;          // lights[] that there are
+const bool kFlames = false;          // some points stand for flames
 const bool kSurfaceShadows = false;  // the scene has surfaces that can hide a light
 
 const int kPlacedCount = kPointCount + kSpotCount;
@@ -40,17 +41,22 @@ LightSample sun_sample(int i, vec3 p)
     return LightSample(u_lights.lights[i].position, 1e30, u_lights.lights[i].intensity, true);
 }
 
-LightSample sample_of(vec3 position, vec3 intensity, vec3 p)
+//   radius  [m] within which it does not grow any more: of a flame, else 0
+LightSample sample_of(vec3 position, vec3 intensity, float radius, vec3 p)
 {
     vec3 to_light = position - p;
     float range2 = max(dot(to_light, to_light), kLeastRange * kLeastRange);
     float range = sqrt(range2);
-    return LightSample(to_light / range, range, intensity / range2, false);
+    float least2 = kFlames ? max(range2, radius * radius) : range2;
+    return LightSample(to_light / range, range, intensity / least2, false);
 }
+
+// Of the disc that point i looks as large as [m].
+float flame_radius(int i) { return kFlames && i < kSunCount + kPointCount ? u_lights.lights[i].own[0].x : 0.0; }
 
 LightSample point_sample(int i, vec3 p)
 {
-    return sample_of(u_lights.lights[i].position, u_lights.lights[i].intensity, p);
+    return sample_of(u_lights.lights[i].position, u_lights.lights[i].intensity, flame_radius(i), p);
 }
 
 LightSample spot_sample(int i, vec3 p)

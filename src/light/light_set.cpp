@@ -74,9 +74,10 @@ void LightSet::clear_lights()
     lights_.clear();
     points_.clear();
     spans_.clear();
+    radii_.clear();
     views_.clear();
     caster_bounds_.clear();
-    suns_ = 0;
+    suns_ = flames_ = 0;
     shaded_media_ = false;
     sun_readbacks_.clear();
     shadow_map_ = {};
@@ -94,16 +95,26 @@ void LightSet::set_filters(const Scene& scene, std::span<const Caster> casters, 
 }
 
 void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, const Bounds& media,
-                   int map_size, bool detailed, bool through_gaps)
+                   int map_size, bool detailed, bool through_gaps,
+                   std::span<const FlameLight> flames)
 {
     ShadowMap old{std::move(views_), std::move(shadow_map_), std::move(sun_readbacks_)};
     clear_lights();
     set_world(scene.world);
+    std::vector<std::pair<Light, double>> all;
     for (const Light& light : scene.lights)
         if (power_of(light) != glm::vec3(0.0f))
-            lights_.push_back(light);
-    std::stable_sort(lights_.begin(), lights_.end(),
-                     [](const Light& a, const Light& b) { return a.index() < b.index(); });
+            all.emplace_back(light, 0);
+    for (const FlameLight& flame : flames)
+        all.emplace_back(flame.light, flame.radius);
+    flames_ = static_cast<int>(flames.size());
+    std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
+        return a.first.index() < b.first.index();
+    });
+    for (const auto& [light, radius] : all) {
+        lights_.push_back(light);
+        radii_.push_back(radius);
+    }
     suns_ = static_cast<int>(std::count_if(
         lights_.begin(), lights_.end(), [](const Light& light) { return position_of(light).far; }));
     if (lights_.size() > MAX_LIGHTS)
@@ -233,6 +244,8 @@ gl::Defines LightSet::defines() const
     gl::Defines defines = write_lights(lights_);
     if (!views_.empty())
         defines.emplace_back("kSurfaceShadows", "");
+    if (flames_ > 0)
+        defines.emplace_back("kFlames", "");
     defines += filters_.defines();
     return defines;
 }
@@ -280,6 +293,8 @@ void LightSet::bind(glm::dvec3 eye)
             points[k].intensity = power_of(lights_[i]);
             points[k].first_view = static_cast<float>(span.first_view);
         }
+        if (radii_[i] > 0)
+            points.front().own[0] = glm::vec4(static_cast<float>(radii_[i]), 0, 0, 0);
         write_own(lights_[i], {eye, shadow_map_.size().x, static_cast<int>(span.first_layer)},
                   points);
         for (std::size_t v = 0; v < span.views; ++v)

@@ -9,6 +9,7 @@
 #include "gl/texture.h"
 #include "gl/transfer.h"
 #include "light/depth_pyramid.h"
+#include "light/flames.h"
 #include "light/light_filters.h"
 #include "light/shadow_views.h"
 #include "light_fields.h"
@@ -42,9 +43,11 @@ public:
     /// @param map_size texels along an edge of each view, or kAutomatic
     /// @param detailed whether the media have detail of their own
     /// @param through_gaps whether light comes to them through gaps in surfaces
+    /// @param flames the media's own light, as far as lights stand for it
     /// @throws Error if the scene has more lights than the block holds.
     void set(const Scene& scene, const surface::SurfaceSet& surfaces, const Bounds& media,
-             int map_size, bool detailed, bool through_gaps = false);
+             int map_size, bool detailed, bool through_gaps = false,
+             std::span<const FlameLight> flames = {});
 
     /// Draws what transparents filter of the lights, likewise: after set().
     /// @param of_grids as LightFilters::set() has it
@@ -68,6 +71,8 @@ public:
     /// Those that shine, in the order of Light's types.
     [[nodiscard]] std::span<const Light> lights() const { return lights_; }
     [[nodiscard]] int suns() const { return suns_; }
+    /// Those of them that stand for flames.
+    [[nodiscard]] int flames() const { return flames_; }
     /// The points that stand for them, in their order.
     [[nodiscard]] std::span<const LightPosition> points() const { return points_; }
     [[nodiscard]] int count() const { return static_cast<int>(points_.size()); }
@@ -128,9 +133,10 @@ private:
     };
 
     const gl::Device& device_;
-    int suns_ = 0;
+    int suns_ = 0, flames_ = 0;
     std::vector<Light> lights_;  ///< lights in the order of Light's types
     std::vector<Span> spans_;    ///< spans of each light
+    std::vector<double> radii_;  ///< radii of each [m]: 0 but of flames
     std::vector<LightPosition> points_;
     std::vector<View> views_;  ///< a layer of the shadow map each
     std::vector<Surface>

@@ -503,7 +503,8 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
         field.surfaces = scene.surfaces;
     field.casters = casters_of(scene.transparents);
     orders_why_.clear();
-    if (settings.ambient_volume_size != 0 && (traits.scatters || traits.emission)) {
+    const bool glows = media.carries_glow();
+    if (settings.ambient_volume_size != 0 && (traits.scatters || glows)) {
         if (traits.scatters)
             field.orders =
                 orders_for(settings, media, part_ ? &part_->bounds : nullptr, orders_why_);
@@ -512,14 +513,14 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
         if (field.orders.cycles > 0 && straight_on > kLeastStraightOn)
             field.orders.straight_on = straight_on;
         media.split_forward_peaks(field.orders.straight_on > 0);
-        field.glows = traits.emission;
+        field.glows = glows;
         field.filled =
             traits.scatters && (field.glows || field.turns > 0 ||
                                 (field.orders.count > 0 && (world || lights.count() > 0)));
         field.on_surfaces =
             (field.filled || field.glows) && settings.volume_shadows && !surfaces.empty() && !part_;
         field.media = scene.media;
-        field.lights = scene.lights;
+        field.lights.assign(lights.lights().begin(), lights.lights().end());
     }
     const bool has_field = field.filled;
     const bool scatters = traits.scatters && (settings.world_light || has_field);
@@ -777,6 +778,31 @@ void LightVolumes::continue_refill(glm::dvec3 eye)
         extinction_ = {};
     else
         begin_refill();
+}
+
+FlameScale LightVolumes::flame_scale(const SceneSettings& settings, const medium::MediaSet& media,
+                                     const surface::SurfaceSet& surfaces)
+{
+    FlameScale scale;
+    const int nodes = settings.ambient_volume_size;
+    if (nodes == 0 || media.traits().islands > 0)
+        return scale;
+    const int most = nodes == kAutomatic ? kAutoWorldNodes : nodes;
+    const auto longest = [](glm::dvec3 size) { return std::max({size.x, size.y, size.z}); };
+    scale.scatters = media.traits().scatters;
+    if (scale.scatters) {
+        const medium::VoxelFrame frame = media.voxel_frame();
+        const double voxel =
+            1 / std::cbrt(std::abs(glm::determinant(glm::dmat3(frame.voxel_from_world))));
+        const double voxels = longest(frame.scattering.max - frame.scattering.min) / (most - 1);
+        scale.node = voxel * (nodes == kAutomatic ? std::max(voxels, kVoxelsPerWorldNode) : voxels);
+    }
+    if (!surfaces.empty()) {
+        const Bounds around = with_details(media.bounds(), surfaces);
+        scale.node = std::max(scale.node, (1 + 2 * kSurfaceMarginOfFire) *
+                                              longest(around.max - around.min) / (most - 1));
+    }
+    return scale;
 }
 
 void LightVolumes::plan_world(WorldKey& key, const medium::MediaSet& media,
@@ -1143,7 +1169,7 @@ std::string LightVolumes::further_turn() const
 
 void LightVolumes::begin_fill(glm::dvec3 eye, medium::MediaSet& media, LightSet& lights)
 {
-    media.bind(eye);
+    media.bind(eye, true);
     lights.bind(eye);
     write_block(eye);
 }
@@ -1388,7 +1414,7 @@ void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice,
                  .ways = task.ways,
                  .albedo = media.mean_albedo(),
                  .scatters = task.scatters,
-                 .glows = task.scatters && traits.emission,
+                 .glows = task.scatters && media.carries_glow(),
                  .dims = world_key_.dims,
                  .marched = traits.marched > 0,
                  .closed = traits.media > traits.marched,

@@ -10,6 +10,7 @@
 #include "gl/program.h"
 #include "gl/texture.h"
 #include "gl/timer.h"
+#include "light/flames.h"
 #include "light/light_set.h"
 #include "light/radiance_field.h"
 #include "light/shadow_views.h"
@@ -68,6 +69,11 @@ public:
     /// Changes GL state: call it under a StateGuard that knows the media's texture units.
     void set(const Scene& scene, const SceneSettings& settings, medium::MediaSet& media,
              const surface::SurfaceSet& surfaces, LightSet& lights);
+
+    /// How flames compare with the nodes that light would be carried through.
+    [[nodiscard]] static FlameScale flame_scale(const SceneSettings& settings,
+                                                const medium::MediaSet& media,
+                                                const surface::SurfaceSet& surfaces);
 
     /// Leaves no volume: what is right after set() has thrown.
     void clear();

@@ -404,6 +404,8 @@ void MediaSet::clear()
     occupied_.clear();
     ++occupied_id_;
     noise_grids_.clear();
+    small_glows_.reset();
+    split_off_.clear();
     traits_ = {};
 }
 
@@ -435,7 +437,7 @@ void MediaSet::set(const Scene& scene, const SceneSettings& settings)
         entry.world_bounds = entry.bounds.transformed(glm::inverse(entry.bounds_from_world));
         traits_.colored_extinction |= !is_grey(glm::vec3(entry.params.sigma_t));
         traits_.blackbody |= entry.temperature >= 0;
-        traits_.emission |= !is_zero(entry.params.emission) || entry.temperature >= 0;
+        traits_.emission |= entry.glows();
         if (!entry.scatters())
             continue;
         traits_.isotropic &= entry.params.g == 0.0f;
@@ -915,7 +917,111 @@ glm::dvec3 MediaSet::base_voxel(int placed, glm::dvec3 eye) const
            glm::clamp(glm::floor(eye_voxel / double{VoxelGrid::kBrickDim}), -kPages, kPages);
 }
 
-void MediaSet::bind(glm::dvec3 eye)
+const VoxelGrid& MediaSet::grid_of(int placed) const
+{
+    const int texture = placed_[static_cast<std::size_t>(placed)].texture;
+    return *grids_[static_cast<std::size_t>(texture)].source;
+}
+
+Bounds MediaSet::glow_bounds(const Entry& medium) const
+{
+    Bounds bounds;
+    const auto add = [&](int placed, float least) {
+        const glm::dmat4 world_from_index =
+            glm::inverse(placed_[static_cast<std::size_t>(placed)].index_from_world);
+        for (const OccupiedBox& box : occupied_boxes(layout_of(placed), kMostBoxes, least))
+            bounds.add(box.bounds.transformed(world_from_index));
+    };
+    if (medium.is_box)
+        bounds = medium.world_bounds;
+    if (!medium.is_box && medium.emission >= 0)
+        add(medium.emission, 0);
+    if (medium.temperature >= 0)
+        add(medium.temperature, medium.dark());
+    return bounds;
+}
+
+Glow MediaSet::glow_of_entry(const Entry& medium) const
+{
+    const glm::dvec3 emission(medium.params.emission), sigma_t(glm::vec3(medium.params.sigma_t));
+    if (medium.is_box && medium.density < 0) {
+        const double per_height = static_cast<double>(medium.params.inverse_scale_height);
+        return glow_of(medium.bounds, emission, sigma_t, [&](double z) {
+            return std::exp(-(z - medium.height) * per_height);  // even where per_height is 0
+        });
+    }
+    // Where a medium only glows its flame is its density too, of coefficients of 0.
+    std::optional<VoxelLookup> density;
+    if (sigma_t != glm::dvec3(0))
+        density.emplace(grid_of(medium.density));
+    const auto of = [&](int placed, const std::function<glm::dvec3(glm::vec3)>& radiance) {
+        const VoxelGrid& grid = grid_of(placed);
+        const auto& own = placed_[static_cast<std::size_t>(placed)];
+        const auto& dims = placed_[static_cast<std::size_t>(medium.density)];
+        const auto shift = [&](int one) {
+            return glm::translate(glm::dmat4(1.0), glm::dvec3(layout_of(one).origin));
+        };
+        const glm::dmat4 world_from_index = glm::inverse(shift(placed) * own.index_from_world);
+        const glm::dmat4 density_from_index =
+            shift(medium.density) * dims.index_from_world * world_from_index;
+        std::function<glm::dvec3(glm::dvec3)> extinction;
+        if (density)
+            extinction = [&](glm::dvec3 at) {
+                const glm::dvec3 there =
+                    density->sample(glm::dvec3(density_from_index * glm::dvec4(at, 1.0)));
+                const bool scalar = grid_of(medium.density).channels == 1;
+                return sigma_t * (scalar ? glm::dvec3(there.x) : there);
+            };
+        return glow_of(grid, radiance, extinction).transformed(world_from_index);
+    };
+    if (medium.is_box)
+        return of(medium.density, [&](glm::vec3 v) { return emission * double(v.x); });
+    Glow flame, hot;
+    if (medium.emission >= 0) {
+        const bool scalar = grid_of(medium.emission).channels == 1;
+        flame = of(medium.emission,
+                   [&](glm::vec3 v) { return emission * glm::dvec3(scalar ? glm::vec3(v.x) : v); });
+    }
+    if (medium.temperature >= 0)
+        hot = of(medium.temperature, [&](glm::vec3 v) {
+            return glm::dvec3(medium.params.blackbody *
+                              shared::blackbody(medium.params.kilokelvin_per_unit * v.x));
+        });
+    return together(flame, hot);
+}
+
+const std::vector<std::optional<Glow>>& MediaSet::small_glows(double most)
+{
+    if (small_glows_ && small_glows_->first == most)
+        return small_glows_->second;
+    // A flame's faint rim counts for little.
+    constexpr double kRim = 2;
+    std::vector<std::optional<Glow>> glows;
+    for (const Entry& medium : media_) {
+        std::optional<Glow>& glow = glows.emplace_back();
+        const bool evaluated = medium.is_noise() && medium.density < 0;
+        if (!medium.glows() || evaluated || most == 0)
+            continue;
+        const Bounds bounds = glow_bounds(medium);
+        const glm::dvec3 size = bounds.max - bounds.min;
+        if (bounds.empty() || std::max({size.x, size.y, size.z}) / kRim > most)
+            continue;
+        glow = glow_of_entry(medium);
+        if (glow->power == glm::dvec3(0) || glow->axes().edges.x > most)
+            glow.reset();
+    }
+    return small_glows_.emplace(most, std::move(glows)).second;
+}
+
+bool MediaSet::carries_glow() const
+{
+    for (std::size_t m = 0; m < media_.size(); ++m)
+        if (media_[m].glows() && (m >= split_off_.size() || !split_off_[m]))
+            return true;
+    return false;
+}
+
+void MediaSet::bind(glm::dvec3 eye, bool carried)
 {
     const glm::dmat4 world_from_eye = glm::translate(glm::dmat4(1.0), eye);
     shared::MediaParams params{};
@@ -941,6 +1047,8 @@ void MediaSet::bind(glm::dvec3 eye)
         const Entry& entry = media_[m];
         shared::MediumParams& out = params.media[m];
         out = entry.params;
+        if (carried && m < split_off_.size() && split_off_[m])
+            out.emission = out.blackbody = glm::vec3(0);
         out.bounds_from_world = glm::mat4(entry.bounds_from_world * world_from_eye);
         glm::dvec3 low = entry.bounds.min, high = entry.bounds.max;
         if (const glm::dvec3 base = base_voxel(entry.density, eye); base != glm::dvec3(0)) {

@@ -11,6 +11,7 @@
 #include "gl/buffer.h"
 #include "gl/program.h"
 #include "gl/texture.h"
+#include "medium/glow.h"
 #include "medium/grid_layout.h"
 #include "medium/media_source.h"
 #include "medium/occupancy.h"
@@ -147,6 +148,15 @@ public:
     /// Whether those that scatter are all marched: a point that does is in the volume of their
     /// optical depth.
     [[nodiscard]] bool marched_alone() const;
+    /// Of each medium what it glows, if all of that comes from a place that is no longer than
+    /// `most` [m]; none for others. Kept until the next set().
+    [[nodiscard]] const std::vector<std::optional<Glow>>& small_glows(double most);
+    /// Leaves what these media glow out where media are bound for light that is carried: it is
+    /// that of lights. In the order of small_glows(); empty: none.
+    void split_off(std::vector<bool> media) { split_off_ = std::move(media); }
+    /// Whether some medium glows of which it is not left out.
+    [[nodiscard]] bool carries_glow() const;
+
     /// Of all media that dim light, in the scene's order.
     [[nodiscard]] std::vector<Extinction> extinction() const;
 
@@ -162,7 +172,8 @@ public:
     [[nodiscard]] gl::Defines defines() const;
 
     /// Binds textures and block for an eye at `eye` (metres, world).
-    void bind(glm::dvec3 eye);
+    /// @param carried for light that is carried from place to place
+    void bind(glm::dvec3 eye, bool carried = false);
 
     /// One line a grid: its layout, storage and bytes.
     [[nodiscard]] std::vector<std::string> describe() const;
@@ -229,6 +240,10 @@ private:
         [[nodiscard]] float thickest() const;
         [[nodiscard]] bool is_marched() const { return depth == MediumSource::Depth::marched; }
         [[nodiscard]] bool is_noise() const { return profile == MediumSource::Profile::noise; }
+        [[nodiscard]] bool glows() const
+        {
+            return params.emission != glm::vec3(0.0f) || temperature >= 0;
+        }
         [[nodiscard]] bool scatters() const { return params.sigma_s != glm::vec3(0.0f); }
         /// Share of its extinction that is scattered straight on, in the channel that scatters the
         /// least.
@@ -261,6 +276,10 @@ private:
     [[nodiscard]] std::shared_ptr<const VoxelGrid> noise_grid(const Entry& box);
     void read_noise_from_grids(const SceneSettings& settings);
     [[nodiscard]] const GridLayout& layout_of(int placed) const;
+    [[nodiscard]] const VoxelGrid& grid_of(int placed) const;
+    /// Metres, world: beyond which a medium doesn't glow.
+    [[nodiscard]] Bounds glow_bounds(const Entry& medium) const;
+    [[nodiscard]] Glow glow_of_entry(const Entry& medium) const;
     /// The voxel that shaders count from in a grid whose pages are a tree: the first of the page
     /// that the eye is in. 0 for others.
     [[nodiscard]] glm::dvec3 base_voxel(int placed, glm::dvec3 eye) const;
@@ -285,6 +304,9 @@ private:
     std::vector<NoiseGrid> noise_grids_;
     std::vector<NoiseGrid>
         old_noise_grids_;  ///< old noise grids of the scene before, while set() runs
+    /// What small_glows() found, of what length.
+    std::optional<std::pair<double, std::vector<std::optional<Glow>>>> small_glows_;
+    std::vector<bool> split_off_;  ///< media whose glow is that of lights
     MediaTraits traits_;
     float marched_light_dimming_ = 1;
     std::optional<float> peak_g_;  ///< MediaParams's, where what is scattered straight on is split
