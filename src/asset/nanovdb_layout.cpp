@@ -675,6 +675,7 @@ void Reader::run()
         if (codec > Codec::blosc)
             fail(fmt::format("packed in an unknown way ({})", int(codec)));
         std::vector<VdbGridLayout> grids;
+        grids.reserve(std::min<std::size_t>(count, (layout_.size - at_) / kMetaBytes));
         for (int i = 0; i < count; ++i)  // as many as the file has, whatever it says
             grids.emplace_back(metadata(codec));
         for (VdbGridLayout& grid : grids)
