@@ -102,6 +102,8 @@ Flames lights_of_flames(const std::vector<std::optional<Glow>>& glows, const Fla
                      [&](std::size_t a, std::size_t b) { return power(a) > power(b); });
     Flames flames;
     flames.split_off.assign(glows.size(), false);
+    if (order.empty())
+        return flames;
     const SurfaceRays rays(surfaces);
     for (const std::size_t i : order) {
         const Glow& glow = *glows[i];

@@ -230,6 +230,25 @@ TEST_F(RendererErrors, FramesThatAreNone)
     expect_works_on(renderer);
 }
 
+Scene noise_in_a_sun(BoxMedium cloud)
+{
+    Scene scene = empty_scene(8);
+    cloud.profile = NoiseProfile{};
+    cloud.sigma_s = glm::vec3(1);
+    scene.media = {cloud};
+    scene.lights = {SunLight{}};
+    return scene;
+}
+
+/// More turns of loops than llvmpipe takes.
+Settings too_many_steps(Settings many)
+{
+    many.steps = 1000;
+    many.shadow_steps = 100;
+    many.shadow_volume_size = 0;
+    return many;
+}
+
 // llvmpipe ends a shader's loops after 65535 turns in all, without a word: what would be too thin
 // a fog is refused. No other GL is known to end any, so that elsewhere there is nothing to refuse.
 TEST_F(RendererErrors, LoopsThatTheGlCutsOff)
@@ -239,16 +258,8 @@ TEST_F(RendererErrors, LoopsThatTheGlCutsOff)
     if (!llvmpipe)
         GTEST_SKIP() << "only Mesa's llvmpipe limits loops, and this is "
                      << gl().capabilities().renderer;
-    Scene scene = empty_scene(8);
-    BoxMedium cloud = fog();
-    cloud.profile = NoiseProfile{};
-    cloud.sigma_s = glm::vec3(1);
-    scene.media = {cloud};
-    scene.lights = {SunLight{}};
-    Settings many = settings();
-    many.steps = 1000;
-    many.shadow_steps = 100;
-    many.shadow_volume_size = 0;
+    const Scene scene = noise_in_a_sun(fog());
+    Settings many = too_many_steps(settings());
     Renderer renderer(get_proc());
     View view = renderer.make_view();
     renderer.set_scene(scene, many);
@@ -263,6 +274,7 @@ TEST_F(RendererErrors, LoopsThatTheGlCutsOff)
     expect_works_on(renderer);
 }
 
+// Where no GL ends a loop there is nothing that prepare() can't compile, and the test is skipped.
 // What prepare() can't compile it tells at once, and frames after it are as ever: of a renderer
 // that still prepared all transparents would be taken to be seen.
 TEST_F(RendererErrors, FramesThatCantBePreparedLeaveOthersAsTheyAre)
@@ -270,23 +282,15 @@ TEST_F(RendererErrors, FramesThatCantBePreparedLeaveOthersAsTheyAre)
     if (gl().capabilities().max_loop_turns == 0)
         GTEST_SKIP() << "only Mesa's llvmpipe limits loops, and this is "
                      << gl().capabilities().renderer;
-    Scene scene = empty_scene(8);
-    BoxMedium cloud = fog();
-    cloud.profile = NoiseProfile{};
-    cloud.sigma_s = glm::vec3(1);
+    Scene scene = noise_in_a_sun(fog());
     QuadTransparent behind_the_eye;
     behind_the_eye.corner = {0, 5, 0};
     behind_the_eye.look.blend = {Blend::Kind::factors, BlendFactor::dst_alpha, BlendFactor::one};
-    scene.media = {cloud};
-    scene.lights = {SunLight{}};
     scene.transparents = {behind_the_eye};
-    Settings many = settings();
-    many.shadow_volume_size = 0;
+    Settings many = too_many_steps(settings());
     Renderer renderer(get_proc());
     renderer.set_scene(scene, many);
     const Target target(scene);
-    many.steps = 1000;
-    many.shadow_steps = 100;
     expect_error([&] { renderer.prepare(target.frame, many); }, "lower FrameSettings::steps");
     many.steps = many.shadow_steps = 8;
     View view = renderer.make_view();
