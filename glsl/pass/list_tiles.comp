@@ -21,9 +21,27 @@ layout(std430, binding = TILE_LIST_BUFFER) buffer TileList
     uint u_listed_tiles[];
 };
 
-// Of this group's tiles, so that the list's own counters are asked once a group, and neighbours stay together.
-shared uint s_tiles[TILE_CLASSES];
+// The lanes of this group that list a tile, a bit each: the list's own counters are asked once a group, and its tiles keep
+// their order whichever lane is first.
+shared uint s_lanes[TILE_CLASSES][2];
 shared uint s_first[TILE_CLASSES];
+
+// Morton's order. Four tiles make up a group of a pass over the list, whose lanes take as long as the longest ray among
+// them: a square of neighbours has rays that are most alike.
+uvec2 tile_of_lane(uint lane)
+{
+    return uvec2(lane & 1u | lane >> 1 & 2u | lane >> 2 & 4u, lane >> 1 & 1u | lane >> 2 & 2u | lane >> 3 & 4u);
+}
+
+uint tiles_of_class(uint k) { return uint(bitCount(s_lanes[k][0]) + bitCount(s_lanes[k][1])); }
+
+// Tiles of a class that lanes before this one list.
+uint place_in_class(uint k, uint lane)
+{
+    uint before = (1u << (lane & 31u)) - 1u;
+    return uint(lane < 32u ? bitCount(s_lanes[k][0] & before)
+                           : bitCount(s_lanes[k][0]) + bitCount(s_lanes[k][1] & before));
+}
 
 // By the march's steps in it, of those of a ray from end to end: a half, a quarter, an eighth.
 uint class_of(uvec4 tile)
@@ -47,27 +65,27 @@ void main()
 {
     uint lane = gl_LocalInvocationIndex;
     if (lane < TILE_CLASSES)
-        s_tiles[lane] = 0u;
+        s_lanes[lane] = uint[2](0u, 0u);
     barrier();
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 at = ivec2(gl_WorkGroupID.xy * gl_WorkGroupSize.xy + tile_of_lane(lane));
     uvec4 tile = uvec4(0u);
     if (all(lessThan(at, textureSize(u_tiles_tx, 0))))
         tile = texelFetch(u_tiles_tx, at, 0);
     bool listed = tile.x != 0u && (kAllTiles || tile_is_lit(tile.w) == kLitTiles) &&
                   (!kByDistance || tile_is_far(tile.w) == kFarTiles);
     uint of_class = class_of(tile);
-    uint place = 0u;
     if (listed)
-        place = atomicAdd(s_tiles[of_class], 1u);
+        atomicOr(s_lanes[of_class][lane >> 5], 1u << (lane & 31u));
     barrier();
-    if (lane < TILE_CLASSES && s_tiles[lane] > 0u) {
+    uint count = lane < TILE_CLASSES ? tiles_of_class(lane) : 0u;
+    if (count > 0u) {
         const uint kTexels = uint(kTilePixels * kTilePixels);
-        uint first = atomicAdd(u_list.tiles[lane], s_tiles[lane]);
-        dispatch_more(tile_groups(first + s_tiles[lane], kTexels) - tile_groups(first, kTexels));
+        uint first = atomicAdd(u_list.tiles[lane], count);
+        dispatch_more(tile_groups(first + count, kTexels) - tile_groups(first, kTexels));
         s_first[lane] = first;
     }
     barrier();
     if (listed)
-        u_listed_tiles[of_class * (uint(u_listed_tiles.length()) / TILE_CLASSES) + s_first[of_class] + place] =
-            tile_word(at);
+        u_listed_tiles[of_class * (uint(u_listed_tiles.length()) / TILE_CLASSES) + s_first[of_class] +
+                       place_in_class(of_class, lane)] = tile_word(at);
 }

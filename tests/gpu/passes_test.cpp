@@ -360,7 +360,16 @@ TEST_F(PassForms, ATextureThatLacksLevelsIsDrawnTo)
 
 class TileLists : public GlTest {};
 
-TEST_F(TileLists, HoldEachTileOnceAndWhatTakesLongFirst)
+/// How far along Morton's curve a tile is, of 8 x 8.
+int along_curve(glm::ivec2 tile)
+{
+    int place = 0;
+    for (int bit = 0; bit < 3; ++bit)
+        place |= (tile.x >> bit & 1) << 2 * bit | (tile.y >> bit & 1) << (2 * bit + 1);
+    return place;
+}
+
+TEST_F(TileLists, HoldEachTileOnceWhatTakesLongFirstAndNeighboursTogether)
 {
     constexpr glm::ivec2 kCount(37, 21);
     constexpr int kSteps = 48;
@@ -412,6 +421,7 @@ TEST_F(TileLists, HoldEachTileOnceAndWhatTakesLongFirst)
         gl()->GetNamedBufferSubData(list.id(), sizeof(head), 4 * std::ssize(listed), listed.data());
         std::set<std::size_t> seen;
         std::uint32_t groups = 0;
+        int in_order = 0;
         const std::array<double, TILE_CLASSES + 1> kShares{1e9, 0.5, 0.25, 0.125, 0};
         for (std::size_t k = 0; k < TILE_CLASSES; ++k) {
             groups += (head.tiles[k] * texels_along * texels_along + 63) / 64;
@@ -422,8 +432,14 @@ TEST_F(TileLists, HoldEachTileOnceAndWhatTakesLongFirst)
                 const double share = steps_in(texels.at(index)) / kSteps;
                 EXPECT_LE(share, kShares.at(k));
                 EXPECT_GE(share, kShares.at(k + 1));
+                const glm::ivec2 before = i > 0 ? tile_at(listed[k * capacity + i - 1]) : at + 8;
+                if (at / 8 == before / 8) {
+                    EXPECT_GT(along_curve(at), along_curve(before)) << at.x << " " << at.y;
+                    ++in_order;
+                }
             }
         }
+        EXPECT_GT(in_order, int(seen.size()) / 2);
         std::size_t wanted = 0;
         for (const glm::uvec4& tile : texels)
             wanted += tile.x != 0 && (all[0] == 't' || tile_is_lit(tile.w) == lit) ? 1 : 0;
