@@ -15,6 +15,10 @@ bool is_even(int i) { return i == 0 || (i >= kHarmonics[1] && i < kHarmonics[2])
 
 float harmonic_of(int k, int i) { return spherical_harmonic(i, u_field.ways[k].wi); }
 
+// 1, which no compiler can tell. A pass that sums over harmonics both ways would keep them from one sum to the other,
+// sixteen of each of 13 pairs, in registers that it has not.
+float opaque_one() { return u_field.slots < 0 ? 0.0 : 1.0; }
+
 // As light goes from order to order, and as the world's and the surfaces' comes.
 vec3 light_of_way(ivec3 node, int k) { return unpack_light(texelFetch(u_ways_tx, node + way_of(k), 0).rg); }
 vec4 radiance_of_way(ivec3 node, int k) { return unpack_way(texelFetch(u_ways_tx, node + way_of(k), 0).rg); }
@@ -33,10 +37,11 @@ void sum_pair(int k, out vec3 even, out vec3 odd)
 {
     even = vec3(0.0);
     odd = vec3(0.0);
+    vec3 wi = u_field.ways[k].wi * opaque_one();
     for (int i = 0; i < kCount; ++i) {
         if (is_even(i))
-            even += g_light[i] * harmonic_of(k, i);
+            even += g_light[i] * spherical_harmonic(i, wi);
         else
-            odd += g_light[i] * harmonic_of(k, i);
+            odd += g_light[i] * spherical_harmonic(i, wi);
     }
 }
