@@ -216,6 +216,9 @@ struct Renderer::Parts {
     /// Does it, and forgets the scene where it throws: half a scene is none.
     template <typename Change> void or_nothing(const Change& change);
     void composite(View& view, const Frame& frame, const FrameSettings& settings);
+    void lay_over(View& view, const Frame& frame, const FrameSettings& settings);
+    /// Fills what a change has left to be filled over frames.
+    void go_on_filling();
 
     ComingScene coming{media};
     ProbeCaptures captures{device, timers, probes,
@@ -764,6 +767,22 @@ void Renderer::Parts::composite(View& view, const Frame& frame, const FrameSetti
     const auto timed = parts.timers.frame(frame.index);
     if (parts.surfaces_are_drawn && !parts.prepares)
         parts.captures.update(frame, parts.scene_id, parts.scene_settings.probe_update);
+    parts.lay_over(view, frame, settings);
+    if (parts.volumes.has_more() && !parts.prepares)
+        parts.go_on_filling();
+}
+
+void Renderer::Parts::go_on_filling()
+{
+    const gl::StateGuard guard(device, BLOCK_COUNT, IMAGE_COUNT, STORAGE_COUNT);
+    const auto time = timers.scope("light volumes, anew");
+    if (volumes.go_on(media, surfaces, lights))
+        ++scene_id;
+}
+
+void Renderer::Parts::lay_over(View& view, const Frame& frame, const FrameSettings& settings)
+{
+    Parts& parts = *this;
     View::State& state = parts.state_of(view);
     state.volume_at.reset();
     const bool is_asked = !frame.transparents.empty();
@@ -796,10 +815,6 @@ void Renderer::Parts::composite(View& view, const Frame& frame, const FrameSetti
     if (is_asked)
         state.publish_volume(state.layers.get(), prepared);
     parts.last_history = view.history();
-    if (parts.volumes.has_more()) {
-        const auto time = parts.timers.scope("light volumes, anew");
-        parts.volumes.continue_refill(prepared.eye.position);
-    }
 }
 
 void Renderer::begin_transparents(View& view, const Frame& frame, const FrameSettings& settings,

@@ -200,6 +200,10 @@ std::vector<SettingInfo> make_table()
         number("shadow-fill", "light", "1..256", "frames", &S::shadow_fill, 1, 256,
                "number of frames over which a moved light's shadow volume is filled; the last one "
                "serves until then"),
+        number("field-fill", "light", "1..256", "frames", &S::field_fill, 1, 256,
+               "number of frames over which light that scatters again, the world's and that of "
+               "flames and surfaces are filled after a change; the last serve until then, and fade "
+               "over as many"),
         automatic("ambient-volume-size", "auto|0..128", "nodes", &S::ambient_volume_size, 0, 128,
                   "longest edge of the volume of the world's light; 0: that light reaches media "
                   "undimmed"),

@@ -23,6 +23,7 @@
 #define INSPECT_BLOCK DRAW_BLOCK         // no surface is drawn while a frame is inspected
 #define STEP_VIEW_BLOCK PANES_BLOCK      // a frame with panes projects no boxes on the GPU
 #define ISLAND_LIGHT_BLOCK FIELD_BLOCK   // no field is filled while a frame is drawn
+#define LIGHT_FADE_BLOCK FIELD_BLOCK     // nor while light fades
 
 // Texture units: each has one name, and each texture a unit of its own. GL promises 96 of them;
 // what it promises 16 of are those that one shader samples. Of a frame, and of its march.

@@ -291,6 +291,37 @@ int ways_for(const SceneSettings& settings, bool detailed)
 
 }  // namespace
 
+/// One filling of light that is not direct, and what its steps give each other.
+struct LightVolumes::WorldFill {
+    FieldScene scene;
+    WorldLight to = {};        ///< by its plan
+    gl::Defines variant = {};  ///< of the scene that it goes on by
+    bool is_spread = false;    ///< over frames
+    bool anew = false;         ///< nothing of what was there stays
+    bool world = false;        ///< the world's light in the media is filled
+    bool of_media = false;     ///< what the media scatter or emit is
+    bool on_surfaces = false;  ///< what they and the surfaces throw on surfaces is, or is no more
+    bool shines = false;       ///< the world does
+    TurnPlan turns = {};
+    gl::Texture guessed = {};    ///< what the media scatter, as a coarser lattice has it
+    OtherLight guess = {};       ///< that, if there is any
+    gl::Texture scattered = {};  ///< what they scatter, as RadianceField::fill() gives it
+    const gl::Texture* of_world = nullptr;  ///< WorldLight::coefficients, of this or of before
+    bool outdated = false;                  ///< the scene has changed meanwhile
+    Steps steps = {};
+};
+
+LightVolumes::LightVolumes(const gl::Device& device, gl::ProgramCache& programs,
+                           const gl::PassTimers& timers)
+    : device_{device}, programs_{programs}, timers_{timers}, field_{device, programs},
+      field_on_surfaces_{device, programs}, block_{device, "light volumes"},
+      fade_in_media_{device, programs}, fade_on_surfaces_{device, programs}, fade_dimmed_{device,
+                                                                                          programs}
+{
+}
+
+LightVolumes::~LightVolumes() = default;
+
 void LightVolumes::clear()
 {
     extinction_ = {};
@@ -309,23 +340,13 @@ void LightVolumes::drop_depth()
     depth_lights_.clear();
 }
 
-void LightVolumes::clear_world()
-{
-    coefficients_ = {};
-    field_coefficients_ = {};
-    world_ = {};
-    walls_ = {};
-    sights_ = {};
-    world_walls_ = {};
-    on_surfaces_ = {};
-    on_surfaces_dimmed_ = {};
-    bounced_ = {};
-    bounced_means_.clear();
-}
-
 void LightVolumes::drop_world()
 {
-    clear_world();
+    stop_filling();
+    light_ = {};
+    for (LightFade* fade : {&fade_in_media_, &fade_on_surfaces_, &fade_dimmed_})
+        fade->end();
+    world_ = {};
     keeps_world_ = false;
     field_.forget();
     field_on_surfaces_.forget();
@@ -469,7 +490,7 @@ void LightVolumes::bind_islands(glm::dvec3 eye, glm::dvec3 forward, bool perspec
         shared::IslandLattice& lattice = params.lattices[i];
         lattice.first = static_cast<float>(island_first_[i]);
         // What has no light has a place all the same.
-        const Lattice& nodes = from.world_lattice_;
+        const Lattice& nodes = from.light_.plan.in_media;
         lattice.node_from_world =
             glm::mat4(nodes.node_from_world * glm::translate(glm::dmat4(1.0), eye));
         lattice.last = glm::vec3(nodes.count - 1);
@@ -497,7 +518,9 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
         drop_depth();
     }
     const bool world = lights.world_radiance() != glm::vec3(0.0f);
-    FieldKey field;
+    WorldPlan plan;
+    FieldKey& field = plan.field;
+    field_frames_ = settings.field_fill;
     field.turns = turns_for(scene, settings);
     if (field.turns > 0)
         field.surfaces = scene.surfaces;
@@ -528,7 +551,7 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
         ((world && (scatters || !surfaces.empty())) || has_field || field.on_surfaces ||
          field.turns > 0) &&
         (!part_ || scatters)) {
-        WorldKey key;
+        WorldKey& key = plan.world;
         key.dims = settings.volume_shadows;
         key.scatters_again = field.orders.count > 0;
         key.thick = field.orders.coarse_first;
@@ -545,10 +568,16 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
         key.ways_on_surfaces = ways_for(settings, detailed || field.turns > 0);
         if (scatters)
             key.bands = traits.isotropic ? 1 : 4;
-        const bool is_used = has_field || field.on_surfaces || field.turns > 0;
-        FieldKey used = is_used ? std::move(field) : FieldKey();
-        FieldPlaces places = take_places(used, scene.time);
-        set_world(std::move(key), std::move(used), std::move(places), {media, surfaces, lights});
+        if (has_field || field.on_surfaces || field.turns > 0) {
+            field.depth_nodes = depth_ ? depth_lattice_.count : glm::ivec3(0);
+            field.depths = depth_refills_;
+        } else {
+            field = {};
+        }
+        plan.places = take_places(field, scene.time);
+        const FieldScene now{media, surfaces, lights};
+        plan_world(plan, now);
+        set_plan(std::move(plan), now);
     } else {
         drop_world();
     }
@@ -750,8 +779,6 @@ void LightVolumes::begin_refill()
 
 void LightVolumes::continue_refill(glm::dvec3 eye)
 {
-    if (!refill_)
-        return;
     for (int left = refill_->a_frame; left > 0 && refill_->layer < refill_->layers.size();) {
         const int layer = refill_->layers[refill_->layer];
         const LightPosition& light = refill_->lights[static_cast<std::size_t>(layer)];
@@ -771,13 +798,37 @@ void LightVolumes::continue_refill(glm::dvec3 eye)
     packed_ = false;
     depth_lights_ = std::move(refill_->lights);
     refill_.reset();
+    ++depth_refills_;
     const bool done =
         std::equal(depth_lights_.begin(), depth_lights_.end(), wanted_lights_.begin(),
                    [&](const LightPosition& a, const LightPosition& b) { return is_same(a, b); });
-    if (done)
-        extinction_ = {};
-    else
+    if (!done)
         begin_refill();
+    else
+        extinction_ = {};
+}
+
+bool LightVolumes::go_on(medium::MediaSet& media, const surface::SurfaceSet& surfaces,
+                         LightSet& lights)
+{
+    const FieldScene scene{media, surfaces, lights};
+    const int depths = depth_refills_;
+    if (refill_) {
+        const glm::dvec3 eye = centre_of(depth_lattice_);
+        media.bind(eye);
+        continue_refill(eye);
+    }
+    const bool has_depths = depth_refills_ != depths;
+    const WorldPlan& last = fill_ ? fill_->to.plan : light_.plan;
+    if (has_depths && last.field != FieldKey()) {  // which dims what it is filled from
+        WorldPlan plan = fill_ && fill_->outdated ? wanted_ : last;
+        plan.field.depths = depth_refills_;
+        set_plan(std::move(plan), scene);
+    }
+    if (fill_)
+        go_on_filling(scene);
+    const bool fades = go_on_fading();
+    return has_depths || fades;
 }
 
 FlameScale LightVolumes::flame_scale(const SceneSettings& settings, const medium::MediaSet& media,
@@ -805,343 +856,503 @@ FlameScale LightVolumes::flame_scale(const SceneSettings& settings, const medium
     return scale;
 }
 
-void LightVolumes::plan_world(WorldKey& key, const medium::MediaSet& media,
-                              const surface::SurfaceSet& surfaces, bool fire)
+void LightVolumes::plan_world(WorldPlan& plan, const FieldScene& scene) const
 {
+    const medium::MediaSet& media = scene.media;
+    WorldKey& key = plan.world;
     const bool automatic = key.nodes == kAutomatic;
     const int nodes = automatic ? kAutoWorldNodes : key.nodes;
     if (key.bands > 0) {
-        bands_ = key.bands;
+        plan.bands = key.bands;
         const medium::VoxelFrame frame = frame_of(media);
         int in_media = automatic && key.thick ? kAutoWorldNodesOfThick : nodes;
-        int layers = bands_ * bands_;
+        int layers = plan.bands * plan.bands;
         if (part_) {  // as much in all as of a few parts, and in one texture
             const double share = std::cbrt(std::min(1.0, kPartsOfFullSize / double(part_->of)));
             in_media = std::max(2, static_cast<int>(std::lround(in_media * share)));
-            layers = std::max(layers, bands_ * (static_cast<int>(part_->of) + 1));
+            layers = std::max(layers, plan.bands * (static_cast<int>(part_->of) + 1));
         }
-        world_lattice_ =
+        plan.in_media =
             make_cubes(frame.voxel_from_world, frame.scattering,
                        automatic ? kVoxelsPerWorldNode : 1e-9, clamp_to(in_media, layers, device_));
-        key.in_media = key_of(world_lattice_);
+        key.in_media = key_of(plan.in_media);
     }
-    if (surfaces.empty() || part_)
-        return;
-    Bounds around = with_details(media.bounds(), surfaces);
-    const glm::dvec3 margin =
-        (fire ? kSurfaceMarginOfFire : kSurfaceMargin) * (around.max - around.min);
-    around.min -= margin;
-    around.max += margin;
-    constexpr int kLayers = kSurfaceBands * kSurfaceBands;
-    surface_lattice_ = make_cubes(glm::dmat4(1.0), around, 1e-9, clamp_to(nodes, kLayers, device_));
-    key.on_surfaces = key_of(surface_lattice_);
+    if (!scene.surfaces.empty() && !part_) {
+        const bool fire = plan.field.on_surfaces && plan.field.glows;
+        Bounds around = with_details(media.bounds(), scene.surfaces);
+        const glm::dvec3 margin =
+            (fire ? kSurfaceMarginOfFire : kSurfaceMargin) * (around.max - around.min);
+        around.min -= margin;
+        around.max += margin;
+        constexpr int kLayers = kSurfaceBands * kSurfaceBands;
+        plan.on_surfaces =
+            make_cubes(glm::dmat4(1.0), around, 1e-9, clamp_to(nodes, kLayers, device_));
+        key.on_surfaces = key_of(plan.on_surfaces);
+    }
+    plan.places.origin = (key.bands > 0 ? key.in_media : key.on_surfaces).origin;
 }
 
-void LightVolumes::make_coefficients()
+gl::Texture LightVolumes::make_coefficients(const char* label, const WorldPlan& plan) const
 {
-    coefficients_ =
-        make_volume(device_, "world's light", world_lattice_, bands_ * bands_, GL_RGBA16F);
+    return make_volume(device_, label, plan.in_media, plan.bands * plan.bands, GL_RGBA16F);
 }
 
-void LightVolumes::make_world(const WorldKey& key, bool surfaces)
+bool LightVolumes::is_same_field(const WorldPlan& then, const WorldPlan& now)
 {
-    const auto make = [&](const char* label, const Lattice& lattice, int layers) {
-        return make_volume(device_, label, lattice, layers, GL_RGBA16F);
-    };
-    clear_world();
-    if (key.bands > 0)
-        make_coefficients();
-    if (!surfaces)
-        return;
-    constexpr int kLayers = kSurfaceBands * kSurfaceBands;
-    on_surfaces_ = make("world's light on surfaces", surface_lattice_, kLayers);
-    if (key.dims)
-        on_surfaces_dimmed_ = make("world's light on surfaces, dimmed", surface_lattice_, kLayers);
-}
-
-/// What one filling of the world's volumes is for, and what its steps give each other.
-struct LightVolumes::WorldFill {
-    const FieldKey& field;
-    const FieldScene& scene;
-    bool anew = false;         ///< nothing of what was there stays
-    bool world = false;        ///< the world's light in the media is
-    bool of_media = false;     ///< what the media scatter or emit is filled
-    bool on_surfaces = false;  ///< what they and the surfaces throw on surfaces is, or is no more
-    bool shines = false;       ///< the world does
-    TurnPlan turns = {};
-    gl::Texture guessed = {};    ///< what the media scatter, as a coarser lattice has it
-    OtherLight guess = {};       ///< that, if there is any
-    gl::Texture scattered = {};  ///< what they scatter, as RadianceField::fill() gives it
-};
-
-bool LightVolumes::is_same_field(const FieldKey& field, const FieldPlaces& places,
-                                 const DepthKey& lattice) const
-{
+    const DepthKey& lattice = now.world.bands > 0 ? now.world.in_media : now.world.on_surfaces;
     const double tolerance = kSameNode * spacing_of(lattice.edges);
-    return field == field_key_ &&
-           std::equal(field_places_.of_all.begin(), field_places_.of_all.end(),
-                      places.of_all.begin(), places.of_all.end(),
-                      [&](glm::dvec3 before, glm::dvec3 now) {
-                          return medium::is_same_place(
-                              before + places.origin - field_places_.origin, now, tolerance);
+    const glm::dvec3 moved = now.places.origin - then.places.origin;
+    return then.field == now.field &&
+           std::equal(then.places.of_all.begin(), then.places.of_all.end(),
+                      now.places.of_all.begin(), now.places.of_all.end(),
+                      [&](glm::dvec3 before, glm::dvec3 after) {
+                          return medium::is_same_place(before + moved, after, tolerance);
                       });
 }
 
-void LightVolumes::set_world(WorldKey key, FieldKey field, FieldPlaces places,
-                             const FieldScene& scene)
+bool LightVolumes::is_same_plan(const WorldPlan& then, const WorldPlan& now)
 {
-    plan_world(key, scene.media, scene.surfaces, field.on_surfaces && field.glows);
-    const glm::dvec3 origin = key.in_media.origin;
-    const DepthKey& lattice = key.bands > 0 ? key.in_media : key.on_surfaces;
-    places.origin = lattice.origin;
-    const bool same_field = is_same_field(field, places, lattice);
-    WorldFill fill{field, scene};
-    fill.shines = scene.lights.world_radiance() != glm::vec3(0.0f);
+    return then.places.origin == now.places.origin && is_moved(then.world, now.world) &&
+           is_same_field(then, now);
+}
+
+bool LightVolumes::may_spread(const medium::MediaSet& media) const
+{
+    const medium::MediaTraits& traits = media.traits();
+    // The extinction that lights are marched through is not kept from frame to frame.
+    const bool has_depths = depth_ || traits.marched == 0;
+    return field_frames_ > 1 && !part_ && traits.islands == 0 && has_depths;
+}
+
+void LightVolumes::set_plan(WorldPlan plan, const FieldScene& scene)
+{
+    bool spreads = may_spread(scene.media);
+    // What changes meanwhile is filled after, if the same shaders go on with what was begun. Else
+    // it is filled at once: it might be for ever begun anew.
+    if (fill_ && (!spreads || fill_->variant != field_defines(scene))) {
+        stop_filling();
+        spreads = false;
+    }
+    if (!fill_) {
+        begin_world(std::move(plan), scene, spreads);
+        return;
+    }
+    fill_->outdated |= !is_same_plan(fill_->to.plan, plan);
+    wanted_ = std::move(plan);
+}
+
+void LightVolumes::begin_world(WorldPlan plan, const FieldScene& scene, bool spreads)
+{
+    auto fill = std::make_unique<WorldFill>(WorldFill{.scene = scene});
+    fill->variant = field_defines(scene);
+    fill->is_spread = spreads && (light_.in_media() || light_.on_surfaces);
+    fill->to.plan = std::move(plan);
+    const gl::Stopwatch watch(device_, timers_);
+    plan_fill(*fill);
+    fill->steps = fill_all(*fill);
+    const bool fills = fill->anew || fill->world || fill->of_media || fill->on_surfaces;
+    if (fill->is_spread && fills) {
+        fill_ = std::move(fill);
+        return;
+    }
+    if (spreads)  // before there is something to fade from
+        LightFade::prepare(programs_);
+    fill->steps.finish();
+    if (fills) {
+        fill->to.ms = watch.ms();
+        parts_ = fill->steps.pauses() + 1;
+    }
+    show(*fill);
+}
+
+void LightVolumes::go_on_filling(const FieldScene& scene)
+{
+    scene.media.split_forward_peaks(fill_->to.plan.field.orders.straight_on > 0);
+    bool more = true;
+    try {
+        for (int left = (parts_ + field_frames_ - 1) / field_frames_; more && left > 0; --left)
+            more = fill_->steps.resume();
+    } catch (...) {
+        stop_filling();
+        throw;
+    }
+    if (!more) {
+        parts_ = fill_->steps.pauses() + 1;
+        const std::unique_ptr<WorldFill> done = std::move(fill_);
+        show(*done);
+        if (done->outdated)
+            begin_world(std::move(wanted_), scene, true);
+    }
+    scene.media.split_forward_peaks(splits_forward_peaks());
+}
+
+void LightVolumes::stop_filling()
+{
+    fill_.reset();
+    field_.end();
+    field_on_surfaces_.end();
+}
+
+void LightVolumes::plan_fill(WorldFill& fill)
+{
+    const WorldPlan& plan = fill.to.plan;
+    const FieldKey& field = plan.field;
+    const bool has_media = plan.world.bands > 0;
+    const bool same_field = is_same_field(light_.plan, plan);
+    fill.shines = fill.scene.lights.world_radiance() != glm::vec3(0.0f);
     // The world's light is dimmed by what albedo and g leave of the extinction.
-    fill.anew = !(in_media() || on_surfaces_) || !is_moved(world_key_, key) ||
-                (key.straight_on > 0 && !same_field);
+    fill.anew = !(light_.in_media() || light_.on_surfaces) ||
+                !is_moved(light_.plan.world, plan.world) ||
+                (plan.world.straight_on > 0 && !same_field);
     fill.of_media =
-        key.bands > 0 && field.filled && (fill.anew || !field_coefficients_ || !same_field);
+        has_media && field.filled && (fill.anew || !light_.field_coefficients || !same_field);
+    const FieldKey& before = light_.plan.field;
     const bool lights_surfaces = field.on_surfaces || field.turns > 0;
-    const bool lit_surfaces = field_key_.on_surfaces || field_key_.turns > 0;
+    const bool lit_surfaces = before.on_surfaces || before.turns > 0;
     fill.on_surfaces = fill.anew || ((lights_surfaces || lit_surfaces) && !same_field);
     fill.world =
-        key.bands > 0 && (fill.anew || (!coefficients_ && (fill.of_media || !field.filled)));
-    const gl::Stopwatch watch(device_, timers_);
-    if (fill.anew) {
-        make_world(key, !scene.surfaces.empty() && !part_ && (fill.shines || lights_surfaces));
-        world_key_ = std::move(key);
-        turned_ = false;
+        has_media && (fill.anew || (!light_.coefficients && (fill.of_media || !field.filled)));
+    if (fill.anew || fill.world)
         ++fills_.world;
-    } else if (fill.world) {  // of which only the sum with the field was kept
-        make_coefficients();
-        keeps_world_ = true;
-        ++fills_.world;
+    const bool has_surfaces =
+        fill.anew ? !fill.scene.surfaces.empty() && !part_ && (fill.shines || lights_surfaces)
+                  : static_cast<bool>(light_.on_surfaces);
+    const bool has_dimmed =
+        fill.anew ? has_surfaces && plan.world.dims : static_cast<bool>(light_.on_surfaces_dimmed);
+    if (!fill.is_spread) {  // in the place of what was there
+        WorldPlan own = std::move(fill.to.plan);
+        fill.to = fill.anew ? WorldLight() : std::move(light_);
+        fill.to.plan = std::move(own);
+        light_ = {};
     }
-    if (!field.filled && field_coefficients_) {
-        field_coefficients_ = {};
-        turned_ = false;  // or what was turned to the eye would stay
+    WorldLight& to = fill.to;
+    if (fill.world && !to.coefficients)
+        to.coefficients = make_coefficients("world's light", plan);
+    if (fill.world && !fill.anew)  // of which only the sum with the field was kept
+        keeps_world_ = true;
+    if (!field.filled)
+        to.field_coefficients = {};
+    if (fill.of_media && !to.field_coefficients)
+        to.field_coefficients = make_coefficients("light that is not direct", plan);
+    if (fill.on_surfaces) {
+        const auto make = [&](gl::Texture& texture, const char* label) {
+            if (!texture)
+                texture = make_volume(device_, label, plan.on_surfaces,
+                                      kSurfaceBands * kSurfaceBands, GL_RGBA16F);
+        };
+        if (has_surfaces)
+            make(to.on_surfaces, "world's light on surfaces");
+        if (has_dimmed)
+            make(to.on_surfaces_dimmed, "world's light on surfaces, dimmed");
+        to.bounced = {};
+        if (field.turns > 0 && !part_)
+            make(to.bounced, "light of surfaces");
     }
     if (field.turns == 0 || part_)
-        bounced_ = {};
-    const bool lights_up = field.turns > 0 && field.on_surfaces && on_surfaces_dimmed_;
+        to.bounced = {};
+    fill.of_world = to.coefficients ? &to.coefficients : &light_.coefficients;
+    const bool lights_up = field.turns > 0 && field.on_surfaces && has_dimmed;
     // The media's light is sent back if they are filled now, and what they emit in any case.
     const bool fills_twice = fill.of_media && field.orders.count > 0;
     fill.turns = plan_turns(field.turns, !lights_up ? 0 : fills_twice ? 2 : field.glows ? 1 : 0);
-    if (field.turns > 0 && !part_ && fill.on_surfaces) {
-        begin_surfaces(fill, nullptr);
-        bounced_ = make_volume(device_, "light of surfaces", surface_lattice_,
-                               kSurfaceBands * kSurfaceBands, GL_RGBA16F);
-        turn_surfaces(fill.turns.first, scene.surfaces, scene.lights, true);
-        turns_after_noted_ = field.turns - fill.turns.first;
-    }
-    if (fill.world || fill.of_media)
-        fill_media(fill);
-    if (fill.on_surfaces && on_surfaces_)
-        fill_surfaces(fill);
-    if (field_.is_open()) {
-        world_walls_ = field.turns > 0 && !part_ && field_.has_walls(scene.surfaces)
-                           ? field_.take_walls()
-                           : gl::Texture();
-        copied_walls_ = false;
-        field_.end();
-    }
-    if (fill.anew || fill.of_media || fill.on_surfaces)
-        world_ms_ = watch.ms();
-    field_key_ = std::move(field);
-    field_places_ = std::move(places);
-    if (field_coefficients_ && !keeps_world_)
-        coefficients_ = {};
-    if (in_media())
-        make_view(scene.media.traits(), origin);
 }
 
-void LightVolumes::begin_surfaces(const WorldFill& fill, const FieldLight* light)
+Steps LightVolumes::fill_all(WorldFill& fill)
 {
-    const FieldKey& field = fill.field;
-    const FieldScene& scene = fill.scene;
-    begin_fill(centre_of(surface_lattice_), scene.media, scene.lights);
+    WorldLight& to = fill.to;
+    const int turns = to.plan.field.turns;
+    if (turns > 0 && !part_ && fill.on_surfaces) {
+        co_await begin_surfaces(fill, nullptr);
+        co_await turn_surfaces(fill, fill.turns.first, true);
+        to.turns_after_noted = turns - fill.turns.first;
+    }
+    if (fill.world || fill.of_media)
+        co_await fill_media(fill);
+    if (fill.on_surfaces && to.on_surfaces)
+        co_await fill_surfaces(fill);
+    if (field_.is_open()) {
+        to.world_walls = turns > 0 && !part_ && field_.has_walls(fill.scene.surfaces)
+                             ? field_.take_walls()
+                             : gl::Texture();
+        field_.end();
+    }
+}
+
+void LightVolumes::show(WorldFill& fill)
+{
+    WorldLight& to = fill.to;
+    const FieldKey& field = to.plan.field;
+    const bool dropped = light_.field_coefficients && !field.filled;
+    if (fill.is_spread && !fill.anew) {  // what was not filled stays
+        if (!to.coefficients)
+            to.coefficients = std::move(light_.coefficients);
+        if (!fill.of_media && field.filled)
+            to.field_coefficients = std::move(light_.field_coefficients);
+        if (!fill.of_media && !fill.world)
+            to.world_walls = std::move(light_.world_walls);
+        if (!fill.on_surfaces) {
+            to.on_surfaces = std::move(light_.on_surfaces);
+            to.on_surfaces_dimmed = std::move(light_.on_surfaces_dimmed);
+            to.bounced = std::move(light_.bounced);
+            to.bounced_means = std::move(light_.bounced_means);
+            to.turns_after_noted = light_.turns_after_noted;
+            to.walls = std::move(light_.walls);
+            to.sights = std::move(light_.sights);
+        }
+    }
+    begin_fades(fill);
+    light_ = std::move(to);
+    if (fill.anew || fill.of_media || fill.world || dropped)
+        turned_ = false;
+    if (fill.anew || fill.of_media || fill.world)
+        copied_walls_ = false;
+    if (light_.field_coefficients && !keeps_world_)
+        light_.coefficients = {};
+    if (light_.in_media())
+        make_view(fill.scene.media.traits());
+    else
+        world_ = {};
+}
+
+void LightVolumes::begin_fades(const WorldFill& fill)
+{
+    const auto begin = [&](LightFade& fade, gl::Texture& before, const Lattice& lattice) {
+        if (fill.is_spread && before)
+            fade.begin(std::move(before), lattice);
+        else
+            fade.end();
+    };
+    const WorldPlan& plan = light_.plan;
+    if (fill.anew || fill.world || fill.of_media)
+        begin(fade_in_media_,
+              light_.field_coefficients ? light_.field_coefficients : light_.coefficients,
+              plan.in_media);
+    if (fill.on_surfaces) {
+        begin(fade_on_surfaces_, light_.on_surfaces, plan.on_surfaces);
+        begin(fade_dimmed_, light_.on_surfaces_dimmed, plan.on_surfaces);
+    }
+}
+
+bool LightVolumes::go_on_fading()
+{
+    const bool in_media = fade_in_media_.is_on();
+    const bool on_surfaces = fade_on_surfaces_.is_on() || fade_dimmed_.is_on();
+    const auto go_on = [&](LightFade& fade, const gl::Texture& now, const Lattice& lattice) {
+        if (fade.is_on())
+            fade.go_on(now, lattice, field_frames_);
+    };
+    go_on(fade_in_media_, light_.in_media(), light_.plan.in_media);
+    go_on(fade_on_surfaces_, light_.on_surfaces, light_.plan.on_surfaces);
+    go_on(fade_dimmed_, light_.on_surfaces_dimmed, light_.plan.on_surfaces);
+    turned_ &= !in_media;
+    return in_media || on_surfaces;
+}
+
+Steps LightVolumes::begin_surfaces(WorldFill& fill, const FieldLight* light)
+{
+    const WorldLight& to = fill.to;
+    const WorldKey& key = to.plan.world;
+    const FieldKey& field = to.plan.field;
+    begin_fill(centre_of(to.plan.on_surfaces), fill);
     // Flames are small: along few ways they would throw a star.
-    begin_field(field_on_surfaces_, surface_lattice_, scene,
+    begin_field(field_on_surfaces_, to.plan.on_surfaces, fill,
                 {.scatters = field.on_surfaces,
                  .world = fill.shines,
                  .bounces = field.turns > 0,
-                 .ways = field.glows ? kAllWays : world_key_.ways_on_surfaces,
-                 .sky_box = with_details(scene.media.bounds(), scene.surfaces)});
-    field_on_surfaces_.fill_world(world_key_.ways_on_surfaces, kSurfaceBands, &on_surfaces_,
-                                  on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr, light);
-    field_on_surfaces_.find_sights(on_surfaces_);
+                 .ways = field.glows ? kAllWays : key.ways_on_surfaces,
+                 .sky_box = with_details(fill.scene.media.bounds(), fill.scene.surfaces)});
+    if (co_await Pause{})
+        field_on_surfaces_.bind_again();
+    co_await field_on_surfaces_.fill_world(key.ways_on_surfaces, kSurfaceBands, &to.on_surfaces,
+                                           to.on_surfaces_dimmed ? &to.on_surfaces_dimmed : nullptr,
+                                           light);
+    field_on_surfaces_.find_sights(to.on_surfaces);
+    if (co_await Pause{})
+        field_on_surfaces_.bind_again();
 }
 
-OtherLight LightVolumes::light_of_surfaces() const
+OtherLight LightVolumes::light_of_surfaces(const WorldFill& fill) const
 {
-    const LightVolumes& whole = part_ ? *part_->whole : *this;
-    const RadianceField& field = whole.field_on_surfaces_;
-    return {
-        &whole.bounced_, field.is_open() ? &field.walls() : &whole.walls_,
-        to_shared(whole.surface_lattice_, kSurfaceBands * kSurfaceBands, centre_of(world_lattice_)),
-        kSurfaceBands};
+    const WorldLight& from = part_ ? part_->whole->light_ : fill.on_surfaces ? fill.to : light_;
+    const RadianceField& field = field_on_surfaces_;
+    return {&from.bounced, field.is_open() ? &field.walls() : &from.walls,
+            to_shared(from.plan.on_surfaces, kSurfaceBands * kSurfaceBands,
+                      centre_of(fill.to.plan.in_media)),
+            kSurfaceBands};
 }
 
-gl::Texture LightVolumes::fill_lattice(const WorldFill& fill, int ways, const FieldOrders& orders,
-                                       const gl::Texture* world, const gl::Texture& to,
-                                       bool gives_scattered)
+Steps LightVolumes::fill_lattice(WorldFill& fill, int ways, FieldOrders orders,
+                                 const gl::Texture* world, const gl::Texture& to,
+                                 gl::Texture* scattered)
 {
-    const OtherLight bounced = light_of_surfaces();
-    return field_.fill(ways, bands_, orders, world, to, gives_scattered,
-                       fill.field.turns > 0 ? &bounced : nullptr,
-                       fill.guess.light != nullptr ? &fill.guess : nullptr);
+    const OtherLight bounced = light_of_surfaces(fill);
+    co_await field_.fill(ways, fill.to.plan.bands, orders, world, to, scattered,
+                         fill.to.plan.field.turns > 0 ? &bounced : nullptr,
+                         fill.guess.light != nullptr ? &fill.guess : nullptr);
 }
 
-void LightVolumes::guess_coarsely(WorldFill& fill)
+Steps LightVolumes::guess_coarsely(WorldFill& fill)
 {
-    const glm::ivec3 count = world_lattice_.count;
-    const int most = std::max({count.x, count.y, count.z});
+    const WorldPlan& plan = fill.to.plan;
+    const glm::ivec3 count = plan.in_media.count;
+    const int most = std::max({count.x, count.y, count.z}), layers = plan.bands * plan.bands;
     for (int nodes = kCoarsestNodes; 3 * nodes / 2 < most; nodes *= 2) {
-        const Lattice coarse = coarser(world_lattice_, nodes);
+        const Lattice coarse = coarser(plan.in_media, nodes);
         const int cycles = nodes == kCoarsestNodes ? kMostCycles : kFewerCycles;
-        const gl::Texture light = make_volume(device_, "light that is not direct, coarsely", coarse,
-                                              bands_ * bands_, GL_RGBA16F);
-        begin_field(field_, coarse, fill.scene,
+        const gl::Texture light =
+            make_volume(device_, "light that is not direct, coarsely", coarse, layers, GL_RGBA16F);
+        begin_fill(centre_of(plan.in_media), fill);
+        begin_field(field_, coarse, fill,
                     {.scatters = true,
                      .world = fill.shines,
                      .ways = kNearWays,
-                     .orders = fill.field.orders});
-        gl::Texture finer =
-            fill_lattice(fill, kNearWays, {FIELD_KEPT_ORDERS, cycles, true}, nullptr, light, true);
+                     .orders = plan.field.orders});
+        gl::Texture finer;
+        co_await fill_lattice(fill, kNearWays, {FIELD_KEPT_ORDERS, cycles, true}, nullptr, light,
+                              &finer);
         field_.end();
         fill.guessed = std::move(finer);
-        fill.guess = {&fill.guessed, nullptr,
-                      to_shared(coarse, bands_ * bands_, centre_of(world_lattice_)), bands_};
+        fill.guess = {&fill.guessed, nullptr, to_shared(coarse, layers, centre_of(plan.in_media)),
+                      plan.bands};
     }
 }
 
-void LightVolumes::fill_media(WorldFill& fill)
+Steps LightVolumes::fill_media(WorldFill& fill)
 {
     const FieldScene& scene = fill.scene;
+    const WorldPlan& plan = fill.to.plan;
     const medium::MediaTraits& traits = scene.media.traits();
-    if (fill.of_media && !field_coefficients_)
-        field_coefficients_ = make_volume(device_, "light that is not direct", world_lattice_,
-                                          bands_ * bands_, GL_RGBA16F);
-    if (fill.of_media && traits.marched > 0 && world_key_.dims && !depth_ && !extinction_)
+    if (fill.of_media && traits.marched > 0 && plan.world.dims && !depth_ && !extinction_)
         fill_extinction(scene.media, scene.lights);
-    begin_fill(centre_of(world_lattice_), scene.media, scene.lights);
-    if (fill.of_media && fill.field.orders.coarse_first)
-        guess_coarsely(fill);
-    begin_field(field_, world_lattice_, scene,
+    if (fill.of_media && plan.field.orders.coarse_first)
+        co_await guess_coarsely(fill);
+    begin_fill(centre_of(plan.in_media), fill);
+    begin_field(field_, plan.in_media, fill,
                 {.scatters = fill.of_media,
                  .world = fill.shines,
-                 .ways = world_key_.ways,
-                 .orders = fill.field.orders,
-                 .sky_box = bounds_of(world_lattice_)});
+                 .ways = plan.world.ways,
+                 .orders = plan.field.orders,
+                 .sky_box = bounds_of(plan.in_media)});
+    if (co_await Pause{})
+        field_.bind_again();
     if (fill.world && fill.shines)
-        field_.fill_world(world_key_.ways, bands_, nullptr, &coefficients_);
+        co_await field_.fill_world(plan.world.ways, plan.bands, nullptr, &fill.to.coefficients);
     if (!fill.of_media)
-        return;
-    fill_field(fill);
-    turned_ = false;
+        co_return;
+    co_await fill_field(fill);
     ++fills_.field;
 }
 
-void LightVolumes::fill_field(WorldFill& fill)
+Steps LightVolumes::fill_field(WorldFill& fill)
 {
-    begin_fill(centre_of(world_lattice_), fill.scene.media, fill.scene.lights);
-    fill.scattered = fill_lattice(fill, fill.shines ? world_key_.ways : kNearWays,
-                                  fill.field.orders, fill.shines ? &coefficients_ : nullptr,
-                                  field_coefficients_, fill.field.on_surfaces);
+    const WorldPlan& plan = fill.to.plan;
+    begin_fill(centre_of(plan.in_media), fill);
+    fill.scattered = {};
+    co_await fill_lattice(fill, fill.shines ? plan.world.ways : kNearWays, plan.field.orders,
+                          fill.shines ? fill.of_world : nullptr, fill.to.field_coefficients,
+                          plan.field.on_surfaces ? &fill.scattered : nullptr);
     if (fill.scattered)
-        field_.make_whole(bands_, fill.scattered);
+        field_.make_whole(plan.bands, fill.scattered);
 }
 
-void LightVolumes::fill_surfaces(WorldFill& fill)
+Steps LightVolumes::fill_surfaces(WorldFill& fill)
 {
-    const FieldKey& field = fill.field;
-    const FieldScene& scene = fill.scene;
-    const glm::dvec3 eye = centre_of(surface_lattice_);
+    WorldLight& to = fill.to;
+    const WorldPlan& plan = to.plan;
+    const FieldKey& field = plan.field;
+    const glm::dvec3 eye = centre_of(plan.on_surfaces);
+    const gl::Texture* dimmed = to.on_surfaces_dimmed ? &to.on_surfaces_dimmed : nullptr;
     const auto light = [&] {
         FieldLight of_media;
         of_media.glows = field.glows;
-        of_media.at = to_shared(world_lattice_, bands_ * bands_, eye);
-        of_media.bands = bands_;
+        of_media.at = to_shared(plan.in_media, plan.bands * plan.bands, eye);
+        of_media.bands = plan.bands;
         if (fill.scattered)
             of_media.scattered = &fill.scattered;
         return of_media;
     };
     if (field.turns == 0) {
         const FieldLight of_media = light();
-        begin_surfaces(fill, field.on_surfaces ? &of_media : nullptr);
+        co_await begin_surfaces(fill, field.on_surfaces ? &of_media : nullptr);
     } else {
-        begin_fill(eye, scene.media, scene.lights);
+        begin_fill(eye, fill);
         const std::vector<int>& rounds = fill.turns.taken_back;
         for (std::size_t i = 0; i < rounds.size(); ++i) {
             if (i > 0) {  // what surfaces send back of the media's own light
-                fill_field(fill);
-                begin_fill(eye, scene.media, scene.lights);
+                co_await fill_field(fill);
+                begin_fill(eye, fill);
             }
-            field_on_surfaces_.add_light(kSurfaceBands, light(), on_surfaces_dimmed_, rounds[i]);
-            turn_surfaces(fill.turns.again, scene.surfaces, scene.lights, false);
+            const FieldLight of_media = light();
+            co_await field_on_surfaces_.add_light(kSurfaceBands, of_media, to.on_surfaces_dimmed,
+                                                  rounds[i]);
+            co_await turn_surfaces(fill, fill.turns.again, false);
         }
         const FieldLight of_media = light();
-        field_on_surfaces_.smooth(world_key_.ways_on_surfaces, kSurfaceBands,
-                                  field.on_surfaces && on_surfaces_dimmed_ ? &of_media : nullptr,
-                                  on_surfaces_,
-                                  on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr);
+        co_await field_on_surfaces_.smooth(
+            plan.world.ways_on_surfaces, kSurfaceBands,
+            field.on_surfaces && dimmed != nullptr ? &of_media : nullptr, to.on_surfaces, dimmed);
     }
-    walls_ = field.turns > 0 ? field_on_surfaces_.take_walls() : gl::Texture();
-    sights_ = field_on_surfaces_.take_sights();
+    to.walls = field.turns > 0 ? field_on_surfaces_.take_walls() : gl::Texture();
+    to.sights = field_on_surfaces_.take_sights();
     field_on_surfaces_.end();
 }
 
-void LightVolumes::make_view(const medium::MediaTraits& traits, glm::dvec3 origin)
+void LightVolumes::make_view(const medium::MediaTraits& traits)
 {
+    const WorldPlan& plan = light_.plan;
+    const glm::dvec3 origin = plan.world.in_media.origin;
     // Another g takes the same light another way.
-    const int layers_of_light = traits.mixed_g ? bands_ : 1;
-    const int layers = layers_of_light + (world_walls_ ? kWallLayers : 0);
-    if (!world_ || world_.size().z != layers * world_lattice_.count.z) {
-        world_ = make_volume(device_, "world's light towards the eye", world_lattice_, layers,
+    const int layers_of_light = traits.mixed_g ? plan.bands : 1;
+    const int layers = layers_of_light + (light_.world_walls ? kWallLayers : 0);
+    if (!world_ || world_.size() != plan.in_media.count * glm::ivec3(1, 1, layers)) {
+        world_ = make_volume(device_, "world's light towards the eye", plan.in_media, layers,
                              GL_RGBA16F);
         turned_ = false;
         copied_walls_ = false;
     }
-    if (world_walls_ && !copied_walls_)
+    if (light_.world_walls && !copied_walls_)
         for (int layer = 0; layer < kWallLayers; ++layer)
-            copy_layer(device_, world_walls_, layer, world_, layers_of_light + layer,
-                       world_lattice_.count);
+            copy_layer(device_, light_.world_walls, layer, world_, layers_of_light + layer,
+                       plan.in_media.count);
     copied_walls_ = true;
     turned_ &= (traits.mixed_g || turned_g_ == traits.g) && turned_at_ == origin;
     turned_g_ = traits.g;
     turned_at_ = origin;
 }
 
-void LightVolumes::turn_surfaces(int turns, const surface::SurfaceSet& surfaces,
-                                 const LightSet& lights, bool noted)
+Steps LightVolumes::turn_surfaces(WorldFill& fill, int turns, bool noted)
 {
-    const glm::ivec3 count = surface_lattice_.count;
+    WorldLight& to = fill.to;
+    const LightSet& lights = fill.scene.lights;
+    const glm::ivec3 count = to.plan.on_surfaces.count;
     if (noted)
-        bounced_means_.clear();
-    gl::Defines shading = surface_defines();
+        to.bounced_means.clear();
+    gl::Defines shading{{"kWorldIrradiance", ""}};
     if (lights.has_environment())
         shading.emplace_back("kEnvironment", "");
-    const gl::Texture& dimmed = on_surfaces_dimmed_ ? on_surfaces_dimmed_ : on_surfaces_;
+    const bool has_dimmed = static_cast<bool>(to.on_surfaces_dimmed);
+    const gl::Texture& dimmed = has_dimmed ? to.on_surfaces_dimmed : to.on_surfaces;
     for (int i = 0; i < turns; ++i) {
         depth_.bind(DEPTH_VOLUME_UNIT);
         dimmed.bind(WORLD_ON_SURFACES_UNIT);
         field_on_surfaces_.sights().bind(WALLS_UNIT);
         if (lights.has_environment())
             lights.bind_irradiance();
-        field_on_surfaces_.light_surfaces(shading, surfaces);
+        field_on_surfaces_.light_surfaces(shading, fill.scene.surfaces);
+        if (co_await Pause{})
+            field_on_surfaces_.bind_again();
         // The next turn is lit by what is dimmed alone.
         const bool last = i + 1 == turns, is_noted = noted && i + kNotedTurns >= turns;
-        field_on_surfaces_.bounce(world_key_.ways_on_surfaces, kSurfaceBands,
-                                  last || is_noted ? &bounced_ : nullptr,
-                                  last || !on_surfaces_dimmed_ ? &on_surfaces_ : nullptr,
-                                  on_surfaces_dimmed_ ? &on_surfaces_dimmed_ : nullptr);
+        co_await field_on_surfaces_.bounce(to.plan.world.ways_on_surfaces, kSurfaceBands,
+                                           last || is_noted ? &to.bounced : nullptr,
+                                           last || !has_dimmed ? &to.on_surfaces : nullptr,
+                                           has_dimmed ? &to.on_surfaces_dimmed : nullptr);
         if (!is_noted)
             continue;
-        gl::Texture& mean = bounced_means_.emplace_back(gl::Texture::make_3d(
+        gl::Texture& mean = to.bounced_means.emplace_back(gl::Texture::make_3d(
             device_, "mean light of surfaces", count, GL_RGBA16F, gl::Filter::nearest));
         device_->MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
-        device_->CopyImageSubData(bounced_.id(), GL_TEXTURE_3D, 0, 0, 0, 0, mean.id(),
+        device_->CopyImageSubData(to.bounced.id(), GL_TEXTURE_3D, 0, 0, 0, 0, mean.id(),
                                   GL_TEXTURE_3D, 0, 0, 0, 0, count.x, count.y, count.z);
     }
 }
@@ -1150,11 +1361,11 @@ std::string LightVolumes::further_turn() const
 {
     // What turns add falls by one ratio at last.
     std::vector<double> sums;
-    for (const gl::Texture& mean : bounced_means_) {
+    for (const gl::Texture& mean : light_.bounced_means) {
         const std::vector<float> values = mean.read(3);
         sums.push_back(std::accumulate(values.begin(), values.end(), 0.0));
     }
-    if (field_key_.turns < static_cast<int>(bounced_means_.size()) || sums.size() < 2)
+    if (light_.plan.field.turns < static_cast<int>(light_.bounced_means.size()) || sums.size() < 2)
         return "";
     if (sums.size() < std::size_t{kNotedTurns})
         sums.insert(sums.begin(), 0.0);
@@ -1163,7 +1374,7 @@ std::string LightVolumes::further_turn() const
     if (!(before > 0) || !(sums[n - 1] > 0))
         return "";
     const double last = std::max(now, 0.0),
-                 next = last * std::pow(last / before, 1 + turns_after_noted_);
+                 next = last * std::pow(last / before, 1 + light_.turns_after_noted);
     return fmt::format(", a further one would add {:.2g} % of it", 100 * next / sums[n - 1]);
 }
 
@@ -1172,6 +1383,13 @@ void LightVolumes::begin_fill(glm::dvec3 eye, medium::MediaSet& media, LightSet&
     media.bind(eye, true);
     lights.bind(eye);
     write_block(eye);
+}
+
+void LightVolumes::begin_fill(glm::dvec3 eye, const WorldFill& fill)
+{
+    fill.scene.media.bind(eye, true);
+    fill.scene.lights.bind(eye);
+    write_block(eye, fill.to);
 }
 
 void LightVolumes::set_depth_params(glm::dvec3 eye)
@@ -1226,16 +1444,17 @@ shared::SunLookup LightVolumes::lookup_of(const shared::SunColumns& columns, int
     return lookup;
 }
 
-void LightVolumes::write_block(glm::dvec3 eye)
+void LightVolumes::write_block(glm::dvec3 eye, const WorldLight& surfaces)
 {
     if (extinction_)
         params_.extinction = to_shared(extinction_lattice_, 1, eye);
     if (depth_)
         set_depth_params(eye);
-    if (world_)
-        params_.world = to_shared(world_lattice_, world_.size().z / world_lattice_.count.z, eye);
-    if (on_surfaces_)
-        params_.surfaces = to_shared(surface_lattice_, kSurfaceBands * kSurfaceBands, eye);
+    if (world_ && light_.in_media())
+        params_.world =
+            to_shared(light_.plan.in_media, world_.size().z / light_.plan.in_media.count.z, eye);
+    if (surfaces.on_surfaces)
+        params_.surfaces = to_shared(surfaces.plan.on_surfaces, kSurfaceBands * kSurfaceBands, eye);
     block_.write(params_);
     device_->BindBufferBase(GL_UNIFORM_BUFFER, LIGHT_VOLUMES_BLOCK, block_.id());
 }
@@ -1387,15 +1606,21 @@ void LightVolumes::fill_depth(const gl::Texture& depth, int layer, const LightPo
              {columns, slices, 1});
 }
 
-void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice,
-                               const FieldScene& scene, const FieldTask& task)
+gl::Defines LightVolumes::field_defines(const FieldScene& scene) const
 {
-    const medium::MediaSet& media = scene.media;
-    const medium::MediaTraits& traits = media.traits();
-    const glm::dvec3 eye = centre_of(lattice);
-    gl::Defines defines = fill_defines(media, scene.lights.defines());
+    gl::Defines defines = fill_defines(scene.media, scene.lights.defines());
     if (depth_)
         defines.emplace_back("kDepthVolume", "");
+    return defines;
+}
+
+void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice, const WorldFill& fill,
+                               const FieldTask& task)
+{
+    const medium::MediaSet& media = fill.scene.media;
+    const WorldKey& key = fill.to.plan.world;
+    const medium::MediaTraits& traits = media.traits();
+    const glm::dvec3 eye = centre_of(lattice);
     // Half a cell's voxels: samples are filtered over two of them.
     const glm::dmat4 voxel_from_node =
         frame_of(media).voxel_from_world * glm::inverse(lattice.node_from_world);
@@ -1404,18 +1629,18 @@ void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice,
     const int most =
         &field == &field_on_surfaces_ && in_voxels ? kMostSamplesOnSurfaces : kMostSamples;
     params_.samples = std::clamp(static_cast<int>(std::round(voxels / 2)), 2, most);
-    write_block(eye);
+    write_block(eye, fill.to);
     depth_.bind(DEPTH_VOLUME_UNIT);
-    const bool marches = task.scatters && world_key_.dims && extinction_ && !depth_;
+    const bool marches = task.scatters && key.dims && extinction_ && !depth_;
     field.begin({to_shared(lattice, 1, eye), eye,
                  lattice.node_from_world * glm::translate(glm::dmat4(1.0), eye), lattice.count},
-                {.defines = std::move(defines),
+                {.defines = field_defines(fill.scene),
                  .colored = traits.colored_extinction,
                  .ways = task.ways,
                  .albedo = media.mean_albedo(),
                  .scatters = task.scatters,
                  .glows = task.scatters && media.carries_glow(),
-                 .dims = world_key_.dims,
+                 .dims = key.dims,
                  .marched = traits.marched > 0,
                  .closed = traits.media > traits.marched,
                  .scatters_again = task.scatters && task.orders.count > 0,
@@ -1423,19 +1648,24 @@ void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice,
                  .sights = &field == &field_on_surfaces_,
                  .thick = task.orders.coarse_first,
                  .bounds = media.bounds(),
-                 .world = task.world ? &world_key_.world : nullptr,
+                 .world = task.world ? &key.world : nullptr,
                  .extinction = marches ? &extinction_ : nullptr,
-                 .sky_box = world_key_.sky_in_parts ? task.sky_box : Bounds()},
-                scene.surfaces, task.bounces);
+                 .sky_box = key.sky_in_parts ? task.sky_box : Bounds(),
+                 .bind_again =
+                     [this, eye, &fill] {
+                         begin_fill(eye, fill);
+                         depth_.bind(DEPTH_VOLUME_UNIT);
+                     }},
+                fill.scene.surfaces, task.bounces);
 }
 
 void LightVolumes::project_to_view(const medium::MediaSet& media)
 {
     gl::Defines defines = fill_defines(media, write_lights({}));
-    defines.emplace_back("kBands", fmt::format("{}", bands_));
-    in_media().bind(WORLD_COEFFICIENTS_UNIT);
+    defines.emplace_back("kBands", fmt::format("{}", light_.plan.bands));
+    fade_in_media_.shown(light_.in_media()).bind(WORLD_COEFFICIENTS_UNIT);
     dispatch("light/world_view.comp", defines, world_, GL_RGBA16F, VOLUME_GROUP,
-             world_lattice_.count);
+             light_.plan.in_media.count);
 }
 
 void LightVolumes::bind(glm::dvec3 eye, glm::dvec3 forward, bool perspective,
@@ -1447,7 +1677,7 @@ void LightVolumes::bind(glm::dvec3 eye, glm::dvec3 forward, bool perspective,
     params_.orthographic = perspective ? 0.0f : 1.0f;
     write_block(eye);
     const glm::dvec4 view = perspective ? glm::dvec4(eye, 0) : glm::dvec4(forward, 1);
-    if (world_ && (!turned_ || (bands_ > 1 && view != turned_to_))) {
+    if (world_ && (!turned_ || (light_.plan.bands > 1 && view != turned_to_))) {
         project_to_view(media);
         turned_ = true;
         turned_to_ = view;
@@ -1472,17 +1702,19 @@ void LightVolumes::bind_depths(bool packed) const
 
 void LightVolumes::bind_for_surfaces(glm::dvec3 eye, bool through_media)
 {
-    if (!on_surfaces_)
+    if (!light_.on_surfaces)
         return;
     write_block(eye);
-    const bool dimmed = through_media && on_surfaces_dimmed_;
-    (dimmed ? on_surfaces_dimmed_ : on_surfaces_).bind(WORLD_ON_SURFACES_UNIT);
-    sights_.bind(WALLS_UNIT);
+    const bool dimmed = through_media && light_.on_surfaces_dimmed;
+    const gl::Texture& light = dimmed ? fade_dimmed_.shown(light_.on_surfaces_dimmed)
+                                      : fade_on_surfaces_.shown(light_.on_surfaces);
+    light.bind(WORLD_ON_SURFACES_UNIT);
+    light_.sights.bind(WALLS_UNIT);
 }
 
 gl::Defines LightVolumes::surface_defines() const
 {
-    if (on_surfaces_)
+    if (light_.on_surfaces)
         return {{"kWorldIrradiance", ""}};
     return {};
 }
@@ -1498,7 +1730,7 @@ gl::Defines LightVolumes::defines() const
         defines.emplace_back("kWorldVolume", "");
     if (island_light_)
         defines.emplace_back("ISLAND_VOLUMES", "");
-    if (world_ && world_walls_)
+    if (world_ && light_.world_walls)
         defines.emplace_back("kWorldWalls", "");
     return defines;
 }
@@ -1516,7 +1748,7 @@ glm::dvec3 LightVolumes::depth_blur() const
 
 bool LightVolumes::splits_forward_peaks() const
 {
-    return (field_coefficients_ && field_key_.orders.straight_on > 0) ||
+    return (light_.field_coefficients && light_.plan.field.orders.straight_on > 0) ||
            std::any_of(islands_.begin(), islands_.end(),
                        [](const auto& island) { return island->splits_forward_peaks(); });
 }
@@ -1542,7 +1774,7 @@ std::vector<std::string> LightVolumes::describe() const
     if (island_light_) {
         double ms = 0;
         for (const auto& island : islands_)
-            ms += island->world_ms_.value_or(0);
+            ms += island->light_.ms.value_or(0);
         lines.push_back(fmt::format(
             "world's light and what scatters again in {} parts that lie far apart: {}{}",
             islands_.size(), size_of(island_light_, 1, 8),
@@ -1561,50 +1793,54 @@ std::vector<std::string> LightVolumes::describe() const
                               packs, packs == 1 ? "" : "es")));
     }
     if (world_)
-        lines.push_back(fmt::format("world's light in the media: {} for {} harmonic{}",
-                                    size_of(in_media(), bands_ * bands_, 8), bands_ * bands_,
-                                    bands_ == 1 ? "" : "s, turned to the eye"));
-    if (on_surfaces_)
-        lines.push_back(fmt::format("world's light on surfaces: {}{}, 9 harmonics",
-                                    size_of(on_surfaces_, kSurfaceBands * kSurfaceBands, 8),
-                                    on_surfaces_dimmed_ ? ", and again through the media" : ""));
-    if (world_ || on_surfaces_)
-        lines.push_back(fmt::format(
-            "world's light: filled from {} directions, on surfaces {}{}{}", world_key_.ways,
-            world_key_.ways_on_surfaces,
-            world_key_.sky_in_parts ? fmt::format(", of each what {} see ({})", SKY_MAPS, sky_.why)
-                                    : "",
-            filled_in(world_ms_)));
-    if (bounced_)
-        lines.push_back(fmt::format("light that surfaces send on: {} turn{} ({}){}{}",
-                                    field_key_.turns, field_key_.turns == 1 ? "" : "s", turns_.why,
-                                    further_turn(),
-                                    field_key_.surfaces.size() > kMostSenders
-                                        ? fmt::format("; of {} surfaces the first {}",
-                                                      field_key_.surfaces.size(), kMostSenders)
-                                        : ""));
+        lines.push_back(
+            fmt::format("world's light in the media: {} for {} harmonic{}",
+                        size_of(light_.in_media(), light_.plan.bands * light_.plan.bands, 8),
+                        light_.plan.bands * light_.plan.bands,
+                        light_.plan.bands == 1 ? "" : "s, turned to the eye"));
+    if (light_.on_surfaces)
+        lines.push_back(
+            fmt::format("world's light on surfaces: {}{}, 9 harmonics",
+                        size_of(light_.on_surfaces, kSurfaceBands * kSurfaceBands, 8),
+                        light_.on_surfaces_dimmed ? ", and again through the media" : ""));
+    if (world_ || light_.on_surfaces)
+        lines.push_back(
+            fmt::format("world's light: filled from {} directions, on surfaces {}{}{}",
+                        light_.plan.world.ways, light_.plan.world.ways_on_surfaces,
+                        light_.plan.world.sky_in_parts
+                            ? fmt::format(", of each what {} see ({})", SKY_MAPS, sky_.why)
+                            : "",
+                        filled_in(light_.ms)));
+    if (light_.bounced)
+        lines.push_back(
+            fmt::format("light that surfaces send on: {} turn{} ({}){}{}", light_.plan.field.turns,
+                        light_.plan.field.turns == 1 ? "" : "s", turns_.why, further_turn(),
+                        light_.plan.field.surfaces.size() > kMostSenders
+                            ? fmt::format("; of {} surfaces the first {}",
+                                          light_.plan.field.surfaces.size(), kMostSenders)
+                            : ""));
     else if (!turns_.why.empty())
         lines.push_back(fmt::format("light that surfaces send on: none ({})", turns_.why));
     if (!orders_why_.empty())
-        lines.push_back(
-            fmt::format("light that scatters again: {} order{}{} ({}){}", field_key_.orders.count,
-                        field_key_.orders.count == 1 ? "" : "s",
-                        field_key_.orders.coarse_first
-                            ? " and a guess at the rest, from where a coarser lattice gets"
-                        : field_key_.orders.cycles > 0 ? " and a guess at the rest"
-                                                       : "",
-                        orders_why_,
-                        field_key_.orders.straight_on > 0
-                            ? fmt::format("; {:.0f} % of the extinction scatters straight on, and "
-                                          "counts as light that goes on",
-                                          100 * field_key_.orders.straight_on)
-                            : ""));
-    if (field_coefficients_) {
+        lines.push_back(fmt::format(
+            "light that scatters again: {} order{}{} ({}){}", light_.plan.field.orders.count,
+            light_.plan.field.orders.count == 1 ? "" : "s",
+            light_.plan.field.orders.coarse_first
+                ? " and a guess at the rest, from where a coarser lattice gets"
+            : light_.plan.field.orders.cycles > 0 ? " and a guess at the rest"
+                                                  : "",
+            orders_why_,
+            light_.plan.field.orders.straight_on > 0
+                ? fmt::format("; {:.0f} % of the extinction scatters straight on, and "
+                              "counts as light that goes on",
+                              100 * light_.plan.field.orders.straight_on)
+                : ""));
+    if (light_.field_coefficients && !fill_) {
         const std::vector<glm::vec3> sums = field_.sums();
         const glm::vec3 all = std::accumulate(sums.begin(), sums.end(), glm::vec3(0));
         const auto mean = [](glm::vec3 rgb) { return (rgb.r + rgb.g + rgb.b) / 3; };
         std::string line;
-        if (field_key_.orders.coarse_first) {
+        if (light_.plan.field.orders.coarse_first) {
             line = fmt::format("mean of all orders over what scatters: {:.2e} W/m^2/sr", mean(all));
         } else {
             line = "mean of each order over what scatters [W/m^2/sr]:";

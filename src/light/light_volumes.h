@@ -11,6 +11,7 @@
 #include "gl/texture.h"
 #include "gl/timer.h"
 #include "light/flames.h"
+#include "light/light_fade.h"
 #include "light/light_set.h"
 #include "light/radiance_field.h"
 #include "light/shadow_views.h"
@@ -26,12 +27,6 @@
 // depends on changes.
 
 namespace fumarole::light {
-
-/// A box of nodes, the outermost on its faces.
-struct Lattice {
-    glm::dmat4 node_from_world{1.0};
-    glm::ivec3 count{0};  ///< nodes along each axis, at least 2
-};
 
 /// What has been filled so far.
 struct LightVolumeFills {
@@ -59,11 +54,11 @@ struct LightVolumeFills {
 /// of lights but are not seen otherwise. Depths towards lights are marched.
 class LightVolumes {
 public:
-    LightVolumes(const gl::Device& device, gl::ProgramCache& programs, const gl::PassTimers& timers)
-        : device_{device}, programs_{programs}, timers_{timers}, field_{device, programs},
-          field_on_surfaces_{device, programs}, block_{device, "light volumes"}
-    {
-    }
+    LightVolumes(const gl::Device& device, gl::ProgramCache& programs,
+                 const gl::PassTimers& timers);
+    ~LightVolumes();
+    LightVolumes(const LightVolumes&) = delete;
+    LightVolumes& operator=(const LightVolumes&) = delete;
 
     /// Fills what the scene needs and the settings ask for; what is filled and still right stays.
     /// Changes GL state: call it under a StateGuard that knows the media's texture units.
@@ -88,10 +83,15 @@ public:
     /// What is kept, at what size, and what it took to fill: a line each.
     [[nodiscard]] std::vector<std::string> describe() const;
 
-    /// Fills a part of what a moved light has left to be filled over several frames: call it once a
-    /// frame, while the frame's media are bound for an eye at `eye`. Rebinds what it needs.
-    void continue_refill(glm::dvec3 eye);
-    [[nodiscard]] bool has_more() const { return refill_.has_value(); }
+    /// Fills a part of what a change has left to be filled over several frames: call it once a
+    /// frame, as set().
+    /// @returns whether what frames look up is another now
+    bool go_on(medium::MediaSet& media, const surface::SurfaceSet& surfaces, LightSet& lights);
+    [[nodiscard]] bool has_more() const
+    {
+        return refill_ || fill_ || fade_in_media_.is_on() || fade_on_surfaces_.is_on() ||
+               fade_dimmed_.is_on();
+    }
 
     /// Whether four lights' depths are in a texel too, for passes of kPackedDepths.
     [[nodiscard]] bool has_packed() const { return static_cast<bool>(packed_depth_); }
@@ -153,11 +153,46 @@ private:
         std::vector<Medium> media;
         std::vector<Light> lights;
         std::vector<Transparent> casters;  ///< transparents that filter the lights
+        glm::ivec3 depth_nodes{0};         ///< of the depths to lights, if there are any
+        int depths = 0;  ///< number of times that depths to moved lights came over several frames
         bool operator==(const FieldKey&) const = default;
     };
     struct FieldPlaces {
         std::vector<glm::dvec3> of_all;  ///< metres, world
         glm::dvec3 origin{0};            ///< origin of the lattice's first node
+    };
+
+    /// What light that is not direct is filled from, and at which nodes.
+    struct WorldPlan {
+        WorldKey world;
+        FieldKey field;
+        FieldPlaces places;
+        Lattice in_media, on_surfaces;
+        int bands = 1;  ///< number of bands of the light in the media
+    };
+    /// That light, as it was filled by one plan.
+    struct WorldLight {
+        WorldPlan plan;
+        /// Coefficients of the world's light. Where there is a field they are kept from the first
+        /// time on that lights change, and not what dims it: a scene that stays as it is has no use
+        /// for them.
+        gl::Texture coefficients;
+        gl::Texture field_coefficients;  ///< coefficients of all light that is not direct
+        gl::Texture bounced;             ///< light that surfaces send on, at their nodes
+        std::vector<gl::Texture>
+            bounced_means;  ///< its mean at the nodes after each of the turns that were noted
+        int turns_after_noted = 0;
+        gl::Texture walls;        ///< walls between the surfaces' nodes
+        gl::Texture sights;       ///< how far each of these sees
+        gl::Texture world_walls;  ///< walls between the media's nodes, where surfaces send light on
+        gl::Texture on_surfaces, on_surfaces_dimmed;  ///< coefficients of the world's light
+        std::optional<double> ms;  ///< time that filling it took [ms], if it was measured
+
+        /// Coefficients of all that reaches the media but what is direct.
+        [[nodiscard]] const gl::Texture& in_media() const
+        {
+            return field_coefficients ? field_coefficients : coefficients;
+        }
     };
 
     /// Depths towards lights that have moved, and that take the place of depth_ once all are
@@ -188,6 +223,7 @@ private:
     [[nodiscard]] bool is_same(const LightPosition& a, const LightPosition& b) const;
     void set_depth(const SceneSettings& settings, medium::MediaSet& media, LightSet& lights);
     void begin_refill();
+    void continue_refill(glm::dvec3 eye);
     /// Of all media, or of our part.
     [[nodiscard]] medium::VoxelFrame frame_of(const medium::MediaSet& media) const;
     /// Whether the field, or that of a part, is without what is scattered straight on.
@@ -205,24 +241,41 @@ private:
         LightSet& lights;
     };
     struct WorldFill;
-    void set_world(WorldKey key, FieldKey field, FieldPlaces places, const FieldScene& scene);
-    [[nodiscard]] bool is_same_field(const FieldKey& field, const FieldPlaces& places,
-                                     const DepthKey& lattice) const;
+    /// Fills it by the plan, at once or over frames, or has what is being filled be filled again.
+    void set_plan(WorldPlan plan, const FieldScene& scene);
+    /// Fills what is not there yet, or begins to.
+    void begin_world(WorldPlan plan, const FieldScene& scene, bool spreads);
+    void go_on_filling(const FieldScene& scene);
+    void stop_filling();
+    /// Whether it may be filled over frames, while the scene changes.
+    [[nodiscard]] bool may_spread(const medium::MediaSet& media) const;
+    [[nodiscard]] static bool is_same_field(const WorldPlan& then, const WorldPlan& now);
+    /// The same, and nothing has moved.
+    [[nodiscard]] static bool is_same_plan(const WorldPlan& then, const WorldPlan& now);
+    /// What is to be filled of it, and room for that.
+    void plan_fill(WorldFill& fill);
+    Steps fill_all(WorldFill& fill);
+    /// Shows what was filled.
+    void show(WorldFill& fill);
+    /// What is shown fades to what takes its place.
+    void begin_fades(const WorldFill& fill);
+    /// @returns whether any light fades
+    bool go_on_fading();
     /// Takes up the surfaces' lattice, with the world's light and, not null, the media's.
-    void begin_surfaces(const WorldFill& fill, const FieldLight* light);
+    Steps begin_surfaces(WorldFill& fill, const FieldLight* light);
     /// What surfaces send on, for the media's lattice.
-    [[nodiscard]] OtherLight light_of_surfaces() const;
-    gl::Texture fill_lattice(const WorldFill& fill, int ways, const FieldOrders& orders,
-                             const gl::Texture* world, const gl::Texture& to, bool gives_scattered);
-    void guess_coarsely(WorldFill& fill);
+    [[nodiscard]] OtherLight light_of_surfaces(const WorldFill& fill) const;
+    Steps fill_lattice(WorldFill& fill, int ways, FieldOrders orders, const gl::Texture* world,
+                       const gl::Texture& to, gl::Texture* scattered);
+    Steps guess_coarsely(WorldFill& fill);
     /// Fills the media's lattice with the world's light, and with theirs. It is open then.
-    void fill_media(WorldFill& fill);
+    Steps fill_media(WorldFill& fill);
     /// Fills it with theirs, of all that reaches them now.
-    void fill_field(WorldFill& fill);
+    Steps fill_field(WorldFill& fill);
     /// Lights surfaces by the media, which they light in turn; and for good.
-    void fill_surfaces(WorldFill& fill);
-    /// Makes room for what is turned to the eye. origin: first node of the lattice [m]
-    void make_view(const medium::MediaTraits& traits, glm::dvec3 origin);
+    Steps fill_surfaces(WorldFill& fill);
+    /// Makes room for what is turned to the eye.
+    void make_view(const medium::MediaTraits& traits);
     [[nodiscard]] Lattice extinction_lattice(const medium::VoxelFrame& frame) const;
     void fill_extinction(medium::MediaSet& media, LightSet& lights);
     [[nodiscard]] gl::Texture make_depth(const char* label, int layers) const;
@@ -238,17 +291,9 @@ private:
     void pack_depths(glm::dvec3 eye);
     void fill_depth(const gl::Texture& depth, int layer, const LightPosition& light,
                     int first_slice, int slices, glm::dvec3 eye);
-    void clear_world();
     void drop_world();
-    void plan_world(WorldKey& key, const medium::MediaSet& media,
-                    const surface::SurfaceSet& surfaces, bool fire);
-    void make_coefficients();
-    void make_world(const WorldKey& key, bool surfaces);
-    /// Coefficients of all that reaches the media but what is direct.
-    [[nodiscard]] const gl::Texture& in_media() const
-    {
-        return field_coefficients_ ? field_coefficients_ : coefficients_;
-    }
+    void plan_world(WorldPlan& plan, const FieldScene& scene) const;
+    [[nodiscard]] gl::Texture make_coefficients(const char* label, const WorldPlan& plan) const;
     /// What a lattice is filled for.
     struct FieldTask {
         bool scatters = false;  ///< light that the media scatter or emit is asked for
@@ -258,15 +303,18 @@ private:
         FieldOrders orders = {};
         Bounds sky_box = {};  ///< where it is told how much of the sky each way sees [m]
     };
-    void begin_field(RadianceField& field, const Lattice& lattice, const FieldScene& scene,
+    [[nodiscard]] gl::Defines field_defines(const FieldScene& scene) const;
+    void begin_field(RadianceField& field, const Lattice& lattice, const WorldFill& fill,
                      const FieldTask& task);
     /// @param noted what each of the last turns brought is kept, to tell what a further one would
-    void turn_surfaces(int turns, const surface::SurfaceSet& surfaces, const LightSet& lights,
-                       bool noted);
+    Steps turn_surfaces(WorldFill& fill, int turns, bool noted);
     [[nodiscard]] std::string further_turn() const;
     void project_to_view(const medium::MediaSet& media);
     void begin_fill(glm::dvec3 eye, medium::MediaSet& media, LightSet& lights);
-    void write_block(glm::dvec3 eye);
+    void begin_fill(glm::dvec3 eye, const WorldFill& fill);
+    /// @param surfaces the light of theirs that is looked up
+    void write_block(glm::dvec3 eye, const WorldLight& surfaces);
+    void write_block(glm::dvec3 eye) { write_block(eye, light_); }
     void dispatch(const char* file, const gl::Defines& defines, const gl::Texture& image,
                   GLenum format, int group, glm::ivec3 nodes) const;
     [[nodiscard]] gl::Defines fill_defines(const medium::MediaSet& media,
@@ -280,32 +328,27 @@ private:
     shared::LightVolumesParams params_{};
 
     bool rgb_ = false;
-    Lattice extinction_lattice_, depth_lattice_, world_lattice_, surface_lattice_;
+    Lattice extinction_lattice_, depth_lattice_;
     gl::Texture extinction_, depth_;
     /// Depths as a frame looks them up where several lights have places: those share the lattice,
     /// so that one fetch may have four. Made of depth_, which the lights that move go on to change.
     gl::Texture packed_depth_;
-    bool packed_ = false;     ///< packed_depth_ is what depth_ is
-    std::size_t placed_ = 0;  ///< number of points and spots among the lights of depth_
-    /// Coefficients of the world's light. Where there is a field they are kept from the first time
-    /// on that lights change, and not what dims it: a scene that stays as it is has no use for
-    /// them.
-    gl::Texture coefficients_;
-    bool keeps_world_ = false;
-    gl::Texture field_coefficients_;  ///< coefficients of all light that is not direct
-    gl::Texture world_;               ///< the latter, or else the former, turned to the eye
-    gl::Texture bounced_;             ///< light that surfaces send on, at the nodes of the next
-    std::vector<gl::Texture>
-        bounced_means_;  ///< its mean at the nodes after each of the turns that were noted
-    int turns_after_noted_ = 0;
-    gl::Texture walls_;   ///< walls between the nodes of the latter
-    gl::Texture sights_;  ///< how far each of these sees
-    /// Between the nodes of world_, where surfaces send light on; its last layers have them.
-    gl::Texture world_walls_;
-    bool copied_walls_ = false;                     ///< they do by now
-    gl::Texture on_surfaces_, on_surfaces_dimmed_;  ///< coefficients of the world's light
-    int bands_ = 1;            ///< number of bands of the world's light in the media
-    glm::dvec4 turned_to_{0};  ///< eye, or direction and 1, that world_ was worked out for
+    bool packed_ = false;              ///< packed_depth_ is what depth_ is
+    std::size_t placed_ = 0;           ///< number of points and spots among the lights of depth_
+    WorldLight light_;                 ///< as frames look it up
+    bool keeps_world_ = false;         ///< WorldLight::coefficients stays
+    std::unique_ptr<WorldFill> fill_;  ///< what takes its place once it is filled
+    WorldPlan wanted_;                 ///< as the scene has it now, while that is filled
+    int field_frames_ = 1;             ///< SceneSettings::field_fill
+    int parts_ = 1;                    ///< number of parts, from pause to pause, of the last fill
+    int depth_refills_ = 0;            ///< FieldKey::depths
+    /// From the light before to light_: WorldLight::in_media(), on_surfaces, on_surfaces_dimmed.
+    LightFade fade_in_media_, fade_on_surfaces_, fade_dimmed_;
+    /// light_ in the media, turned to the eye. Where surfaces send light on its last layers are
+    /// walls between the nodes.
+    gl::Texture world_;
+    bool copied_walls_ = false;  ///< they are by now
+    glm::dvec4 turned_to_{0};    ///< eye, or direction and 1, that world_ was worked out for
     bool turned_ = false;
     float turned_g_ = 0;       ///< g that world_ was worked out with
     glm::dvec3 turned_at_{0};  ///< where its first node was then, metres, world
@@ -319,9 +362,6 @@ private:
     gl::Defines depth_defines_;          ///< defines of the shaders that fill the depths
     glm::dmat3 voxels_from_depth_{1.0};  ///< voxels of the largest grid, from its nodes
     std::optional<Refill> refill_;
-    WorldKey world_key_;
-    FieldKey field_key_;
-    FieldPlaces field_places_;
     /// What surface_turns() is asked of.
     struct TurnsKey {
         std::vector<Surface> surfaces;
@@ -348,9 +388,8 @@ private:
     std::vector<int> island_first_;  ///< texel along z where each begins; -1 if it has none
     std::vector<int> island_turns_;  ///< their turns_to_eye_ when they were copied
     gl::UniformBuffer<shared::IslandLightParams> island_block_;
-    int turns_to_eye_ = 0;  ///< number of times that world_ was turned to the eye
-    std::optional<double> depth_ms_,
-        world_ms_;  ///< time that filling them took [ms], if it was measured
+    int turns_to_eye_ = 0;            ///< number of times that world_ was turned to the eye
+    std::optional<double> depth_ms_;  ///< time that filling them took [ms], if it was measured
     LightVolumeFills fills_;
 };
 

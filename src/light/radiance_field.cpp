@@ -279,6 +279,13 @@ void RadianceField::write_block()
     device_->BindBufferBase(GL_UNIFORM_BUFFER, FIELD_BLOCK, block_.id());
 }
 
+void RadianceField::bind_again()
+{
+    filling_->medium.bind_again();
+    write_block();
+    drawn_->crossed.bind(FIELD_CROSSED_UNIT);
+}
+
 void RadianceField::bind_image(GLuint unit, const gl::Texture& texture, GLenum access,
                                GLenum format) const
 {
@@ -785,8 +792,8 @@ gl::Defines RadianceField::bounce_defines() const
     return defines;
 }
 
-void RadianceField::carry_bounced(int ways, int bands, const gl::Defines& defines,
-                                  const gl::Texture& to)
+Steps RadianceField::carry_bounced(int ways, int bands, const gl::Defines& defines,
+                                   const gl::Texture& to)
 {
     const Filling& filling = *filling_;
     const bool begins = begin_by_lamps(bands, to);
@@ -799,17 +806,20 @@ void RadianceField::carry_bounced(int ways, int bands, const gl::Defines& define
         filling.beyond.bind(BEYOND_UNIT);
         walk("light/bounce.comp", defines, batch.count);
         gather(bands, begins || batch.first > 0, Of::dimmed, filling.ways, to);
+        if (co_await Pause{})
+            bind_again();
     }
 }
 
-void RadianceField::bounce(int ways, int bands, const gl::Texture* alone, const gl::Texture* clear,
-                           const gl::Texture* dimmed)
+Steps RadianceField::bounce(int ways, int bands, const gl::Texture* alone, const gl::Texture* clear,
+                            const gl::Texture* dimmed)
 {
     Filling& filling = *filling_;
     filling.bounced_before_that = std::move(filling.bounced_before);
     filling.bounced_before = std::move(filling.bounced);
     filling.bounced = make("field: bounced", bands * bands);
-    carry_bounced(ways, bands, bounce_defines(), filling.bounced);
+    const gl::Defines defines = bounce_defines();
+    co_await carry_bounced(ways, bands, defines, filling.bounced);
     if (alone != nullptr)
         finish(bands, filling.bounced, nullptr, nullptr, *alone);
     if (clear != nullptr)
@@ -831,8 +841,8 @@ void RadianceField::even_out(int bands, gl::Texture& light)
     }
 }
 
-void RadianceField::smooth(int ways, int bands, const FieldLight* light, const gl::Texture& clear,
-                           const gl::Texture* dimmed)
+Steps RadianceField::smooth(int ways, int bands, const FieldLight* light, const gl::Texture& clear,
+                            const gl::Texture* dimmed)
 {
     Filling& filling = *filling_;
     gl::Defines defines = bounce_defines();
@@ -844,7 +854,7 @@ void RadianceField::smooth(int ways, int bands, const FieldLight* light, const g
         defines.emplace_back("kBeyond", "");
         beyond = make("field: from beyond and of lamps", bands * bands);
         if (filling.sends_in)
-            carry_bounced(ways, bands, defines, beyond);
+            co_await carry_bounced(ways, bands, defines, beyond);
         else
             begin_by_lamps(bands, beyond);
     }
@@ -870,6 +880,8 @@ void RadianceField::smooth(int ways, int bands, const FieldLight* light, const g
     filling.clearance.bind(FIELD_CROSSED_UNIT);
     bind_image(0, sum, GL_READ_WRITE);
     dispatch_nodes("light/face_gather.comp", defines);
+    if (co_await Pause{})
+        bind_again();
     even_out(bands, sum);
     if (of_all && dimmed != nullptr)
         even_out(bands, of_all);
@@ -1025,7 +1037,7 @@ void RadianceField::carry_world(const Batch& batch, bool means)
     walk("light/world.comp", defines, batch.count);
 }
 
-void RadianceField::add(const FieldLight& light, int bands, const gl::Texture& to)
+Steps RadianceField::add(const FieldLight& light, int bands, const gl::Texture& to)
 {
     // A flame is small: along few ways it would throw a star.
     const int set = light.glows ? kAllWays : kNearWays;
@@ -1036,6 +1048,8 @@ void RadianceField::add(const FieldLight& light, int bands, const gl::Texture& t
             source = spread({light.scattered, nullptr, light.at, light.bands}, batch.count);
         sweep(light.glows, source ? &source : nullptr, false);
         gather(bands, true, Of::field, filling_->light_ways, to);
+        if (co_await Pause{})
+            bind_again();
     }
 }
 
@@ -1058,8 +1072,8 @@ void RadianceField::add_ways(gl::Defines& defines) const
         defines.emplace_back("kWays", fmt::format("{}", params_.count));
 }
 
-void RadianceField::fill_world(int ways, int bands, const gl::Texture* clear,
-                               const gl::Texture* dimmed, const FieldLight* light)
+Steps RadianceField::fill_world(int ways, int bands, const gl::Texture* clear,
+                                const gl::Texture* dimmed, const FieldLight* light)
 {
     const auto made = [&](const gl::Texture* to, const char* label) {
         return to != nullptr ? make(label, bands * bands) : gl::Texture();
@@ -1075,17 +1089,19 @@ void RadianceField::fill_world(int ways, int bands, const gl::Texture* clear,
                    of_dimmed ? &of_dimmed : nullptr);
         else if (of_dimmed)
             gather(bands, batch.first > 0, Of::dimmed, filling_->ways, of_dimmed, Nodes::listed);
+        if (co_await Pause{})
+            bind_again();
     }
     if (of_dimmed && light != nullptr)
-        add(*light, bands, of_dimmed);
+        co_await add(*light, bands, of_dimmed);
     if (of_clear)
         finish(bands, of_clear, nullptr, nullptr, *clear);
     if (of_dimmed)
         finish(bands, of_dimmed, nullptr, nullptr, *dimmed, of_clear ? Nodes::all : Nodes::listed);
 }
 
-void RadianceField::add_light(int bands, const FieldLight& light, const gl::Texture& dimmed,
-                              int taken_back)
+Steps RadianceField::add_light(int bands, const FieldLight& light, const gl::Texture& dimmed,
+                               int taken_back)
 {
     // Light that was added before is to be added anew.
     Filling& filling = *filling_;
@@ -1095,7 +1111,7 @@ void RadianceField::add_light(int bands, const FieldLight& light, const gl::Text
     const gl::Texture &from = again ? filling.of_world : filling.dimmed,
                       &to = again ? filling.dimmed : filling.of_world;
     copy(from, to);
-    add(light, bands, filling_->dimmed);
+    co_await add(light, bands, filling_->dimmed);
     const std::array<const gl::Texture*, 3> turns{&filling.bounced, &filling.bounced_before,
                                                   &filling.bounced_before_that};
     const gl::Texture& bounced = *turns.at(static_cast<std::size_t>(taken_back));
@@ -1149,9 +1165,9 @@ void RadianceField::finish(int bands, const gl::Texture& light, const gl::Textur
     dispatch_at(nodes, "light/field_finish.comp", defines);
 }
 
-gl::Texture RadianceField::fill(int ways, int bands, FieldOrders orders, const gl::Texture* world,
-                                const gl::Texture& field, bool gives_scattered,
-                                const OtherLight* bounced, const OtherLight* guess)
+Steps RadianceField::fill(int ways, int bands, FieldOrders orders, const gl::Texture* world,
+                          const gl::Texture& field, gl::Texture* given, const OtherLight* bounced,
+                          const OtherLight* guess)
 {
     sums_ = {};
     guess_ = {};
@@ -1170,6 +1186,8 @@ gl::Texture RadianceField::fill(int ways, int bands, FieldOrders orders, const g
     }
     bind_image(0, first, GL_WRITE_ONLY);
     dispatch_listed("light/field_direct.comp", direct);
+    if (co_await Pause{})
+        bind_again();
     const Batch near{kNearWays, 0, kNearWays};
     if (medium.world != nullptr) {
         carry_world(near, true);
@@ -1182,10 +1200,10 @@ gl::Texture RadianceField::fill(int ways, int bands, FieldOrders orders, const g
     }
     if (bounced != nullptr)
         take_over(*bounced, bands, first);
-    const gl::Texture source =
-        orders.count > 0 ? scatter(bands, orders, first, guess) : gl::Texture();
-    gl::Texture scattered;
-    if (source && (gives_scattered || ways != kNearWays)) {
+    gl::Texture source, scattered;
+    if (orders.count > 0)
+        co_await scatter(bands, orders, first, guess, source);
+    if (source && (given != nullptr || ways != kNearWays)) {
         scattered = make("field: what is scattered", bands * bands);
         const std::array<GLfloat, 4> none{};
         scattered.clear(GL_RGBA, GL_FLOAT, none.data());
@@ -1204,11 +1222,14 @@ gl::Texture RadianceField::fill(int ways, int bands, FieldOrders orders, const g
             spread_out = spread({&scattered, nullptr, own, bands}, batch.count);
         sweep(medium.glows, spread_out ? &spread_out : source ? &source : nullptr, false);
         gather(bands, batch.first > 0, Of::field, filling_->light_ways, light, Nodes::listed);
+        if (co_await Pause{})
+            bind_again();
     }
     if (bounced != nullptr)
         take_over(*bounced, bands, light);
     finish(bands, light, world, &first, field, Nodes::listed);
-    return gives_scattered ? std::move(scattered) : gl::Texture();
+    if (given != nullptr)
+        *given = std::move(scattered);
 }
 
 void RadianceField::make_whole(int bands, const gl::Texture& scattered)
@@ -1247,8 +1268,8 @@ void RadianceField::weigh(const gl::Texture& kept, int orders)
     dispatch("light/field_rest.comp", {{"kFinish", ""}}, {64, 1, 1}, {64, 1, 1});
 }
 
-gl::Texture RadianceField::scatter(int bands, FieldOrders orders, const gl::Texture& first,
-                                   const OtherLight* guess)
+Steps RadianceField::scatter(int bands, FieldOrders orders, const gl::Texture& first,
+                             const OtherLight* guess, gl::Texture& source)
 {
     const Filling& filling = *filling_;
     const int slices_z = filling.lattice.count.z;
@@ -1256,7 +1277,7 @@ gl::Texture RadianceField::scatter(int bands, FieldOrders orders, const gl::Text
     // Of those asked for, the last is what comes of the light that is gathered for good.
     const int steps = guesses ? orders.count : orders.count - 1;
     orders_ = 1 + steps * (guesses ? orders.cycles : 1);
-    gl::Texture source = make_sources(kNearWays);
+    source = make_sources(kNearWays);
     const gl::Texture mean =
         gl::Texture::make_3d(device_, "field: mean radiance", filling.lattice.count, light_format(),
                              gl::Filter::nearest);
@@ -1331,11 +1352,12 @@ gl::Texture RadianceField::scatter(int bands, FieldOrders orders, const gl::Text
             weigh(kept, steps);
             pass({{"kTail", ""}}, filling.light_ways);
         }
+        if (co_await Pause{})
+            bind_again();
     }
     slices.bind(FIELD_LIGHT_UNIT);
     bind_image(0, sums_, GL_WRITE_ONLY);
     dispatch("light/field_sum.comp", {{"kFinish", ""}}, {64, 1, 1}, {64, 1, 1});
-    return source;
 }
 
 std::vector<glm::vec3> RadianceField::sums() const

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <glm/glm.hpp>
 #include <memory>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "light/field_lattice.h"
 #include "light/lattice_ways.h"
 #include "light/sky_share.h"
+#include "light/steps.h"
 #include "shared/draw_params.h"
 #include "shared/field_params.h"
 #include "surface/surface_set.h"
@@ -48,6 +50,8 @@ struct FieldMedium {
     /// Metres, world: where it is told how much of what a way stands for surfaces hide; elsewhere
     /// they hide all of it or nothing.
     Bounds sky_box;
+    /// Binds the media, the lights and their volumes anew, after a pause.
+    std::function<void()> bind_again;
 };
 
 /// How far scattering is followed.
@@ -97,7 +101,8 @@ public:
     RadianceField& operator=(const RadianceField&) = delete;
 
     /// Takes up a lattice: what the media are at its nodes, and what surfaces hide from them.
-    /// Media, lights and their volumes are bound, here and until end().
+    /// Media, lights and their volumes are bound, here and until end(). What is done in Steps may
+    /// be left for other work, and what is given to them stays until they are done.
     /// @param bounces surfaces send light on: light_surfaces() and bounce() are called
     void begin(const FieldLattice& lattice, FieldMedium medium, const surface::SurfaceSet& surfaces,
                bool bounces = false);
@@ -105,12 +110,12 @@ public:
     /// Coefficients, bands^2 layers each, of the world's light, summed over kNearWays or
     /// kAllWays directions: `dimmed` by the media, and `clear`: hidden by surfaces alone. Either
     /// may be null. `light`, if any, is added to what is dimmed.
-    void fill_world(int ways, int bands, const gl::Texture* clear, const gl::Texture* dimmed,
-                    const FieldLight* light = nullptr);
+    Steps fill_world(int ways, int bands, const gl::Texture* clear, const gl::Texture* dimmed,
+                     const FieldLight* light = nullptr);
 
     /// Adds what the media send to what fill_world() gave for `dimmed`, in the place of what was
     /// added before, and the light of the last bounce(), or of one or two before it.
-    void add_light(int bands, const FieldLight& light, const gl::Texture& dimmed, int taken_back);
+    Steps add_light(int bands, const FieldLight& light, const gl::Texture& dimmed, int taken_back);
 
     /// Works out what surfaces send on of all light that reaches them now, as if they were
     /// Lambertian. What glsl/scene/irradiance.glsl needs is bound but for the media's part, and the
@@ -118,29 +123,31 @@ public:
     void light_surfaces(const gl::Defines& shading, const surface::SurfaceSet& surfaces);
     /// Carries that along `ways` directions, dimmed by the media: its coefficients, bands^2 layers,
     /// alone, and with the world's light that fill_world() gave. Any may be null.
-    void bounce(int ways, int bands, const gl::Texture* alone, const gl::Texture* clear,
-                const gl::Texture* dimmed);
+    Steps bounce(int ways, int bands, const gl::Texture* alone, const gl::Texture* clear,
+                 const gl::Texture* dimmed);
     /// After the last of them: the same for surfaces to look up. What surfaces within the lattice
     /// send, and media, `light`, where add_light() had it, is gathered along many ways from each
     /// node, which are others at the next: the few that light is carried along show as stripes.
     /// @param dimmed may be null
-    void smooth(int ways, int bands, const FieldLight* light, const gl::Texture& clear,
-                const gl::Texture* dimmed);
+    Steps smooth(int ways, int bands, const FieldLight* light, const gl::Texture& clear,
+                 const gl::Texture* dimmed);
     [[nodiscard]] const gl::Texture& walls() const;
+    /// What was bound before a pause, but for what each dispatch binds itself.
+    void bind_again();
     /// Between begin() and end().
     [[nodiscard]] bool is_open() const { return filling_ != nullptr; }
 
     /// Coefficients, bands^2 layers of `field`, of the world's light, whose own are `world` if
     /// there is any, of what media emit, and of what they scatter again, and of `bounced`, what
-    /// surfaces send on. Gives, if asked for, what they scatter at the nodes, as coefficients of
-    /// the radiance that a thick medium would have; empty where no order is followed. `guess`, of
-    /// the same kind, is where orders start from: nested iteration (Briggs and others 2000, "A
-    /// Multigrid Tutorial", ch. 3).
-    /// It is gathered along `ways`, kNearWays or kAllWays, directions, as the world's was: what a
-    /// set of them takes from the one is what it gives to the other.
-    gl::Texture fill(int ways, int bands, FieldOrders orders, const gl::Texture* world,
-                     const gl::Texture& field, bool gives_scattered,
-                     const OtherLight* bounced = nullptr, const OtherLight* guess = nullptr);
+    /// surfaces send on. Gives as `given`, unless null, what they scatter at the nodes, as
+    /// coefficients of the radiance that a thick medium would have; empty where no order is
+    /// followed. `guess`, of the same kind, is where orders start from: nested iteration (Briggs
+    /// and others 2000, "A Multigrid Tutorial", ch. 3). It is gathered along `ways`, kNearWays or
+    /// kAllWays, directions, as the world's was: what a set of them takes from the one is what it
+    /// gives to the other.
+    Steps fill(int ways, int bands, FieldOrders orders, const gl::Texture* world,
+               const gl::Texture& field, gl::Texture* given, const OtherLight* bounced = nullptr,
+               const OtherLight* guess = nullptr);
 
     /// Makes what fill() gave of what is scattered that of the whole phase function and extinction,
     /// where it was without what is scattered straight on. Before end().
@@ -212,7 +219,7 @@ private:
                          const gl::Defines& variant, int ways, int parts = 1);
     [[nodiscard]] gl::Defines bounce_defines() const;
     void even_out(int bands, gl::Texture& light);
-    void carry_bounced(int ways, int bands, const gl::Defines& defines, const gl::Texture& to);
+    Steps carry_bounced(int ways, int bands, const gl::Defines& defines, const gl::Texture& to);
     void take_over(const OtherLight& other, int bands, const gl::Texture& to);
     /// Sets the course of a way, and gives how many lines along it meet the lattice, across.
     glm::ivec2 set_way(int slot, glm::dvec3 wi);
@@ -236,7 +243,7 @@ private:
     /// @param dimmed beside what is clear: takes what media let through too
     void gather(int bands, bool adds, Of of, const gl::Texture& ways, const gl::Texture& to,
                 Nodes nodes = Nodes::all, const gl::Texture* dimmed = nullptr);
-    void add(const FieldLight& light, int bands, const gl::Texture& to);
+    Steps add(const FieldLight& light, int bands, const gl::Texture& to);
     /// What is scattered there into each way of the batch.
     [[nodiscard]] gl::Texture spread(const OtherLight& scattered, int ways);
     /// How many ways the batch has, where that is one of the usual two numbers.
@@ -246,8 +253,8 @@ private:
     [[nodiscard]] gl::Defines extinction_defines() const;
     void sweep(bool emits, const gl::Texture* source, bool means);
     /// What is scattered into each of the kNearWays directions once `orders` have been followed.
-    gl::Texture scatter(int bands, FieldOrders orders, const gl::Texture& first,
-                        const OtherLight* guess);
+    Steps scatter(int bands, FieldOrders orders, const gl::Texture& first, const OtherLight* guess,
+                  gl::Texture& source);
     [[nodiscard]] gl::Texture own_light();
     /// Weights of the orders that are kept, as light/field_rest.comp gives them.
     void weigh(const gl::Texture& kept, int orders);

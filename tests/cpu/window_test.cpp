@@ -750,21 +750,22 @@ TEST(Pace, LosesNoMoreThanTheTimeAsksAndSharpensAtRest)
     EXPECT_FALSE(pace.full()) << "what was learnt is kept";
 }
 
-TEST(Pace, VolumesOfLightAreCoarseWhileWhatFillsThemMoves)
+TEST(Pace, LightIsFilledOverFramesWhileWhatItIsFilledFromMoves)
 {
     const Settings asked;
     Pace pace(false);
     pace.begin(Change::view, 0.03);
-    EXPECT_EQ(pace.settings(asked).world_directions, asked.world_directions);
+    EXPECT_EQ(pace.settings(asked).field_fill, 1);
     pace.begin(Change::frame, 0.03);
-    const int coarse = pace.settings(asked).world_directions;
-    EXPECT_EQ(coarse, 26);
+    const Settings moving = pace.settings(asked);
+    EXPECT_GT(moving.field_fill, 1);
+    EXPECT_EQ(moving.ambient_volume_size, asked.ambient_volume_size) << "as fine as at rest";
     pace.begin(Change::none, 0.03);
-    EXPECT_EQ(pace.settings(asked).world_directions, coarse) << "a sequence plays on";
+    EXPECT_EQ(pace.settings(asked).field_fill, moving.field_fill) << "a sequence plays on";
     pace.begin(Change::none, 10);
-    EXPECT_EQ(pace.settings(asked).world_directions, asked.world_directions) << "at rest";
+    EXPECT_EQ(pace.settings(asked).field_fill, 1) << "at rest";
     pace.begin(Change::view, 0.03);
-    EXPECT_EQ(pace.settings(asked).world_directions, asked.world_directions) << "the camera alone";
+    EXPECT_EQ(pace.settings(asked).field_fill, 1) << "the camera alone";
 }
 
 TEST(Pace, FullEffortIsWhatWasAskedFor)
@@ -777,7 +778,7 @@ TEST(Pace, FullEffortIsWhatWasAskedFor)
         settings_at(asked, Effort{.scale = 1, .steps = 0.5, .resolution = 2}, true);
     EXPECT_EQ(less.steps, 50);
     EXPECT_EQ(less.resolution, 2);
-    EXPECT_EQ(less.world_directions, 26);
+    EXPECT_EQ(less.shadow_volume_size, 24);
     asked.resolution = Settings::kAutomatic;  // half, or coarser
     EXPECT_EQ(settings_at(asked, Effort{.resolution = 2}, false).resolution, asked.resolution);
     EXPECT_EQ(settings_at(asked, Effort{.resolution = 4}, false).resolution, 4);

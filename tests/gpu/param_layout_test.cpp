@@ -17,6 +17,7 @@
 #include "shared/host_transparent_params.h"
 #include "shared/inspect_params.h"
 #include "shared/island_light_params.h"
+#include "shared/light_fade_params.h"
 #include "shared/light_filter_params.h"
 #include "shared/light_params.h"
 #include "shared/light_volume_params.h"
@@ -267,6 +268,7 @@ private:
         {"LightVolumesParams", "u_params.layer"},
         {"IslandLightParams", "float(u_params.count)"},
         {"FieldParams", "u_params.order"},
+        {"LightFadeParams", "u_params.share"},
         {"SkyMapParams", "float(u_params.way)"},
         {"MediaParams", "u_params.media[1].g"},
         {"DisplayParams", "u_params.wipe"},
@@ -473,6 +475,15 @@ TEST_F(ParamLayout, Field)
     add_struct(expected, "other", offsetof(FieldParams, other), kLattice);
     add_array<FieldWay>(expected, "ways", offsetof(FieldParams, ways), FIELD_BATCH, way);
     expect_same(layout("field_params.h", "FieldParams"), expected, sizeof(FieldParams));
+}
+
+TEST_F(ParamLayout, LightFade)
+{
+    const Offsets expected{MEMBER(LightFadeParams, before_from_node),
+                           MEMBER(LightFadeParams, last_before), MEMBER(LightFadeParams, share),
+                           MEMBER(LightFadeParams, inverse_size), MEMBER(LightFadeParams, layers)};
+    expect_same(layout("light_fade_params.h", "LightFadeParams"), expected,
+                sizeof(LightFadeParams));
 }
 
 TEST_F(ParamLayout, SkyMaps)

@@ -401,6 +401,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     for (const char* file : {"light/sky_map.vert", "light/sky_map.frag", "light/sky_share.comp"})
         variants.add(file, {});
     variants.add("light/sights.comp", {});
+    variants.add("light/fade.comp", {});
     variants.add("light/sights.comp", {{"kDims", ""}});
     variants.add("light/crossed.frag", {{"kFaces", ""}});
     variants.add("light/crossed.frag", {{"kFaces", ""}, {"kParts", ""}});

@@ -484,6 +484,161 @@ TEST_F(LightVolume, IsFilledOverFramesWhereThatIsAsked)
     EXPECT_TRUE(images_near(next_frame(), at_once(), 1e-3, 1e-4, "16-bit depths of other sums"));
 }
 
+/// Smoke over a floor, in which light scatters on, looked at frame by frame.
+struct Filming {
+    Filming(const gl::Device& device, gl::GetProc get, const Settings& plain, int frames)
+        : settings{plain}, get_proc{get}, host{device, glm::ivec2(16)}
+    {
+        settings.bounces = kAutomatic;
+        settings.field_fill = frames;
+        scene.lights = {SunLight{{0.5, 0.5, 0.7}, glm::vec3(4)}};
+        scene.world.radiance = glm::vec3(0.2f);
+        scene.surfaces = {BoxSurface{{-4, -9, -2.2}, {4, -1, -2}, glm::vec3(0.5f)}};
+        scene.media = {turned_lump(glm::dmat4(1.0))};
+    }
+    void set(Renderer& renderer) const
+    {
+        renderer.set_scene(scene, settings);
+        renderer.wait_until_ready();
+    }
+    Image draw(Renderer& renderer)
+    {
+        View view = renderer.make_view();
+        host.look(scene.camera);
+        host.fill(glm::vec3(0), scene.camera.near, [](int, int) { return 0.0; });
+        renderer.draw_surfaces(host.frame, settings, true);
+        renderer.composite(view, host.frame, settings);
+        return host.read();
+    }
+    Image draw_fresh()
+    {
+        Renderer fresh(get_proc);
+        set(fresh);
+        return draw(fresh);
+    }
+    void turn_sun(double by)
+    {
+        auto& sun = std::get<SunLight>(scene.lights[0]);
+        sun.direction_to_light = glm::dvec3(glm::rotate(glm::dmat4(1.0), by, glm::dvec3(0, 0, 1)) *
+                                            glm::dvec4(sun.direction_to_light, 0.0));
+    }
+    Scene scene = empty_scene(16);
+    Settings settings;
+    gl::GetProc get_proc;
+    HostPicture host;
+};
+
+double mean_difference(const Image& a, const Image& b)
+{
+    double sum = 0;
+    for (std::size_t i = 0; i < a.pixels.size(); ++i)
+        sum += std::abs(double(a.pixels[i]) - double(b.pixels[i]));
+    return sum / static_cast<double>(a.pixels.size());
+}
+
+TEST_F(LightVolume, TheFieldIsFilledOverFramesAndFades)
+{
+    constexpr int kFrames = 4;
+    Filming filming(gl(), get_proc(), plain_settings(), kFrames);
+    Renderer renderer(get_proc());
+    filming.set(renderer);
+    EXPECT_TRUE(images_near(filming.draw(renderer), filming.draw_fresh(), 0, 0, "first"))
+        << "the first is whole";
+
+    // A light whose shadows stay: only the field is another.
+    std::get<SunLight>(filming.scene.lights[0]).irradiance = {1, 3, 8};
+    filming.settings.bounces = 0;
+    renderer.take_report();
+    filming.settings.bounces = kAutomatic;
+    filming.set(renderer);
+    EXPECT_EQ(renderer.take_report().work.fields, 0) << "nothing is filled at once";
+    const Image last = filming.draw_fresh();
+    std::vector<Image> frames;
+    for (int i = 0; i <= 2 * kFrames; ++i)
+        frames.push_back(filming.draw(renderer));
+    EXPECT_TRUE(images_near(frames.back(), last, 0, 0, "last")) << "it is whole in the end";
+    const double all = mean_difference(frames.front(), last);
+    ASSERT_GT(all, 1e-2);
+    int changes = 0;
+    for (std::size_t i = 1; i < frames.size(); ++i) {
+        const double step = mean_difference(frames[i - 1], frames[i]);
+        EXPECT_LT(step, 1.1 / kFrames * all) << "frame " << i << " jumps";
+        EXPECT_LE(mean_difference(frames[i], last),
+                  mean_difference(frames[i - 1], last) + 1e-3 * all)
+            << "frame " << i << " goes back";
+        changes += step > 0.5 / kFrames * all ? 1 : 0;
+    }
+    EXPECT_EQ(changes, kFrames) << "it fades evenly";
+    EXPECT_EQ(renderer.take_report().work.fields, 1);
+    filming.scene.camera.position.z += 0.01;
+    filming.settings.probe_update = SceneSettings::ProbeUpdate::never;
+    filming.set(renderer);
+    EXPECT_TRUE(images_near(filming.draw(renderer), filming.draw_fresh(), 0, 0, "again"))
+        << "what has nothing to be filled stays";
+}
+
+TEST_F(LightVolume, TheFieldOfAMovingSceneFollowsIt)
+{
+    constexpr int kFrames = 3;
+    Filming filming(gl(), get_proc(), plain_settings(), kFrames);
+    Renderer renderer(get_proc());
+    filming.set(renderer);
+    filming.draw(renderer);
+    renderer.take_report();
+    auto& smoke = std::get<GridMedium>(filming.scene.media[0]);
+    auto& floor = std::get<BoxSurface>(filming.scene.surfaces[0]);
+    for (int i = 0; i < 4 * kFrames; ++i) {
+        filming.turn_sun(0.05);
+        smoke.sigma_s_per_density *= 1.01f;
+        smoke.translate.x += 0.01;
+        floor.max.z += 0.01;
+        filming.set(renderer);
+        for (const float value : filming.draw(renderer).pixels)
+            ASSERT_TRUE(std::isfinite(value));
+    }
+    const int fills = renderer.take_report().work.fields;
+    EXPECT_GE(fills, 3) << "the field must not wait until nothing moves";
+    EXPECT_LE(fills, 4);
+    for (int i = 0; i < 3 * kFrames; ++i)
+        filming.draw(renderer);
+    EXPECT_TRUE(images_near(filming.draw(renderer), filming.draw_fresh(), 0, 0, "at rest"));
+    renderer.take_report();
+    filming.draw(renderer);
+    EXPECT_EQ(renderer.take_report().work, SceneWork{}) << "and is left alone then";
+
+    // What another shader is for can't go on by what was begun.
+    filming.turn_sun(0.5);
+    filming.set(renderer);
+    filming.draw(renderer);
+    filming.scene.lights.emplace_back(PointLight{{0.6, -4, 1.5}, glm::vec3(20)});
+    filming.set(renderer);
+    EXPECT_TRUE(images_near(filming.draw(renderer), filming.draw_fresh(), 0, 0, "a light more"));
+    filming.turn_sun(0.5);
+    filming.set(renderer);
+    filming.draw(renderer);
+    filming.scene.media.clear();
+    filming.set(renderer);
+    EXPECT_TRUE(images_near(filming.draw(renderer), filming.draw_fresh(), 0, 0, "no media"));
+}
+
+TEST_F(LightVolume, TheFieldKnowsShadowsThatCameOverFrames)
+{
+    Filming filming(gl(), get_proc(), plain_settings(), 1);
+    filming.settings.shadow_fill = 3;
+    for (const int frames : {1, 2}) {
+        filming.settings.field_fill = frames;
+        Renderer renderer(get_proc());
+        filming.set(renderer);
+        filming.turn_sun(1.5);
+        filming.set(renderer);
+        for (int i = 0; i < 8; ++i)
+            filming.draw(renderer);
+        EXPECT_TRUE(images_near(filming.draw(renderer), filming.draw_fresh(), 2e-3, 2e-4,
+                                "16-bit depths of other sums"))
+            << frames;
+    }
+}
+
 TEST_F(LightVolume, MovesWithItsMediumWhileItIsFilled)
 {
     Scene scene = empty_scene(16);

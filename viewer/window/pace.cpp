@@ -66,7 +66,7 @@ void Pace::end(double ms)
 
 Settings settings_at(const Settings& asked, const Effort& effort, bool content_changes)
 {
-    constexpr int kCoarseShadows = 24, kCoarseWorld = 8, kFewDirections = 26;
+    constexpr int kCoarseShadows = 24, kFieldFrames = 8;
     Settings s = asked;
     const auto fewer = [&](int n, int least) {
         return std::min(n, std::max(least, static_cast<int>(std::lround(n * effort.steps))));
@@ -82,8 +82,7 @@ Settings settings_at(const Settings& asked, const Effort& effort, bool content_c
             return nodes == Settings::kAutomatic ? most : std::min(nodes, most);
         };
         s.shadow_volume_size = cap(asked.shadow_volume_size, kCoarseShadows);
-        s.ambient_volume_size = cap(asked.ambient_volume_size, kCoarseWorld);
-        s.world_directions = kFewDirections;
+        s.field_fill = std::max(asked.field_fill, kFieldFrames);
     }
     return s;
 }

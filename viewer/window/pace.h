@@ -46,7 +46,8 @@ private:
 };
 
 /// The settings of a frame at an effort. @param content_changes media or lights are being edited:
-/// the volumes of light, which are filled anew each time, are coarse then
+/// shadows in the media, which are filled anew each time, are coarse then, and other light is
+/// filled over frames
 Settings settings_at(const Settings& asked, const Effort& effort, bool content_changes);
 
 }  // namespace fumarole::window

@@ -38,7 +38,10 @@ struct SceneSettings {
     /// Nodes along the longest edge of the volume of optical depth towards each light, 0..512; 0:
     /// none, shadows are marched; kAutomatic: two a voxel, 96 at most.
     int shadow_volume_size = kAutomatic;
-    int shadow_fill = 1;      ///< frames over which a moved light's volume is refilled, 1..256
+    int shadow_fill = 1;  ///< frames over which a moved light's volume is refilled, 1..256
+    /// Frames over which light that is not direct is filled again, 1..256, while they show what was
+    /// filled before, and those after them fade from it; 1: set_scene() fills it.
+    int field_fill = 1;
     bool world_light = true;  ///< true: the world's light scatters in the media too
     /// Nodes along the longest edge of the volume of the world's light, 0..128; 0: none, media
     /// don't dim it nor surfaces hide it; kAutomatic: one for 3 voxels, 32 at most.
