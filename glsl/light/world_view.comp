@@ -1,14 +1,16 @@
 // What a medium scatters of the world's light towards the eye, at each node: the phase function's bands
 // against the light's, Henyey-Greenstein's l-th times g^l (Sloan 2008; the expansion of Henyey and
 // Greenstein 1941). The eye is one point, so this depends on the node alone, and the march fetches once.
-//   in   coefficients of the world's light
+//   in   coefficients of the world's light; kFades: and of that before
 //   out  the fourth root of the radiance per metre and unit of sigma_s; alpha as it was; kMixedG: the radiance
 //        itself, a layer a band, g^l left out
 #include "shared/spherical_harmonics.h"
+#include "light/fade.glsl"
 #include "scene/light_volumes.glsl"
 
 // Variant
 const int kBands = 1;  // of the coefficients, to 4
+const bool kFades = false;
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
 layout(binding = WORLD_COEFFICIENTS_UNIT) uniform sampler3D u_coefficients_tx;
@@ -25,10 +27,17 @@ void main()
     // Along the eye's ray: g > 0 sends on what comes from behind the node.
     vec3 d = u_volumes.orthographic > 0.0 ? u_volumes.view_axis : p / max(length(p), 1e-20);
     vec4 band[4] = vec4[4](vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
+    Fade fade;
+    if (kFades)
+        fade = fade_at(node);
     int i = 0;
     for (int l = 0; l < kBands; ++l)
-        for (; i < kHarmonics[l]; ++i)
-            band[l] += texelFetch(u_coefficients_tx, node + layer * i, 0) * spherical_harmonic(i, d);
+        for (; i < kHarmonics[l]; ++i) {
+            vec4 light = texelFetch(u_coefficients_tx, node + layer * i, 0);
+            if (kFades)
+                light.rgb = next_faded(fade, light.rgb);
+            band[l] += light * spherical_harmonic(i, d);
+        }
     band[0].a = texelFetch(u_coefficients_tx, node, 0).a;
     for (int l = 0; kMixedG && l < kBands; ++l)
         imageStore(u_view_img, node + layer * l, band[l]);

@@ -17,30 +17,36 @@ public:
     {
     }
 
-    /// Compiles what a fade needs.
+    /// Compiles what mixed() needs.
     static void prepare(gl::ProgramCache& programs);
 
-    /// Fades from what is shown, `light` unless it fades already, at the nodes of `lattice`.
-    void begin(gl::Texture light, const Lattice& lattice);
+    /// Light and the lattice that it is filled for.
+    struct Filled {
+        const gl::Texture& light;
+        const Lattice& lattice;
+    };
+
+    /// Fades over so many frames from `light`, which `now` takes the place of; from what both make
+    /// where it fades already.
+    void begin(gl::Texture light, const Lattice& lattice, int frames);
+    /// A frame further on. Ends after the last.
+    void go_on();
     void end();
     [[nodiscard]] bool is_on() const { return static_cast<bool>(before_); }
 
-    /// A frame of `frames` further on, to `now` with as many coefficients. Ends after the last.
-    void go_on(const gl::Texture& now, const Lattice& lattice, int frames);
-
-    /// What is to be looked up where `now` would be without a fade.
-    [[nodiscard]] const gl::Texture& shown(const gl::Texture& now) const
-    {
-        return mixed_ ? mixed_ : now;
-    }
+    /// Binds what light/fade.glsl needs to fade to `now`. @returns its lines
+    gl::Defines bind(const Filled& now);
+    /// What is to be looked up in the place of `now`.
+    const gl::Texture& mixed(const Filled& now);
 
 private:
     const gl::Device& device_;
     gl::ProgramCache& programs_;
     gl::UniformBuffer<shared::LightFadeParams> block_;
     gl::Texture before_, mixed_;
-    Lattice lattice_;  ///< of before_
-    int frame_ = 0;
+    bool is_mixed_ = false;  ///< mixed_ is this frame's
+    Lattice lattice_;        ///< of before_
+    int frame_ = 0, frames_ = 1;
 };
 
 }  // namespace fumarole::light

@@ -308,6 +308,7 @@ struct LightVolumes::WorldFill {
     gl::Texture scattered = {};  ///< what they scatter, as RadianceField::fill() gives it
     const gl::Texture* of_world = nullptr;  ///< WorldLight::coefficients, of this or of before
     bool outdated = false;                  ///< the scene has changed meanwhile
+    int frames = 0;                         ///< that it was filled over
     Steps steps = {};
 };
 
@@ -955,8 +956,8 @@ void LightVolumes::begin_world(WorldPlan plan, const FieldScene& scene, bool spr
         fill_ = std::move(fill);
         return;
     }
-    if (spreads)  // before there is something to fade from
-        LightFade::prepare(programs_);
+    if (spreads && fills)  // before there is something to fade from
+        prepare_fades(*fill);
     fill->steps.finish();
     if (fills) {
         fill->to.ms = watch.ms();
@@ -969,6 +970,7 @@ void LightVolumes::go_on_filling(const FieldScene& scene)
 {
     scene.media.split_forward_peaks(fill_->to.plan.field.orders.straight_on > 0);
     bool more = true;
+    ++fill_->frames;
     try {
         for (int left = (parts_ + field_frames_ - 1) / field_frames_; more && left > 0; --left)
             more = fill_->steps.resume();
@@ -1118,12 +1120,14 @@ void LightVolumes::begin_fades(const WorldFill& fill)
 {
     const auto begin = [&](LightFade& fade, gl::Texture& before, const Lattice& lattice) {
         if (fill.is_spread && before)
-            fade.begin(std::move(before), lattice);
+            fade.begin(std::move(before), lattice, fill.frames);
         else
             fade.end();
     };
     const WorldPlan& plan = light_.plan;
-    if (fill.anew || fill.world || fill.of_media)
+    if (plan.bands != fill.to.plan.bands)
+        fade_in_media_.end();
+    else if (fill.anew || fill.world || fill.of_media)
         begin(fade_in_media_,
               light_.field_coefficients ? light_.field_coefficients : light_.coefficients,
               plan.in_media);
@@ -1137,13 +1141,9 @@ bool LightVolumes::go_on_fading()
 {
     const bool in_media = fade_in_media_.is_on();
     const bool on_surfaces = fade_on_surfaces_.is_on() || fade_dimmed_.is_on();
-    const auto go_on = [&](LightFade& fade, const gl::Texture& now, const Lattice& lattice) {
-        if (fade.is_on())
-            fade.go_on(now, lattice, field_frames_);
-    };
-    go_on(fade_in_media_, light_.in_media(), light_.plan.in_media);
-    go_on(fade_on_surfaces_, light_.on_surfaces, light_.plan.on_surfaces);
-    go_on(fade_dimmed_, light_.on_surfaces_dimmed, light_.plan.on_surfaces);
+    for (LightFade* fade : {&fade_in_media_, &fade_on_surfaces_, &fade_dimmed_})
+        if (fade->is_on())
+            fade->go_on();
     turned_ &= !in_media;
     return in_media || on_surfaces;
 }
@@ -1659,11 +1659,33 @@ void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice, con
                 fill.scene.surfaces, task.bounces);
 }
 
-void LightVolumes::project_to_view(const medium::MediaSet& media)
+gl::Defines LightVolumes::view_defines(const medium::MediaSet& media, int bands) const
 {
     gl::Defines defines = fill_defines(media, write_lights({}));
-    defines.emplace_back("kBands", fmt::format("{}", light_.plan.bands));
-    fade_in_media_.shown(light_.in_media()).bind(WORLD_COEFFICIENTS_UNIT);
+    defines.emplace_back("kBands", fmt::format("{}", bands));
+    return defines;
+}
+
+void LightVolumes::prepare_fades(const WorldFill& fill)
+{
+    LightFade::prepare(programs_);
+    gl::Defines view = view_defines(fill.scene.media, fill.to.plan.bands);
+    if (fill.to.plan.world.bands == 0)
+        return;
+    for (const char* variant : {"kFades", "kStays"}) {
+        view.emplace_back(variant, "");
+        programs_.get({"light/world_view.comp"}, view);
+    }
+}
+
+void LightVolumes::project_to_view(const medium::MediaSet& media)
+{
+    gl::Defines defines = view_defines(media, light_.plan.bands);
+    light_.in_media().bind(WORLD_COEFFICIENTS_UNIT);
+    if (fade_in_media_.is_on()) {
+        defines.emplace_back("kFades", "");
+        defines += fade_in_media_.bind({light_.in_media(), light_.plan.in_media});
+    }
     dispatch("light/world_view.comp", defines, world_, GL_RGBA16F, VOLUME_GROUP,
              light_.plan.in_media.count);
 }
@@ -1706,8 +1728,9 @@ void LightVolumes::bind_for_surfaces(glm::dvec3 eye, bool through_media)
         return;
     write_block(eye);
     const bool dimmed = through_media && light_.on_surfaces_dimmed;
-    const gl::Texture& light = dimmed ? fade_dimmed_.shown(light_.on_surfaces_dimmed)
-                                      : fade_on_surfaces_.shown(light_.on_surfaces);
+    const Lattice& lattice = light_.plan.on_surfaces;
+    const gl::Texture& light = dimmed ? fade_dimmed_.mixed({light_.on_surfaces_dimmed, lattice})
+                                      : fade_on_surfaces_.mixed({light_.on_surfaces, lattice});
     light.bind(WORLD_ON_SURFACES_UNIT);
     light_.sights.bind(WALLS_UNIT);
 }

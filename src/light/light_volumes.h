@@ -309,6 +309,9 @@ private:
     /// @param noted what each of the last turns brought is kept, to tell what a further one would
     Steps turn_surfaces(WorldFill& fill, int turns, bool noted);
     [[nodiscard]] std::string further_turn() const;
+    [[nodiscard]] gl::Defines view_defines(const medium::MediaSet& media, int bands) const;
+    /// Compiles what fades need.
+    void prepare_fades(const WorldFill& fill);
     void project_to_view(const medium::MediaSet& media);
     void begin_fill(glm::dvec3 eye, medium::MediaSet& media, LightSet& lights);
     void begin_fill(glm::dvec3 eye, const WorldFill& fill);

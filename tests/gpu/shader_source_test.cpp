@@ -355,6 +355,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                 continue;
             const Defines of_bands = media + kLights[0] + stored + Defines{{"kBands", bands}};
             variants.add("light/world_view.comp", of_bands);
+            variants.add("light/world_view.comp", of_bands + Defines{{"kFades", ""}});
             variants.add("light/field_direct.comp",
                          media + kLights[set % kLights.size()] + stored +
                              Defines{{"kBands", bands}} +
@@ -402,6 +403,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         variants.add(file, {});
     variants.add("light/sights.comp", {});
     variants.add("light/fade.comp", {});
+    variants.add("light/fade.comp", {{"kStays", ""}});
     variants.add("light/sights.comp", {{"kDims", ""}});
     variants.add("light/crossed.frag", {{"kFaces", ""}});
     variants.add("light/crossed.frag", {{"kFaces", ""}, {"kParts", ""}});
