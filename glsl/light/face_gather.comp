@@ -1,8 +1,8 @@
 // What surfaces send to the nodes, and media, gathered along many ways that are others at each node: of the few that light
 // is carried along from node to node, all of a wall would show the same stripes.
 //   in   surfaces' walls, with the clearance, and what they send on; sigma_t; what is scattered into the near
-//        ways, and emitted; coefficients of what comes from beyond the lattice
-//   out  coefficients of what surfaces send, kOwnLight: and beside it of this and what media send; alpha as it was
+//        ways; coefficients of what comes from beyond the lattice
+//   out  coefficients of what surfaces send, kScatters: and beside it of this and what media send; alpha as it was
 #include "light/lattice_ray.glsl"
 #include "light/way_pairs.glsl"
 #include "lib/phase.glsl"
@@ -16,7 +16,6 @@ const bool kClear = false;     // the media don't dim it
 const bool kMarched = false;   // there are some without a closed form
 const bool kBeyond = false;    // some light comes from beyond the lattice
 const bool kScatters = false;  // light that the media scatter is asked for
-const bool kEmits = false;     // and what they emit
 
 const int kCount = kHarmonics[kBands - 1];
 
@@ -24,12 +23,9 @@ layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = 
 layout(rgba32f, binding = 0) uniform image3D u_light_img;
 layout(rgba32f, binding = 1) writeonly uniform image3D u_all_light_img;
 layout(binding = FIELD_SOURCE_UNIT) uniform usampler3D u_source_tx;
-layout(binding = FIELD_EMISSION_UNIT) uniform sampler3D u_emission_tx;
 layout(binding = FIELD_SIGMA_T_UNIT) uniform sampler3D u_sigma_t_tx;
 layout(binding = FACE_LIGHT_UNIT) uniform sampler3D u_face_light_tx;
 layout(binding = FIELD_LIGHT_UNIT) uniform sampler3D u_beyond_light_tx;
-
-const bool kOwnLight = kScatters || kEmits;
 
 struct Arriving {
     vec3 of_surfaces, of_media;
@@ -65,12 +61,8 @@ vec3 through_media(vec3 from, vec3 course, vec3 wi, float t, float shift, out ve
         vec3 q = from + course * (range.x + metres * (float(i) + shift));
         ivec3 node = clamp(ivec3(q + 0.5), ivec3(0), node_count() - 1);
         vec3 piece = texelFetch(u_sigma_t_tx, node, 0).rgb * metres;
-        if (kOwnLight && (piece != vec3(0.0) || kEmits)) {
-            vec3 sent = vec3(0.0);
-            if (kScatters)
-                sent = piece * unpack_light(texelFetch(u_source_tx, node + way_of(k), 0).rg);
-            if (kEmits)
-                sent += metres * texelFetch(u_emission_tx, node, 0).rgb;
+        if (kScatters && piece != vec3(0.0)) {
+            vec3 sent = piece * unpack_light(texelFetch(u_source_tx, node + way_of(k), 0).rg);
             light += exp(-tau) * slab_weight(piece) * sent;
         }
         tau += piece;
@@ -87,12 +79,12 @@ Arriving arriving(ivec3 from, vec3 wi, float shift)
     Arriving sum = Arriving(vec3(0.0), vec3(0.0));
     if (met.layer >= 0)
         sum.of_surfaces = texelFetch(u_face_light_tx, met.node + layer_of(met.layer), 0).rgb;
-    if (kClear || (!kOwnLight && sum.of_surfaces == vec3(0.0)))
+    if (kClear || (!kScatters && sum.of_surfaces == vec3(0.0)))
         return sum;
     vec3 tau = vec3(0.0);
-    if (kMarched || kOwnLight)
+    if (kMarched || kScatters)
         tau = through_media(vec3(from), course, wi, met.t, shift, sum.of_media);
-    if (!kOwnLight)
+    if (!kScatters)
         tau += vec3(closed_depth(node_position(u_field.nodes, from), wi, met.t));
     sum.of_surfaces *= exp(-tau);
     return sum;
@@ -126,14 +118,14 @@ void main()
         for (int i = 0; i < kCount; ++i) {
             float weight = 4.0 * kPi / float(ways) * spherical_harmonic(i, wi);
             light[i] += weight * one.of_surfaces;
-            if (kOwnLight)
+            if (kScatters)
                 all_light[i] += weight * of_both;
         }
     }
     for (int i = 0; i < kCount; ++i) {
         ivec3 at = node + layer_of(i);
         imageStore(u_light_img, at, vec4(light[i], i == 0 ? outside : 0.0));
-        if (kOwnLight)
+        if (kScatters)
             imageStore(u_all_light_img, at, vec4(all_light[i], i == 0 ? outside : 0.0));
     }
 }

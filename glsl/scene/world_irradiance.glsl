@@ -7,6 +7,8 @@
 #include "shared/spherical_harmonics.h"
 #include "scene/light_volumes_block.glsl"
 
+#include "scene/fire_irradiance.glsl"
+
 layout(binding = WORLD_ON_SURFACES_UNIT) uniform sampler3D u_world_on_surfaces_tx;
 layout(binding = WALLS_UNIT) uniform usampler3D u_sights_tx;
 
@@ -163,9 +165,9 @@ vec3 world_irradiance(vec3 p, vec3 n, vec3 open)
     vec3 q = node_at(lattice, p);
     vec3 margin = min(q / lattice.last, 1.0 - q / lattice.last) / kFade;
     float inside = clamp(min(margin.x, min(margin.y, margin.z)), 0.0, 1.0);
-    if (inside == 0.0)
-        return open;
     vec3 way = node_way(lattice, n) * lattice.spacing;  // a node's length
+    if (inside == 0.0)
+        return open + fire_irradiance(p, n, clamp(q + way, vec3(0.0), lattice.last), inside);
     vec3 heights = (vec4(n, 0.0) * lattice.world_from_node).xyz / lattice.spacing;
     Lookup above = lookup_above(q, way, n, heights);
     // Where few nodes count, as under a ball, what stands around the place does too, and not what lies behind the surface.
@@ -205,5 +207,5 @@ vec3 world_irradiance(vec3 p, vec3 n, vec3 open)
     light = mix(beside, light, hardly);
     // Past a corner a node may be in the dark, as under a roof beside a gap in it, where the place itself is not.
     light = mix(max(light, beside), light, clear);
-    return mix(open, max(light, vec3(0.0)), inside);
+    return mix(open, max(light, vec3(0.0)), inside) + fire_irradiance(p, n, above.at, inside);
 }

@@ -145,6 +145,7 @@
 #define MAX_LIGHTS 16
 #define MAX_LIGHT_POINTS 64  // that stand for them
 #define MAX_SHADOW_VIEWS 96  // 16 points, 6 each
+#define FIRE_POINTS 8        // that tell what surfaces hide of what glows
 #define MAX_OCTAVES 16
 #define MAX_ISLANDS 48  // of all media
 #define MAX_PROBES 16

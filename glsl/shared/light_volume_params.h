@@ -44,6 +44,23 @@ struct FUM_STD140 SunLookup {
     float unused_4;
 };
 
+// What media glow, and what of it arrives at nodes that stand the farther apart the farther they
+// are from it. Along each axis they are even over what glows, and beyond it their distance grows
+// evenly.
+struct FUM_STD140 FireParams {
+    LatticeParams flame;       // while it is filled: over what glows
+    LatticeParams media;       // and over all media
+    vec4 points[FIRE_POINTS];  // [m]: that tell what surfaces hide of it; xyz
+    vec3 middle;               // of the box that glows [m]
+    float inverse_node;        // nodes a metre there
+    vec3 core;                 // half its edges [m]
+    float growth;              // metres beyond it within which nodes are twice as far apart
+    vec3 first;                // the node that the middle is
+    float is_seen;             // 1; 0: surfaces have none of it
+    vec3 last;                 // node along each axis
+    float rays;                // along the box's longest edge
+};
+
 struct FUM_STD140 LightVolumesParams {
     LatticeParams extinction;  // of the marched media: there while the others are filled
     LatticeParams depth;       // a layer a light; its texture has more than its nodes
@@ -64,6 +81,7 @@ struct FUM_STD140 LightVolumesParams {
     vec3 period_size;            // of the columns, in texture coordinates
     float packed_period_z;       // of kPackedDepths
     SunLookup suns[MAX_LIGHTS];  // each sun's
+    FireParams fire;
 };
 
 FUM_SHARED_END

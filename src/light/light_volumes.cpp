@@ -1100,6 +1100,7 @@ void LightVolumes::show(WorldFill& fill)
             to.turns_after_noted = light_.turns_after_noted;
             to.walls = std::move(light_.walls);
             to.sights = std::move(light_.sights);
+            to.fire = std::move(light_.fire);
         }
     }
     begin_fades(fill);
@@ -1154,12 +1155,11 @@ Steps LightVolumes::begin_surfaces(WorldFill& fill, const FieldLight* light)
     const WorldKey& key = to.plan.world;
     const FieldKey& field = to.plan.field;
     begin_fill(centre_of(to.plan.on_surfaces), fill);
-    // Flames are small: along few ways they would throw a star.
     begin_field(field_on_surfaces_, to.plan.on_surfaces, fill,
                 {.scatters = field.on_surfaces,
                  .world = fill.shines,
                  .bounces = field.turns > 0,
-                 .ways = field.glows ? kAllWays : key.ways_on_surfaces,
+                 .ways = key.ways_on_surfaces,
                  .sky_box = with_details(fill.scene.media.bounds(), fill.scene.surfaces)});
     if (co_await Pause{})
         field_on_surfaces_.bind_again();
@@ -1169,6 +1169,30 @@ Steps LightVolumes::begin_surfaces(WorldFill& fill, const FieldLight* light)
     field_on_surfaces_.find_sights(to.on_surfaces);
     if (co_await Pause{})
         field_on_surfaces_.bind_again();
+    fill.to.fire.reset();
+    if (!field.glows || !field.on_surfaces)
+        co_return;
+    fill_fire(fill);
+    if (co_await Pause{})
+        field_on_surfaces_.bind_again();
+}
+
+void LightVolumes::fill_fire(WorldFill& fill)
+{
+    WorldLight& to = fill.to;
+    medium::MediaSet& media = fill.scene.media;
+    const medium::MediaSet::CarriedGlow& glow = media.carried_glow();
+    if (glow.bounds.empty())
+        return;
+    const Lattice& lattice = to.plan.on_surfaces;
+    const glm::dmat3 voxels(frame_of(media).voxel_from_world);
+    to.fire = std::make_unique<FireLight>(device_, programs_);
+    to.fire->place(glow, media.bounds(), bounds_of(lattice),
+                   1 / std::cbrt(std::abs(glm::determinant(voxels))));
+    params_.samples = to.fire->samples();
+    write_block(centre_of(lattice), to);
+    to.fire->fill(fill_defines(media, write_lights({})), fill.scene.surfaces);
+    field_on_surfaces_.see_fire(to.on_surfaces, to.fire->make_seen(lattice.count));
 }
 
 OtherLight LightVolumes::light_of_surfaces(const WorldFill& fill) const
@@ -1264,7 +1288,6 @@ Steps LightVolumes::fill_surfaces(WorldFill& fill)
     const gl::Texture* dimmed = to.on_surfaces_dimmed ? &to.on_surfaces_dimmed : nullptr;
     const auto light = [&] {
         FieldLight of_media;
-        of_media.glows = field.glows;
         of_media.at = to_shared(plan.in_media, plan.bands * plan.bands, eye);
         of_media.bands = plan.bands;
         if (fill.scattered)
@@ -1328,6 +1351,8 @@ Steps LightVolumes::turn_surfaces(WorldFill& fill, int turns, bool noted)
     if (noted)
         to.bounced_means.clear();
     gl::Defines shading{{"kWorldIrradiance", ""}};
+    if (to.fire)
+        shading.emplace_back("kFireOnSurfaces", "");
     if (lights.has_environment())
         shading.emplace_back("kEnvironment", "");
     const bool has_dimmed = static_cast<bool>(to.on_surfaces_dimmed);
@@ -1335,6 +1360,8 @@ Steps LightVolumes::turn_surfaces(WorldFill& fill, int turns, bool noted)
     for (int i = 0; i < turns; ++i) {
         depth_.bind(DEPTH_VOLUME_UNIT);
         dimmed.bind(WORLD_ON_SURFACES_UNIT);
+        if (to.fire)
+            to.fire->bind();
         field_on_surfaces_.sights().bind(WALLS_UNIT);
         if (lights.has_environment())
             lights.bind_irradiance();
@@ -1455,6 +1482,8 @@ void LightVolumes::write_block(glm::dvec3 eye, const WorldLight& surfaces)
             to_shared(light_.plan.in_media, world_.size().z / light_.plan.in_media.count.z, eye);
     if (surfaces.on_surfaces)
         params_.surfaces = to_shared(surfaces.plan.on_surfaces, kSurfaceBands * kSurfaceBands, eye);
+    if (surfaces.fire)
+        params_.fire = surfaces.fire->params(eye);
     block_.write(params_);
     device_->BindBufferBase(GL_UNIFORM_BUFFER, LIGHT_VOLUMES_BLOCK, block_.id());
 }
@@ -1639,7 +1668,7 @@ void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice, con
                  .ways = task.ways,
                  .albedo = media.mean_albedo(),
                  .scatters = task.scatters,
-                 .glows = task.scatters && media.carries_glow(),
+                 .glows = task.scatters && &field == &field_ && media.carries_glow(),
                  .dims = key.dims,
                  .marched = traits.marched > 0,
                  .closed = traits.media > traits.marched,
@@ -1733,13 +1762,22 @@ void LightVolumes::bind_for_surfaces(glm::dvec3 eye, bool through_media)
                                       : fade_on_surfaces_.mixed({light_.on_surfaces, lattice});
     light.bind(WORLD_ON_SURFACES_UNIT);
     light_.sights.bind(WALLS_UNIT);
+    if (light_.fire)
+        light_.fire->bind();
+    if (light_.fire && !dimmed) {
+        params_.fire.is_seen = 0;
+        block_.write(params_);
+    }
 }
 
 gl::Defines LightVolumes::surface_defines() const
 {
+    gl::Defines defines;
     if (light_.on_surfaces)
-        return {{"kWorldIrradiance", ""}};
-    return {};
+        defines.emplace_back("kWorldIrradiance", "");
+    if (light_.on_surfaces && light_.fire)
+        defines.emplace_back("kFireOnSurfaces", "");
+    return defines;
 }
 
 gl::Defines LightVolumes::defines() const

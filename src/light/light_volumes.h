@@ -10,6 +10,7 @@
 #include "gl/program.h"
 #include "gl/texture.h"
 #include "gl/timer.h"
+#include "light/fire_light.h"
 #include "light/flames.h"
 #include "light/light_fade.h"
 #include "light/light_set.h"
@@ -186,7 +187,8 @@ private:
         gl::Texture sights;       ///< how far each of these sees
         gl::Texture world_walls;  ///< walls between the media's nodes, where surfaces send light on
         gl::Texture on_surfaces, on_surfaces_dimmed;  ///< coefficients of the world's light
-        std::optional<double> ms;  ///< time that filling it took [ms], if it was measured
+        std::unique_ptr<FireLight> fire;  ///< what media emit, on surfaces; null: nothing
+        std::optional<double> ms;         ///< time that filling it took [ms], if it was measured
 
         /// Coefficients of all that reaches the media but what is direct.
         [[nodiscard]] const gl::Texture& in_media() const
@@ -263,6 +265,8 @@ private:
     bool go_on_fading();
     /// Takes up the surfaces' lattice, with the world's light and, not null, the media's.
     Steps begin_surfaces(WorldFill& fill, const FieldLight* light);
+    /// Works out what surfaces have of what media emit, while their lattice is open.
+    void fill_fire(WorldFill& fill);
     /// What surfaces send on, for the media's lattice.
     [[nodiscard]] OtherLight light_of_surfaces(const WorldFill& fill) const;
     Steps fill_lattice(WorldFill& fill, int ways, FieldOrders orders, const gl::Texture* world,

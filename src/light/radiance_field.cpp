@@ -581,6 +581,17 @@ void RadianceField::find_clearance()
     }
 }
 
+void RadianceField::see_fire(const gl::Texture& light, const gl::Texture& to)
+{
+    if (!filling_->clearance)
+        find_clearance();
+    write_block();
+    filling_->clearance.bind(FIELD_CROSSED_UNIT);
+    light.bind(FIELD_LIGHT_UNIT);
+    bind_image(0, to, GL_WRITE_ONLY, GL_RGBA16F);
+    dispatch_nodes("light/fire_seen.comp", {});
+}
+
 void RadianceField::share_sky(const surface::SurfaceSet& surfaces)
 {
     Filling& filling = *filling_;
@@ -848,7 +859,6 @@ Steps RadianceField::smooth(int ways, int bands, const FieldLight* light, const 
     gl::Defines defines = bounce_defines();
     gl::Texture& sum = filling.bounced;
     const bool scatters = light != nullptr && light->scattered != nullptr;
-    const bool glows = light != nullptr && light->glows;
     gl::Texture beyond, of_all, source;
     if (filling.sends_in || filling.lamps) {
         defines.emplace_back("kBeyond", "");
@@ -858,19 +868,13 @@ Steps RadianceField::smooth(int ways, int bands, const FieldLight* light, const 
         else
             begin_by_lamps(bands, beyond);
     }
-    if (scatters || glows) {
+    if (scatters) {
         of_all = make("field: of surfaces and media", bands * bands);
         bind_image(1, of_all, GL_WRITE_ONLY);
-    }
-    if (scatters) {
         defines.emplace_back("kScatters", "");
         set_batch({kNearWays, 0, kNearWays});
         source = spread({light->scattered, nullptr, light->at, light->bands}, kNearWays);
         source.bind(FIELD_SOURCE_UNIT);
-    }
-    if (glows) {
-        defines.emplace_back("kEmits", "");
-        filling.emission.bind(FIELD_EMISSION_UNIT);
     }
     defines.emplace_back("kBands", fmt::format("{}", bands));
     write_block();
@@ -1039,14 +1043,13 @@ void RadianceField::carry_world(const Batch& batch, bool means)
 
 Steps RadianceField::add(const FieldLight& light, int bands, const gl::Texture& to)
 {
-    // A flame is small: along few ways it would throw a star.
-    const int set = light.glows ? kAllWays : kNearWays;
-    for (const Batch& batch : batches(set)) {
+    if (light.scattered == nullptr)
+        co_return;
+    for (const Batch& batch : batches(kNearWays)) {
         set_batch(batch);
-        gl::Texture source;
-        if (light.scattered != nullptr)
-            source = spread({light.scattered, nullptr, light.at, light.bands}, batch.count);
-        sweep(light.glows, source ? &source : nullptr, false);
+        const gl::Texture source =
+            spread({light.scattered, nullptr, light.at, light.bands}, batch.count);
+        sweep(false, &source, false);
         gather(bands, true, Of::field, filling_->light_ways, to);
         if (co_await Pause{})
             bind_again();

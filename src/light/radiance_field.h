@@ -79,7 +79,6 @@ struct OtherLight {
 
 /// Light of the media's own that a lattice's nodes are to have besides the world's.
 struct FieldLight {
-    bool glows = false;  ///< what they emit
     /// What they scatter, as RadianceField::fill() gave it for another lattice; empty: nothing.
     const gl::Texture* scattered = nullptr;
     shared::LatticeParams at{};  ///< the lattice, for an eye amid this one
@@ -167,6 +166,10 @@ public:
     {
         return !within(surfaces).empty();
     }
+
+    /// What surfaces leave at the nodes of points in a fire: light/fire_seen.comp. What these are
+    /// is bound. `light`, as fill_world() gave it, tells which nodes lie inside of surfaces.
+    void see_fire(const gl::Texture& light, const gl::Texture& to);
 
     /// Frees what was there for filling.
     void end();

@@ -406,6 +406,7 @@ void MediaSet::clear()
     noise_grids_.clear();
     small_glows_.reset();
     split_off_.clear();
+    carried_glow_.reset();
     traits_ = {};
 }
 
@@ -1019,6 +1020,22 @@ bool MediaSet::carries_glow() const
         if (media_[m].glows() && (m >= split_off_.size() || !split_off_[m]))
             return true;
     return false;
+}
+
+const MediaSet::CarriedGlow& MediaSet::carried_glow()
+{
+    if (carried_glow_)
+        return *carried_glow_;
+    carried_glow_.emplace();
+    for (std::size_t m = 0; m < media_.size(); ++m) {
+        const bool is_light = m < split_off_.size() && split_off_[m];
+        const Bounds bounds = media_[m].glows() && !is_light ? glow_bounds(media_[m]) : Bounds();
+        if (bounds.empty())
+            continue;
+        carried_glow_->bounds.add(bounds);
+        carried_glow_->glow = together(carried_glow_->glow, glow_of_entry(media_[m]));
+    }
+    return *carried_glow_;
 }
 
 void MediaSet::bind(glm::dvec3 eye, bool carried)

@@ -153,9 +153,20 @@ public:
     [[nodiscard]] const std::vector<std::optional<Glow>>& small_glows(double most);
     /// Leaves what these media glow out where media are bound for light that is carried: it is
     /// that of lights. In the order of small_glows(); empty: none.
-    void split_off(std::vector<bool> media) { split_off_ = std::move(media); }
+    void split_off(std::vector<bool> media)
+    {
+        split_off_ = std::move(media);
+        carried_glow_.reset();
+    }
     /// Whether some medium glows of which it is not left out.
     [[nodiscard]] bool carries_glow() const;
+    /// What is not left out, of all media, and the box that it comes from [m, world]. Kept until
+    /// the next set().
+    struct CarriedGlow {
+        Glow glow;
+        Bounds bounds;
+    };
+    [[nodiscard]] const CarriedGlow& carried_glow();
 
     /// Of all media that dim light, in the scene's order.
     [[nodiscard]] std::vector<Extinction> extinction() const;
@@ -307,6 +318,7 @@ private:
     /// What small_glows() found, of what length.
     std::optional<std::pair<double, std::vector<std::optional<Glow>>>> small_glows_;
     std::vector<bool> split_off_;  ///< media whose glow is that of lights
+    std::optional<CarriedGlow> carried_glow_;
     MediaTraits traits_;
     float marched_light_dimming_ = 1;
     std::optional<float> peak_g_;  ///< MediaParams's, where what is scattered straight on is split

@@ -108,6 +108,10 @@ const Offsets kLattice{MEMBER(LatticeParams, node_from_world),
                        MEMBER(LatticeParams, spacing)};
 const Offsets kColumns{MEMBER(SunColumns, shear), MEMBER(SunColumns, axis),
                        MEMBER(SunColumns, normal), MEMBER(SunColumns, to_last)};
+const Offsets kFire{MEMBER(FireParams, middle), MEMBER(FireParams, inverse_node),
+                    MEMBER(FireParams, core),   MEMBER(FireParams, growth),
+                    MEMBER(FireParams, first),  MEMBER(FireParams, is_seen),
+                    MEMBER(FireParams, last),   MEMBER(FireParams, rays)};
 const Offsets kSunLookup{MEMBER(SunLookup, column_from_world), MEMBER(SunLookup, per_period),
                          MEMBER(SunLookup, first_z),           MEMBER(SunLookup, enters),
                          MEMBER(SunLookup, unused_1),          MEMBER(SunLookup, across),
@@ -442,6 +446,10 @@ TEST_F(ParamLayout, LightVolumes)
     add_struct(expected, "world", offsetof(LightVolumesParams, world), kLattice);
     add_struct(expected, "surfaces", offsetof(LightVolumesParams, surfaces), kLattice);
     add_struct(expected, "filled", offsetof(LightVolumesParams, filled), kColumns);
+    add_struct(expected, "fire", offsetof(LightVolumesParams, fire), kFire);
+    expected["fire.points[0]"] = offsetof(LightVolumesParams, fire.points);
+    add_struct(expected, "fire.flame", offsetof(LightVolumesParams, fire.flame), kLattice);
+    add_struct(expected, "fire.media", offsetof(LightVolumesParams, fire.media), kLattice);
     add_array<SunLookup>(expected, "suns", offsetof(LightVolumesParams, suns), MAX_LIGHTS,
                          kSunLookup);
     expect_same(layout("light_volume_params.h", "LightVolumesParams"), expected,

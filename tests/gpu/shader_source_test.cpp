@@ -338,6 +338,8 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
             const Defines of_set = lights + flags(set, {"kEnvironment", "kTwoSided", "GLOSSY"}) +
                                    flags(set, {"kWorldIrradiance"});
             variants.add("pass/surface.frag", of_set);
+            variants.add("pass/surface.frag",
+                         of_set + Defines{{"kWorldIrradiance", ""}, {"kFireOnSurfaces", ""}});
             for (const char* probes : {"kProbes", "kProbeIrradiance"})
                 variants.add("pass/surface.frag", of_set + Defines{{"kProbes", ""}, {probes, ""}});
         }
@@ -371,13 +373,15 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                                              flags(set >> 1, {"kMarched", "kClear"}));
         variants.add("light/face_gather.comp",
                      media + kLights[0] + stored + Defines{{"kBands", "3"}} +
-                         flags(set >> 1, {"kMarched", "kBeyond", "kScatters", "kEmits"}) +
+                         flags(set >> 1, {"kMarched", "kBeyond", "kScatters"}) +
                          flags(set, {"kClear"}));
         for (const char* file : {"light/face_light.comp", "light/beyond.frag"})
             variants.add(
                 file, media + kLights[set % kLights.size()] + stored +
                           flags(set >> 1, {"kDims", "kMarched", "kDepthVolume", "kEnvironment"}) +
-                          Defines{{"kWorldIrradiance", ""}});
+                          Defines{{"kWorldIrradiance", ""}} + flags(set, {"kFireOnSurfaces"}));
+        variants.add("light/fire_medium.comp",
+                     media + kLights[0] + stored + flags(set >> 1, {"kGlows"}));
         variants.add("light/face_light.comp",
                      media + kLights[set % kLights.size()] + stored + Defines{{"kEmits", ""}});
         variants.add("light/world.comp",
@@ -401,6 +405,8 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     }
     for (const char* file : {"light/sky_map.vert", "light/sky_map.frag", "light/sky_share.comp"})
         variants.add(file, {});
+    variants.add("light/fire_light.comp", {});
+    variants.add("light/fire_seen.comp", {});
     variants.add("light/sights.comp", {});
     variants.add("light/fade.comp", {});
     variants.add("light/fade.comp", {{"kStays", ""}});

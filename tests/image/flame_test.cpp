@@ -2,6 +2,7 @@
 // gone.
 
 #include <cmath>
+#include <cstdlib>
 #include <fmt/format.h>
 #include <numbers>
 #include <optional>
@@ -10,6 +11,7 @@
 #include "image_test.h"
 #include "study/metrics.h"
 #include "study/reference_blackbody.h"
+#include <fumarole/asset/scene_file.h>
 
 namespace fumarole::test {
 namespace {
@@ -312,6 +314,146 @@ TEST_F(Flames, OfGridsLightAFloor)
             }
         figure(fmt::format("floor under a {} of a grid: bias", c.name), seen / truth - 1);
         EXPECT_NEAR(seen / truth, 1, c.bias) << c.name;
+    }
+}
+
+/// A fire as large as a man, of a grid, in as much soot: tongues of flame, and soot around and
+/// between them.
+GridMedium large_fire()
+{
+    const glm::dmat4 place = study::voxels(0.1, {-0.75, -0.75, 0.35});
+    const auto at_height = [](glm::ivec3 at) {
+        const double z = at.z / 31.0, r = glm::length(glm::dvec2(at) - 7.5) / 8;
+        const double wave = 0.5 + 0.5 * std::sin(1.3 * at.x + 0.4 * at.z) * std::cos(1.1 * at.y);
+        return glm::dvec3(r, z, wave);
+    };
+    GridMedium medium;
+    const glm::ivec3 bricks(2, 2, 4);
+    medium.emission = make_grid(bricks, place, [&](glm::ivec3 at) {
+        const glm::dvec3 q = at_height(at);
+        return std::max(0.0, (1 - q.x / (0.9 - 0.7 * q.y)) * q.z);
+    });
+    medium.density = make_grid(bricks, place, [&](glm::ivec3 at) {
+        const glm::dvec3 q = at_height(at);
+        return std::max(0.0, (1 - q.x) * (0.3 + q.y) * (1.2 - q.z));
+    });
+    medium.emission_per_unit = {9, 2.7f, 0.54f};
+    medium.sigma_s_per_density = {2, 2.1f, 2.2f};
+    medium.sigma_a_per_density = {3, 3.2f, 3.4f};
+    return medium;
+}
+
+/// Irradiance of a floor at z 0 by a grid's own light: the sum over its voxels, each through the
+/// grid's extinction.
+glm::dvec3 floor_under(const GridMedium& medium, glm::dvec3 p)
+{
+    const VoxelGrid &flame = *medium.emission, &soot = *medium.density;
+    const VoxelLookup glow(flame), smoke(soot);
+    const glm::dmat4 soot_from_world = glm::inverse(soot.world_from_index);
+    const glm::dvec3 sigma_t(medium.sigma_s_per_density + medium.sigma_a_per_density);
+    const double size = std::abs(glm::determinant(glm::dmat3(flame.world_from_index)));
+    const double voxel = std::cbrt(std::abs(glm::determinant(glm::dmat3(soot.world_from_index))));
+    glm::dvec3 low(soot.world_from_index * glm::dvec4(soot.index_min - 1, 1)),
+        high(soot.world_from_index * glm::dvec4(soot.index_max + 1, 1));
+    glm::dvec3 sum(0);
+    for (int z = flame.index_min.z; z <= flame.index_max.z; ++z)
+        for (int y = flame.index_min.y; y <= flame.index_max.y; ++y)
+            for (int x = flame.index_min.x; x <= flame.index_max.x; ++x) {
+                const double value = glow.sample({x, y, z}).x;
+                if (value == 0)
+                    continue;
+                const glm::dvec3 q(flame.world_from_index * glm::dvec4(x, y, z, 1));
+                const double range = glm::length(p - q);
+                const PixelRay way{q, (p - q) / range};
+                Segment in_soot = box_segment(way, low, high);
+                in_soot.end = std::min(in_soot.end, range);
+                const int panels = 1 + static_cast<int>(in_soot.length() / (3 * voxel));
+                const double column =
+                    grid_column(smoke, soot_from_world, q, way.direction, in_soot, panels);
+                sum += value * size * q.z / std::pow(range, 3) * glm::exp(-sigma_t * column);
+            }
+    return sum * glm::dvec3(medium.emission_per_unit);
+}
+
+// A fire too large and thick to be a light of its own: the floor under it and far from it has what
+// the sum over its voxels says.
+TEST_F(Flames, LargeInSootLightAFloor)
+{
+    std::vector<std::pair<std::string, GridMedium>> fires{{"a large fire", large_fire()}};
+    if (std::getenv("FUM_TEST_FIGURES") != nullptr) {
+        const Scene sample =
+            asset::load_scene(std::string(FUM_TEST_DATA) + "/fire_plume.json").scene;
+        fires.emplace_back("the sample's", std::get<GridMedium>(sample.media.front()));
+    }
+    for (const auto& [name, medium] : fires) {
+        Rings rings{1};
+        for (Rings::Ring& ring : rings.rings)
+            ring.end *= 2, ring.begin *= 2;
+        for (const double vfov : {14.0, 50.0, 110.0}) {
+            Scene scene = empty_scene(48);
+            scene.camera.position = {0.05, 0.03, 14};
+            scene.camera.look_at = {0.05, 0.031, 0};
+            scene.camera.vfov_deg = vfov;
+            scene.media = {medium};
+            scene.surfaces = {BoxSurface{{-80, -80, -1}, {80, 80, 0}, glm::vec3(1)}};
+            Settings settings;
+            settings.bounces = 0;
+            const Still still = render(scene, settings);
+            for (int y = 2; y < still.height; y += 7)
+                for (int x = 2; x < still.width; x += 7) {
+                    const PixelRay ray = ray_of(scene, x, y);
+                    const glm::dvec3 p =
+                        ray.origin - ray.direction * (ray.origin.z / ray.direction.z);
+                    const auto i = static_cast<std::size_t>(3 * (y * still.width + x));
+                    rings.add(
+                        glm::length(glm::dvec2(p)),
+                        {still.surface_lit[i], still.surface_lit[i + 1], still.surface_lit[i + 2]},
+                        floor_under(medium, p) / kPi);
+                }
+        }
+        for (const Rings::Ring& ring : rings.rings) {
+            double least = 1e9, most = 0;
+            for (std::size_t i = 0; i < ring.seen.size(); ++i) {
+                const double ratio = double(ring.seen[i]) / double(ring.truth[i]);
+                least = std::min(least, ratio);
+                most = std::max(most, ratio);
+            }
+            figure(fmt::format("floor under {}, {} to {} m: least", name, ring.begin, ring.end),
+                   least);
+            figure(fmt::format("floor under {}, {} to {} m: most", name, ring.begin, ring.end),
+                   most);
+        }
+        expect(rings, "floor under " + name, 0.05, 5e-3);
+    }
+}
+
+// What stands beside a large fire throws a shadow, and has light on the side that faces it alone.
+TEST_F(Flames, LargeAreHiddenByAWall)
+{
+    Scene scene = empty_scene(32);
+    scene.camera.position = {3.5, 0, 30};
+    scene.camera.look_at = {3.5, 0.001, 0};
+    scene.camera.vfov_deg = 9;
+    scene.media = {large_fire()};
+    scene.surfaces = {BoxSurface{{-20, -20, -1}, {20, 20, 0}, glm::vec3(1)}};
+    Settings settings;
+    settings.bounces = 0;
+    const auto row = [&] { return render(scene, settings).surface_lit; };
+    const std::vector<float> open = row();
+    scene.surfaces.emplace_back(BoxSurface{{2.6, -8, 0}, {3.2, 8, 5}, glm::vec3(0)});
+    const std::vector<float> walled = row();
+    for (int x = 0; x < 32; ++x) {
+        const PixelRay ray = ray_of(scene, x, 16);
+        const glm::dvec3 p = ray.origin - ray.direction * (ray.origin.z / ray.direction.z);
+        const auto i = static_cast<std::size_t>(3 * (16 * 32 + x));
+        const double left = double(walled[i]) / double(open[i]);
+        // Beside the wall nodes, 0.3 m apart, have parts of its shadow.
+        if (p.x < 2.2) {
+            EXPECT_NEAR(left, 1, 0.02) << p.x;
+        }
+        if (p.x > 4.5) {
+            EXPECT_LT(left, 0.01) << p.x;
+        }
     }
 }
 
