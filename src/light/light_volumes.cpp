@@ -1159,7 +1159,7 @@ Steps LightVolumes::begin_surfaces(WorldFill& fill, const FieldLight* light)
                 {.scatters = field.on_surfaces,
                  .world = fill.shines,
                  .bounces = field.turns > 0,
-                 .ways = key.ways_on_surfaces,
+                 .ways = field.glows ? kAllWays : key.ways_on_surfaces,
                  .sky_box = with_details(fill.scene.media.bounds(), fill.scene.surfaces)});
     if (co_await Pause{})
         field_on_surfaces_.bind_again();
@@ -1288,6 +1288,8 @@ Steps LightVolumes::fill_surfaces(WorldFill& fill)
     const gl::Texture* dimmed = to.on_surfaces_dimmed ? &to.on_surfaces_dimmed : nullptr;
     const auto light = [&] {
         FieldLight of_media;
+        // Smoke is bright where a fire is in it: along few ways it would throw a star.
+        of_media.ways = field.glows ? kAllWays : kNearWays;
         of_media.at = to_shared(plan.in_media, plan.bands * plan.bands, eye);
         of_media.bands = plan.bands;
         if (fill.scattered)

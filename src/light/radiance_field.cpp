@@ -1045,7 +1045,7 @@ Steps RadianceField::add(const FieldLight& light, int bands, const gl::Texture& 
 {
     if (light.scattered == nullptr)
         co_return;
-    for (const Batch& batch : batches(kNearWays)) {
+    for (const Batch& batch : batches(light.ways)) {
         set_batch(batch);
         const gl::Texture source =
             spread({light.scattered, nullptr, light.at, light.bands}, batch.count);

@@ -79,6 +79,7 @@ struct OtherLight {
 
 /// Light of the media's own that a lattice's nodes are to have besides the world's.
 struct FieldLight {
+    int ways = 0;  ///< kNearWays or kAllWays, that it comes along
     /// What they scatter, as RadianceField::fill() gave it for another lattice; empty: nothing.
     const gl::Texture* scattered = nullptr;
     shared::LatticeParams at{};  ///< the lattice, for an eye amid this one
