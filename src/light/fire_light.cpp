@@ -254,6 +254,17 @@ const gl::Texture& FireLight::make_seen(glm::ivec3 nodes)
     return seen_;
 }
 
+void FireLight::move(glm::dvec3 by)
+{
+    for (Bounds* bounds : {&flame_.bounds, &media_.bounds, &known_}) {
+        bounds->min += by;
+        bounds->max += by;
+    }
+    middle_ += by;
+    for (glm::dvec3& point : points_)
+        point += by;
+}
+
 void FireLight::clear()
 {
     light_ = {};

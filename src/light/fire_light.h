@@ -38,6 +38,8 @@ public:
     /// What surfaces hide is to be drawn here: two numbers a node of their lattice.
     [[nodiscard]] const gl::Texture& make_seen(glm::ivec3 nodes);
     void clear();
+    /// All of it, with media and surfaces. by: metres
+    void move(glm::dvec3 by);
 
     [[nodiscard]] bool is_filled() const { return static_cast<bool>(light_); }
     /// For an eye at `eye` [m, world].

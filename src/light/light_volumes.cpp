@@ -1016,6 +1016,8 @@ void LightVolumes::plan_fill(WorldFill& fill)
         has_media && (fill.anew || (!light_.coefficients && (fill.of_media || !field.filled)));
     if (fill.anew || fill.world)
         ++fills_.world;
+    if (light_.fire && !fill.on_surfaces)
+        light_.fire->move(plan.places.origin - light_.plan.places.origin);
     const bool has_surfaces =
         fill.anew ? !fill.scene.surfaces.empty() && !part_ && (fill.shines || lights_surfaces)
                   : static_cast<bool>(light_.on_surfaces);
