@@ -130,7 +130,14 @@ void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, cons
         throw Error(fmt::format("the scene's {} lights are {} points, and {} is the most at once; "
                                 "leave some out",
                                 lights_.size(), points_.size(), MAX_LIGHT_POINTS));
-    if (surfaces.empty() || lights_.empty()) {
+    const Bounds seen = outside_of_boxes(media, surfaces.instances());
+    for (const LightPosition& point : points_)
+        for (const auto& instance : surfaces.instances())
+            shaded_media_ |= !seen.empty() && can_shade(point, instance.bounds, seen);
+    // A ground alone throws no shadow on what is seen.
+    const bool shades = shaded_media_ || !scene.transparents.empty() ||
+                        can_shade_surfaces(points_, surfaces.instances());
+    if (surfaces.empty() || lights_.empty() || !shades) {
         painter_.release();
         return;
     }
@@ -145,9 +152,6 @@ void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, cons
     }
     for (const auto& instance : surfaces.instances())
         caster_bounds_.push_back(instance.bounds);
-    for (const LightPosition& point : points_)
-        for (const auto& instance : surfaces.instances())
-            shaded_media_ |= !media.empty() && can_shade(point, instance.bounds, media);
     std::size_t in_block = 0;
     for (std::size_t i = 0; i < lights_.size(); ++i) {
         const LightViews views = views_of(lights_[i], {surfaces, media, map_size});

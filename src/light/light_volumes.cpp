@@ -974,16 +974,17 @@ void LightVolumes::go_on_filling(const FieldScene& scene)
     try {
         for (int left = (parts_ + field_frames_ - 1) / field_frames_; more && left > 0; --left)
             more = fill_->steps.resume();
-    } catch (...) {
+        if (!more) {
+            parts_ = fill_->steps.pauses() + 1;
+            const std::unique_ptr<WorldFill> done = std::move(fill_);
+            show(*done);
+            if (done->outdated)
+                begin_world(std::move(wanted_), scene, true);
+        }
+    } catch (...) {  // what was shown before is shown still
         stop_filling();
+        scene.media.split_forward_peaks(splits_forward_peaks());
         throw;
-    }
-    if (!more) {
-        parts_ = fill_->steps.pauses() + 1;
-        const std::unique_ptr<WorldFill> done = std::move(fill_);
-        show(*done);
-        if (done->outdated)
-            begin_world(std::move(wanted_), scene, true);
     }
     scene.media.split_forward_peaks(splits_forward_peaks());
 }
@@ -1798,6 +1799,13 @@ gl::Defines LightVolumes::defines() const
     if (world_ && light_.world_walls)
         defines.emplace_back("kWorldWalls", "");
     return defines;
+}
+
+std::optional<Bounds> LightVolumes::lit_on_surfaces() const
+{
+    if (!light_.on_surfaces || light_.fire)
+        return {};
+    return bounds_of(light_.plan.on_surfaces);
 }
 
 glm::dvec3 LightVolumes::depth_blur() const

@@ -9,6 +9,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "light/lattice_ways.h"
+#include "light/nodes_near_surfaces.h"
 #include "light/world_light.h"
 #include "shared/bindings.h"
 #include "shared/field_nodes.h"
@@ -134,12 +135,6 @@ glm::dvec3 wall_step(int way)
     return step;
 }
 
-bool contains(const Bounds& outer, const Bounds& inner)
-{
-    return glm::all(glm::lessThanEqual(outer.min, inner.min)) &&
-           glm::all(glm::lessThanEqual(inner.max, outer.max));
-}
-
 /// Metres, world: of a lattice, as far as light/line.glsl takes a surface to lie in it.
 Bounds rim_of(const FieldLattice& lattice)
 {
@@ -166,6 +161,7 @@ struct RadianceField::Filling {
     int batch = 0;   ///< ways that there is room for
     gl::Texture sigma_t, albedo, emission;
     gl::Buffer nodes;            ///< a FieldNodesHead and the nodes that light is scattered at
+    gl::Buffer looked_up;        ///< likewise of those that surfaces look it up at; empty: any
     gl::Texture marched;         ///< sigma_t of the marched media, where there are others too
     gl::Texture steps_to_walls;  ///< as they are drawn
     gl::Texture walls;           ///< walls between nodes, as take_walls()
@@ -233,28 +229,51 @@ void RadianceField::dispatch_nodes(const char* file, const gl::Defines& defines)
     dispatch(file, defines, filling_->lattice.count, kVolumeGroup);
 }
 
-void RadianceField::dispatch_listed(const char* file, gl::Defines defines) const
+void RadianceField::dispatch_over(const gl::Buffer& nodes, const char* file,
+                                  gl::Defines defines) const
 {
-    if (!filling_->nodes) {
+    if (!nodes) {
         dispatch_nodes(file, defines);
         return;
     }
     defines.emplace_back("kListed", "");
     if (filling_->medium.thick)
         defines.emplace_back("kPrecise", "");
-    device_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, FIELD_NODES_BUFFER, filling_->nodes.id());
-    device_->BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, filling_->nodes.id());
+    device_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, FIELD_NODES_BUFFER, nodes.id());
+    device_->BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, nodes.id());
     device_->UseProgram(programs_.get({file}, defines).id());
     device_->DispatchComputeIndirect(0);
     device_->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
 }
 
+void RadianceField::dispatch_listed(const char* file, const gl::Defines& defines) const
+{
+    dispatch_over(filling_->nodes, file, defines);
+}
+
 void RadianceField::dispatch_at(Nodes nodes, const char* file, const gl::Defines& defines) const
 {
-    if (nodes == Nodes::listed)
-        dispatch_listed(file, defines);
-    else
+    if (nodes == Nodes::all)
         dispatch_nodes(file, defines);
+    else
+        dispatch_over(nodes == Nodes::listed ? filling_->nodes : filling_->looked_up, file,
+                      defines);
+}
+
+void RadianceField::list_looked_up(const surface::SurfaceSet& surfaces)
+{
+    const std::vector<std::uint32_t> near =
+        nodes_near_surfaces(filling_->lattice, surfaces.instances());
+    if (near.empty())
+        return;
+    const auto count = static_cast<std::uint32_t>(near.size());
+    const shared::FieldNodesHead head{(count + FIELD_NODE_GROUP - 1) / FIELD_NODE_GROUP, 1, 1,
+                                      count};
+    std::vector<std::uint32_t> words(sizeof(head) / sizeof(std::uint32_t));
+    std::memcpy(words.data(), &head, sizeof(head));
+    words.insert(words.end(), near.begin(), near.end());
+    filling_->looked_up = {device_, "field: nodes near surfaces", words.size() * sizeof(words[0]),
+                           words.data()};
 }
 
 void RadianceField::list_nodes()
@@ -364,6 +383,9 @@ void RadianceField::begin(const FieldLattice& lattice, FieldMedium medium,
     if (!surfaces.empty() && bounces)
         take_faces(surfaces);
     sample_medium();
+    // What surfaces send on is asked of all nodes.
+    if (filling_->medium.sights && !bounces)
+        list_looked_up(surfaces);
     if (!surfaces.empty())
         keep_walls();
     if (!surfaces.empty() && bounces)
@@ -460,7 +482,7 @@ RadianceField::beyond(const surface::SurfaceSet& surfaces) const
     const Bounds box = rim_of(filling_->lattice);
     std::vector<surface::SurfaceSet::Instance> out;
     for (const auto& instance : surfaces.instances())
-        if (!contains(box, instance.bounds))
+        if (!box.contains(instance.bounds))
             out.push_back(instance);
     return out;
 }
@@ -562,7 +584,7 @@ void RadianceField::find_sights(const gl::Texture& light)
     filling.steps_to_walls.bind(FIELD_CROSSED_UNIT);
     write_block();
     bind_image(0, filling.sights, GL_WRITE_ONLY, GL_RG32UI);
-    dispatch_nodes("light/sights.comp", defines);
+    dispatch_at(Nodes::looked_up, "light/sights.comp", defines);
     filling.steps_to_walls = {};
 }
 
@@ -644,7 +666,7 @@ std::vector<std::size_t> RadianceField::find_lamps(const surface::SurfaceSet& su
     const auto& all = surfaces.instances();
     for (std::size_t i = 0; i < all.size() && lamps.size() < kMost; ++i) {
         const glm::dvec3 size = all[i].bounds.max - all[i].bounds.min;
-        if (all[i].emission != glm::vec3(0) && contains(box, all[i].bounds) &&
+        if (all[i].emission != glm::vec3(0) && box.contains(all[i].bounds) &&
             std::max({size.x, size.y, size.z}) <=
                 kMostNodes * double(filling.lattice.params.spacing))
             lamps.push_back(i);
@@ -1050,7 +1072,7 @@ Steps RadianceField::add(const FieldLight& light, int bands, const gl::Texture& 
         const gl::Texture source =
             spread({light.scattered, nullptr, light.at, light.bands}, batch.count);
         sweep(false, &source, false);
-        gather(bands, true, Of::field, filling_->light_ways, to);
+        gather(bands, true, Of::field, filling_->light_ways, to, Nodes::looked_up);
         if (co_await Pause{})
             bind_again();
     }
@@ -1088,7 +1110,7 @@ Steps RadianceField::fill_world(int ways, int bands, const gl::Texture* clear,
     for (const Batch& batch : batches(ways)) {
         carry_world(batch, false);
         if (of_clear)
-            gather(bands, batch.first > 0, Of::clear, filling_->ways, of_clear, Nodes::all,
+            gather(bands, batch.first > 0, Of::clear, filling_->ways, of_clear, Nodes::looked_up,
                    of_dimmed ? &of_dimmed : nullptr);
         else if (of_dimmed)
             gather(bands, batch.first > 0, Of::dimmed, filling_->ways, of_dimmed, Nodes::listed);
@@ -1098,9 +1120,10 @@ Steps RadianceField::fill_world(int ways, int bands, const gl::Texture* clear,
     if (of_dimmed && light != nullptr)
         co_await add(*light, bands, of_dimmed);
     if (of_clear)
-        finish(bands, of_clear, nullptr, nullptr, *clear);
+        finish(bands, of_clear, nullptr, nullptr, *clear, Nodes::looked_up);
     if (of_dimmed)
-        finish(bands, of_dimmed, nullptr, nullptr, *dimmed, of_clear ? Nodes::all : Nodes::listed);
+        finish(bands, of_dimmed, nullptr, nullptr, *dimmed,
+               of_clear ? Nodes::looked_up : Nodes::listed);
 }
 
 Steps RadianceField::add_light(int bands, const FieldLight& light, const gl::Texture& dimmed,
@@ -1155,6 +1178,10 @@ void RadianceField::finish(int bands, const gl::Texture& light, const gl::Textur
     gl::Defines defines{{"kBands", fmt::format("{}", bands)}};
     if (nodes == Nodes::listed)
         clear_unlisted(to);
+    if (nodes == Nodes::looked_up && filling_->looked_up) {
+        const std::array<GLfloat, 4> as_inside_of_surfaces{};
+        to.clear(GL_RGBA, GL_FLOAT, as_inside_of_surfaces.data());
+    }
     if (world != nullptr) {
         defines.emplace_back("kWorld", "");
         world->bind(FIELD_WORLD_UNIT);

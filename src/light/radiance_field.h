@@ -192,9 +192,9 @@ private:
     struct Filling;
     struct Drawn;
     struct Batch;
-    /// Nodes that light is asked for at: all, or those that media are near to, if it is known
-    /// which.
-    enum class Nodes { all, listed };
+    /// Nodes that light is asked for at: all, or those that media are near to, or that surfaces
+    /// look it up at, if it is known which.
+    enum class Nodes { all, listed, looked_up };
     [[nodiscard]] GLenum light_format() const;  ///< of a way's light, as pack_light() makes it
     [[nodiscard]] gl::Texture make(const char* label, int layers) const;
     [[nodiscard]] glm::ivec3 ways_size(int ways) const;
@@ -271,9 +271,11 @@ private:
                   glm::ivec3 group) const;
     void dispatch_nodes(const char* file, const gl::Defines& defines) const;
     /// Over those nodes alone that media are near to, if it is known which.
-    void dispatch_listed(const char* file, gl::Defines defines) const;
+    void dispatch_listed(const char* file, const gl::Defines& defines) const;
+    void dispatch_over(const gl::Buffer& nodes, const char* file, gl::Defines defines) const;
     void dispatch_at(Nodes nodes, const char* file, const gl::Defines& defines) const;
     void list_nodes();
+    void list_looked_up(const surface::SurfaceSet& surfaces);
 
     const gl::Device& device_;
     gl::ProgramCache& programs_;

@@ -100,6 +100,47 @@ bool can_shade(const LightPosition& light, const Bounds& surface, const Bounds& 
     return overlap(between, surface) && overlap(column, surface.transformed(axes.light_from_world));
 }
 
+Bounds outside_of_boxes(Bounds media, std::span<const surface::SurfaceSet::Instance> surfaces)
+{
+    for (const auto& instance : surfaces) {
+        const Bounds& box = instance.bounds;
+        if (!instance.is_box || media.empty())
+            continue;
+        const auto goes_across = [&](int axis) {
+            return box.min[axis] <= media.min[axis] && box.max[axis] >= media.max[axis];
+        };
+        for (int axis = 0; axis < 3; ++axis) {
+            if (!goes_across((axis + 1) % 3) || !goes_across((axis + 2) % 3))
+                continue;
+            if (box.min[axis] <= media.min[axis])
+                media.min[axis] = std::max(media.min[axis], box.max[axis]);
+            else if (box.max[axis] >= media.max[axis])
+                media.max[axis] = std::min(media.max[axis], box.min[axis]);
+            if (media.min[axis] >= media.max[axis])
+                return {};
+        }
+    }
+    return media;
+}
+
+bool can_shade_surfaces(std::span<const LightPosition> lights,
+                        std::span<const surface::SurfaceSet::Instance> surfaces)
+{
+    constexpr std::size_t kMany = 16;  // among which some will
+    if (surfaces.size() > kMany)
+        return true;
+    return std::any_of(surfaces.begin(), surfaces.end(), [&](const auto& caster) {
+        // What is closed is a ball or a box, and none of it lies before another part of it.
+        return !caster.closed ||
+               std::any_of(surfaces.begin(), surfaces.end(), [&](const auto& other) {
+                   return &other != &caster &&
+                          std::any_of(lights.begin(), lights.end(), [&](const auto& light) {
+                              return can_shade(light, caster.bounds, other.bounds);
+                          });
+               });
+    });
+}
+
 View parallel_view(const LightAxes& axes, const Bounds& covered, const Bounds& casters,
                    int map_size)
 {

@@ -43,6 +43,15 @@ bool is_detail(const surface::SurfaceSet::Instance& instance, const Bounds& medi
 /// Whether a surface within `surface` can stand between the media and a light: false is certain.
 bool can_shade(const LightPosition& light, const Bounds& surface, const Bounds& media);
 
+/// What of the media lies outside of boxes that cut off an end of them, as a ground does: what is
+/// in a solid is not seen.
+Bounds outside_of_boxes(Bounds media, std::span<const surface::SurfaceSet::Instance> surfaces);
+
+/// Whether one of the surfaces can stand between one of the lights and another, or itself: false is
+/// certain.
+bool can_shade_surfaces(std::span<const LightPosition> lights,
+                        std::span<const surface::SurfaceSet::Instance> surfaces);
+
 /// A view along `axes` that shows `covered` and keeps the depth of all `casters`, both in the
 /// light's axes. map_size: texels along its edge.
 View parallel_view(const LightAxes& axes, const Bounds& covered, const Bounds& casters,

@@ -9,6 +9,9 @@ namespace fumarole::light {
 /// Work that may be left at its pauses and taken up again: a coroutine that says
 /// `co_await Pause{}` where it may, and `co_await other_steps()` for a part of it that may too.
 /// Nothing of it is done before resume(); it is given up by its end of life.
+///
+/// GCC 12 lays out wrongly what a coroutine holds that says `if (co_await ...)` and has no variable
+/// at its outermost level (its bug 106188): such a one crashes at its first step.
 class [[nodiscard]] Steps {
 public:
     struct promise_type;

@@ -142,13 +142,34 @@ glm::dvec2 extent_in(const std::vector<glm::dvec2>& points, glm::dvec2 rows)
     return extent;
 }
 
+/// What of the picture one of the hulls may reach.
+std::vector<PictureBand> bands_of(std::span<const std::vector<glm::dvec2>> hulls, glm::ivec2 size)
+{
+    constexpr double kMargin = 2;  // pixels: of what a float makes of a corner
+    std::vector<PictureBand> bands;
+    for (int row = 0; row < size.y; row += kBandRows) {
+        const int end = std::min(row + kBandRows, size.y);
+        glm::dvec2 extent(size.x, 0);
+        for (const std::vector<glm::dvec2>& hull : hulls) {
+            const glm::dvec2 own = extent_in(hull, {row - kMargin, end + kMargin});
+            extent = {std::min(extent.x, own.x - kMargin), std::max(extent.y, own.y + kMargin)};
+        }
+        // Of a corner just before the eye it is too far aside for an integer.
+        const double width = size.x;
+        const int low = static_cast<int>(std::floor(std::clamp(extent.x, 0.0, width)));
+        const int high = static_cast<int>(std::ceil(std::clamp(extent.y, 0.0, width)));
+        if (low < high)
+            bands.push_back({{low, row}, {high - low, end - row}});
+    }
+    return bands;
+}
+
 }  // namespace
 
 std::optional<std::vector<PictureBand>> dimmed_part(const PreparedFrame& frame, const Bounds& media,
                                                     const Bounds& surface,
                                                     std::span<const glm::dvec3> to_suns)
 {
-    constexpr double kMargin = 2;  // pixels: of what a float makes of a corner
     std::vector<std::vector<glm::dvec2>> hulls;
     for (const glm::dvec3& to_sun : to_suns) {
         const double metres = reach(media, surface, -to_sun);
@@ -159,22 +180,17 @@ std::optional<std::vector<PictureBand>> dimmed_part(const PreparedFrame& frame, 
             return {};
         hulls.push_back(hull_of(std::move(*pixels)));
     }
-    std::vector<PictureBand> bands;
-    for (int row = 0; row < frame.picture_size.y; row += kBandRows) {
-        const int end = std::min(row + kBandRows, frame.picture_size.y);
-        glm::dvec2 extent(frame.picture_size.x, 0);
-        for (const std::vector<glm::dvec2>& hull : hulls) {
-            const glm::dvec2 own = extent_in(hull, {row - kMargin, end + kMargin});
-            extent = {std::min(extent.x, own.x - kMargin), std::max(extent.y, own.y + kMargin)};
-        }
-        // Of a corner just before the eye it is too far aside for an integer.
-        const double width = frame.picture_size.x;
-        const int low = static_cast<int>(std::floor(std::clamp(extent.x, 0.0, width)));
-        const int high = static_cast<int>(std::ceil(std::clamp(extent.y, 0.0, width)));
-        if (low < high)
-            bands.push_back({{low, row}, {high - low, end - row}});
-    }
-    return bands;
+    return bands_of(hulls, frame.picture_size);
+}
+
+std::optional<std::vector<PictureBand>> part_within(const PreparedFrame& frame, const Bounds& box,
+                                                    const Bounds& surface)
+{
+    auto pixels = to_pixels(frame, corners_within(box, glm::dvec3(0), surface));
+    if (!pixels)
+        return {};
+    const std::vector<glm::dvec2> hull = hull_of(std::move(*pixels));
+    return bands_of({&hull, 1}, frame.picture_size);
 }
 
 }  // namespace fumarole::surface

@@ -24,4 +24,8 @@ std::optional<std::vector<PictureBand>> dimmed_part(const PreparedFrame& frame, 
                                                     const Bounds& surface,
                                                     std::span<const glm::dvec3> to_suns);
 
+/// Likewise of places that lie in a box.
+std::optional<std::vector<PictureBand>> part_within(const PreparedFrame& frame, const Bounds& box,
+                                                    const Bounds& surface);
+
 }  // namespace fumarole::surface

@@ -1,5 +1,7 @@
 #include "surface/surface_painter.h"
 
+#include <algorithm>
+#include <functional>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "shared/bindings.h"
@@ -15,11 +17,9 @@ constexpr int kShadowFactor = 4;
 /// A mesh of more vertices than this is drawn once, and not once for each band of a picture.
 constexpr int kFewVertices = 512;
 
-/// Directions to the lights, if a rasteriser without branches shades by suns alone; else none.
+/// Directions to the lights, if they are suns alone; else none.
 std::optional<std::vector<glm::dvec3>> suns_of(const Toolbox& tools)
 {
-    if (!tools.device.capabilities().software)
-        return {};
     std::vector<glm::dvec3> to_suns;
     for (const LightPosition& light : tools.lights.points()) {
         if (!light.far)
@@ -64,50 +64,70 @@ void SurfacePainter::draw(const Toolbox& tools, const SurfaceSet& surfaces,
 
     if (tools.lights.has_environment())
         tools.lights.bind_irradiance();
-    defines += tools.volumes.surface_defines();
     defines += tools.probes.defines();
     gl->Enable(GL_DEPTH_TEST);
     gl->DepthFunc(reversed ? GL_GREATER : GL_LESS);
-    if (!dimmed) {
-        draw_instances(tools, surfaces, frame, defines, unseen, {});
-        return detach(gl);
-    }
-    gl::Defines through = defines;
-    through += tools.media.defines();
-    through += tools.volumes.defines();
-    through.emplace_back("THROUGH_MEDIA", "");
-    if (tools.scene_settings.shadow_range == SceneSettings::ShadowRange::light)
-        through.emplace_back("kShadowToLight", "");
-    const auto to_suns = suns_of(tools);
-    if (!to_suns) {
-        draw_instances(tools, surfaces, frame, through, unseen, {});
-        return detach(gl);
-    }
-    Bounds media = frame.media;
-    media.min -= tools.volumes.depth_blur();
-    media.max += tools.volumes.depth_blur();
-    // What is drawn in the bands is nearest there, and the rest is not shaded a second time.
-    std::vector<Bands> bands, rest;
-    for (const auto& instance : surfaces.instances()) {
-        const bool few = surfaces.vertices_drawn(instance) <= kFewVertices;
-        bands.push_back(few ? dimmed_part(frame, media, instance.bounds, *to_suns) : std::nullopt);
-        rest.push_back(bands.back() ? std::nullopt : Bands{std::in_place});
-    }
-    draw_instances(tools, surfaces, frame, through, unseen, bands);
-    draw_instances(tools, surfaces, frame, defines, unseen, rest);
-    detach(gl);
-}
-
-void SurfacePainter::detach(const gl::Device& gl)
-{
+    for (const Share& share : shares_of(tools, surfaces, frame, defines, dimmed))
+        draw_share(tools, surfaces, frame, share, unseen);
     gl->NamedFramebufferTexture(framebuffer_.id(), GL_COLOR_ATTACHMENT0, 0, 0);
     gl->NamedFramebufferTexture(framebuffer_.id(), GL_DEPTH_ATTACHMENT, 0, 0);
 }
 
-void SurfacePainter::draw_instances(const Toolbox& tools, const SurfaceSet& surfaces,
-                                    const PreparedFrame& frame, const gl::Defines& defines,
-                                    const std::vector<bool>& unseen,
-                                    const std::vector<Bands>& bands)
+std::vector<SurfacePainter::Share> SurfacePainter::shares_of(const Toolbox& tools,
+                                                             const SurfaceSet& surfaces,
+                                                             const PreparedFrame& frame,
+                                                             const gl::Defines& plain, bool dimmed)
+{
+    const light::LightVolumes& volumes = tools.volumes;
+    gl::Defines near = plain;
+    near += volumes.surface_defines();
+    gl::Defines through = near;
+    through += tools.media.defines();
+    through += volumes.defines();
+    through.emplace_back("THROUGH_MEDIA", "");
+    if (tools.scene_settings.shadow_range == SceneSettings::ShadowRange::light)
+        through.emplace_back("kShadowToLight", "");
+    if (!tools.device.capabilities().software)
+        return {{dimmed ? through : near, {}}};
+
+    std::vector<Share> shares;
+    const auto instances = surfaces.instances();
+    std::vector<bool> is_left(instances.size(), true);
+    const auto add = [&](const gl::Defines& variant, const auto& part_of) {
+        Share share{variant, {}};
+        for (std::size_t i = 0; i < instances.size(); ++i) {
+            if (!is_left[i]) {
+                share.bands.emplace_back(std::in_place);
+                continue;
+            }
+            const bool few = surfaces.vertices_drawn(instances[i]) <= kFewVertices;
+            share.bands.push_back(few ? part_of(instances[i].bounds) : std::nullopt);
+            is_left[i] = share.bands.back().has_value();
+        }
+        shares.push_back(std::move(share));
+    };
+    if (dimmed) {
+        const auto to_suns = suns_of(tools);
+        Bounds media = frame.media;
+        media.min -= volumes.depth_blur();
+        media.max += volumes.depth_blur();
+        add(through, [&](const Bounds& surface) {
+            return to_suns ? dimmed_part(frame, media, surface, *to_suns) : std::nullopt;
+        });
+    }
+    if (const auto box = volumes.lit_on_surfaces())
+        add(near, [&](const Bounds& surface) {
+            return box->contains(surface) ? std::nullopt : part_within(frame, *box, surface);
+        });
+    const bool is_all = std::none_of(is_left.begin(), is_left.end(), std::identity{});
+    if (!is_all)
+        add(volumes.lit_on_surfaces() ? plain : near, [](const Bounds&) { return Bands(); });
+    return shares;
+}
+
+void SurfacePainter::draw_share(const Toolbox& tools, const SurfaceSet& surfaces,
+                                const PreparedFrame& frame, const Share& share,
+                                const std::vector<bool>& unseen)
 {
     const gl::Device& gl = tools.device;
     const Eye& eye = frame.eye;
@@ -116,10 +136,10 @@ void SurfacePainter::draw_instances(const Toolbox& tools, const SurfaceSet& surf
         const auto number = static_cast<std::size_t>(&instance - surfaces.instances().data());
         if (number < unseen.size() && unseen[number])
             continue;
-        const Bands own_bands = bands.empty() ? std::nullopt : bands[number];
+        const Bands own_bands = share.bands.empty() ? std::nullopt : share.bands[number];
         if (own_bands && own_bands->empty())
             continue;
-        gl::Defines own = defines;
+        gl::Defines own = share.variant;
         if (!instance.closed)
             own.emplace_back("kTwoSided", "");
         if (instance.gloss) {

@@ -30,11 +30,18 @@ public:
 private:
     /// Where an instance is drawn; none: all over the picture.
     using Bands = std::optional<std::vector<PictureBand>>;
-    /// @param bands of each instance; empty: all are drawn all over the picture
-    void draw_instances(const Toolbox& tools, const SurfaceSet& surfaces,
-                        const PreparedFrame& frame, const gl::Defines& defines,
-                        const std::vector<bool>& unseen, const std::vector<Bands>& bands);
-    void detach(const gl::Device& gl);
+    /// What one variant of the shader draws.
+    struct Share {
+        gl::Defines variant;
+        std::vector<Bands> bands;  ///< of each instance; empty: all are drawn all over the picture
+    };
+    /// What surfaces take to shade, as one share; or, for a rasteriser without branches, a share
+    /// for each that asks for less: what is drawn by the first is not shaded a second time.
+    static std::vector<Share> shares_of(const Toolbox& tools, const SurfaceSet& surfaces,
+                                        const PreparedFrame& frame, const gl::Defines& plain,
+                                        bool dimmed);
+    void draw_share(const Toolbox& tools, const SurfaceSet& surfaces, const PreparedFrame& frame,
+                    const Share& share, const std::vector<bool>& unseen);
 
     gl::UniformBuffer<shared::DrawParams> block_;
     gl::Framebuffer framebuffer_;

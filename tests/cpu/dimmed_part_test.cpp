@@ -38,5 +38,23 @@ TEST(DimmedPart, GoesOnFarBesideThePicture)
     EXPECT_TRUE(left->empty()) << "all of it lies beside the picture";
 }
 
+TEST(PartWithin, IsWhatOfAGroundLiesInABox)
+{
+    const PreparedFrame frame = looking_ahead(1e-3);
+    const Bounds ground{{-1e6, -3, -1e6}, {1e6, -2, 1e6}};
+    // 4 to 8 m away on a ground 2 m below: 8 to 16 of the 32 rows below the middle.
+    const auto bands = part_within(frame, {{-2, -5, -8}, {1, 5, -4}}, ground);
+    ASSERT_TRUE(bands);
+    ASSERT_EQ(bands->size(), 1u);
+    const auto pixel = [](double x, double z) { return kSize / 2 * (1 + x / z); };
+    EXPECT_NEAR(bands->front().low.x, pixel(-2, 4), 5);
+    EXPECT_LE(bands->front().low.x, pixel(-2, 4));
+    EXPECT_GE(bands->front().low.x + bands->front().size.x, pixel(1, 4));
+    const auto beside = part_within(frame, {{50, -5, -8}, {60, 5, -4}}, ground);
+    ASSERT_TRUE(beside);
+    EXPECT_TRUE(beside->empty());
+    EXPECT_FALSE(part_within(frame, {{-2, -5, -8}, {1, 5, 4}}, ground)) << "it goes past the eye";
+}
+
 }  // namespace
 }  // namespace fumarole::surface

@@ -50,5 +50,47 @@ TEST(CanShade, SurfacesBetweenALampAndTheMediaAlone)
     }
 }
 
+surface::SurfaceSet::Instance solid(const Bounds& bounds, bool is_box)
+{
+    surface::SurfaceSet::Instance instance;
+    instance.bounds = bounds;
+    instance.is_box = is_box;
+    return instance;
+}
+
+TEST(OutsideOfBoxes, IsWhatAGroundLeavesOfTheMedia)
+{
+    const auto ground = [](double height) {
+        return std::vector{solid({{-60, -60, -1}, {60, 60, height}}, true)};
+    };
+    EXPECT_EQ(light::outside_of_boxes(kMedia, ground(0.5)).min.z, 1) << "below them";
+    EXPECT_EQ(light::outside_of_boxes(kMedia, ground(1.25)).min.z, 1.25);
+    EXPECT_EQ(light::outside_of_boxes(kMedia, ground(1.25)).max.z, 2);
+    EXPECT_TRUE(light::outside_of_boxes(kMedia, ground(3)).empty()) << "buried";
+    const std::vector wall{solid({{0.5, -60, -60}, {60, 60, 60}}, true)};
+    EXPECT_EQ(light::outside_of_boxes(kMedia, wall).max.x, 0.5);
+    const std::vector post{solid({{-0.1, -0.1, -1}, {0.1, 0.1, 3}}, true)};
+    EXPECT_EQ(light::outside_of_boxes(kMedia, post).min, kMedia.min) << "media go around it";
+    const std::vector ball{solid({{-60, -60, -119}, {60, 60, 1.25}}, false)};
+    EXPECT_EQ(light::outside_of_boxes(kMedia, ball).min.z, 1) << "it does not fill its bounds";
+}
+
+TEST(CanShadeSurfaces, OneBeforeAnotherAndAMeshBeforeItself)
+{
+    const SunLight high{.direction_to_light = {0.5, 0, 1}, .irradiance = glm::vec3(1)};
+    const std::vector suns{position_of(high)};
+    const auto ground = solid({{-60, -60, -1}, {60, 60, 0}}, true);
+    const auto ball = solid(box({0, 0, 1}, glm::dvec3(1)), false);
+    const auto behind_edge = solid(box({-80, 0, -40}, glm::dvec3(1)), false);
+    auto mesh = ground;
+    mesh.is_box = mesh.closed = false;
+    EXPECT_FALSE(light::can_shade_surfaces(suns, std::vector{ground}));
+    EXPECT_FALSE(light::can_shade_surfaces(suns, std::vector{ball}));
+    EXPECT_TRUE(light::can_shade_surfaces(suns, std::vector{ground, ball}));
+    EXPECT_TRUE(light::can_shade_surfaces(suns, std::vector{ground, behind_edge}));
+    EXPECT_TRUE(light::can_shade_surfaces(suns, std::vector{mesh}));
+    EXPECT_FALSE(light::can_shade_surfaces({}, std::vector{ground, ball})) << "no light";
+}
+
 }  // namespace
 }  // namespace fumarole::test

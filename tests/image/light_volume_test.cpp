@@ -434,6 +434,36 @@ TEST_F(LightVolume, SeveralMediaOfSeveralColoursShareOne)
     }
 }
 
+// What a ground alone leaves out: a shadow map, and light at nodes and shaders for where it is not
+// asked for. Another ground below it, which no one sees, has the map drawn.
+TEST_F(LightVolume, AGroundAloneIsLitAsOneThatHasAnotherBelow)
+{
+    Scene scene = empty_scene(64);
+    scene.world.radiance = {0.5f, 0.6f, 0.8f};
+    scene.lights = {SunLight{{0.5, 0.5, 0.7}, glm::vec3(4)}};
+    scene.media = {turned_lump(glm::dmat4(1.0))};
+    const BoxSurface ground{
+        .min = {-300, -300, -3}, .max = {300, 300, -1.2}, .albedo = glm::vec3(0.5f)};
+    scene.surfaces = {ground};
+    Renderer& renderer = scene_renderer().renderer();
+    renderer.take_report();
+    const Still alone = render(scene, plain_settings());
+    EXPECT_EQ(renderer.take_report().work.shadow_views, 0);
+    BoxSurface below = ground;
+    below.min.z = -30;
+    below.max.z = -20;
+    scene.surfaces.emplace_back(below);
+    const Still both = render(scene, plain_settings());
+    EXPECT_GT(renderer.take_report().work.shadow_views, 0);
+    EXPECT_TRUE(images_near(picture_of(alone, alone.composite), picture_of(both, both.composite),
+                            1e-6, 1e-6, "where a map hides nothing"));
+    // A ball is in the map, and throws a shadow.
+    scene.surfaces = {ground, SphereSurface{.center = {1, -6, -0.6}, .radius = 0.6}};
+    const Still ball = render(scene, plain_settings());
+    EXPECT_GT(renderer.take_report().work.shadow_views, 0);
+    EXPECT_GT(study::compare(ball.composite, alone.composite).relmse, 1e-3);
+}
+
 TEST_F(LightVolume, IsFilledOverFramesWhereThatIsAsked)
 {
     Scene scene = empty_scene(16);

@@ -19,6 +19,12 @@ struct Bounds {
         min = glm::min(min, other.min);
         max = glm::max(max, other.max);
     }
+    /// Whether all of another box lies in this one.
+    [[nodiscard]] bool contains(const Bounds& other) const
+    {
+        return glm::all(glm::lessThanEqual(min, other.min)) &&
+               glm::all(glm::lessThanEqual(other.max, max));
+    }
     [[nodiscard]] double diagonal() const { return empty() ? 0 : glm::length(max - min); }
     /// The corner whose bits pick min or max along x, y, z.
     [[nodiscard]] glm::dvec3 corner(int i) const
