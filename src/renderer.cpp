@@ -165,9 +165,9 @@ struct Renderer::Parts {
     [[nodiscard]] SceneWork work() const
     {
         const light::LightVolumeFills fills = volumes.fills();
-        return {media.uploads(),  surfaces.uploads(), lights.views_drawn(),
-                fills.extinction, fills.depth_layers, fills.world,
-                fills.field,      probes.captures(),  fills.lattices};
+        return {media.uploads(),    surfaces.uploads(), lights.views_drawn(), fills.extinction,
+                fills.depth_layers, fills.world,        fills.field,          probes.captures(),
+                fills.lattices,     fills.fires};
     }
 
     std::shared_ptr<const gl::Device>
@@ -1261,7 +1261,8 @@ FrameReport Renderer::take_report()
                    now.world_volumes - before.world_volumes,
                    now.fields - before.fields,
                    now.probes - before.probes,
-                   now.lattices - before.lattices};
+                   now.lattices - before.lattices,
+                   now.fires - before.fires};
     return report;
 }
 

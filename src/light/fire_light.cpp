@@ -68,6 +68,7 @@ void FireLight::place(const medium::MediaSet::CarriedGlow& glow, const Bounds& m
     core_ = glm::max(0.5 * (glow.bounds.max - glow.bounds.min), glm::dvec3(1e-9));
     node_ = 2 * longest(core_) / kNodes;
     growth_ = 2 * longest(core_) * kGrowth;
+    corner_ = around.min;
     const glm::dvec3 rim = kRim * (around.max - around.min);
     known_.min = around.min + rim;
     known_.max = around.max - rim;
@@ -254,8 +255,10 @@ const gl::Texture& FireLight::make_seen(glm::ivec3 nodes)
     return seen_;
 }
 
-void FireLight::move(glm::dvec3 by)
+void FireLight::move_to(glm::dvec3 corner)
 {
+    const glm::dvec3 by = corner - corner_;
+    corner_ = corner;
     for (Bounds* bounds : {&flame_.bounds, &media_.bounds, &known_}) {
         bounds->min += by;
         bounds->max += by;

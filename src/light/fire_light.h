@@ -38,8 +38,9 @@ public:
     /// What surfaces hide is to be drawn here: two numbers a node of their lattice.
     [[nodiscard]] const gl::Texture& make_seen(glm::ivec3 nodes);
     void clear();
-    /// All of it, with media and surfaces. by: metres
-    void move(glm::dvec3 by);
+    /// All of it, with media and surfaces.
+    /// @param corner metres, world: of where nodes were placed around, as it lies now
+    void move_to(glm::dvec3 corner);
 
     [[nodiscard]] bool is_filled() const { return static_cast<bool>(light_); }
     /// For an eye at `eye` [m, world].
@@ -68,7 +69,7 @@ private:
     const gl::Device& device_;
     gl::ProgramCache& programs_;
     Box flame_, media_;
-    glm::dvec3 middle_{0}, core_{1}, first_{0};
+    glm::dvec3 corner_{0}, middle_{0}, core_{1}, first_{0};
     double node_ = 1, growth_ = 1;
     glm::ivec3 count_{2};
     Bounds known_;  ///< where the surfaces' lattice tells what is seen [m, world]

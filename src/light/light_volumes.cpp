@@ -372,7 +372,21 @@ bool LightVolumes::is_moved(const DepthKey& then, const DepthKey& now)
                                    tolerance + 1e-14 * glm::length(now.origin)))
             return false;
     return then.count == now.count && then.rgb == now.rgb &&
-           are_moved(then.media, now.media, now.origin - then.origin, tolerance);
+           light::are_moved(then.media, now.media, now.origin - then.origin, tolerance);
+}
+
+bool LightVolumes::are_moved(const std::vector<Obstacle>& then, const std::vector<Obstacle>& now,
+                             glm::dvec3 moved, double tolerance)
+{
+    const auto is_there = [&](glm::dvec3 before, glm::dvec3 after) {
+        return medium::is_same_place(before + moved, after, tolerance);
+    };
+    return std::equal(then.begin(), then.end(), now.begin(), now.end(),
+                      [&](const Obstacle& a, const Obstacle& b) {
+                          return a.kind == b.kind && a.mesh == b.mesh &&
+                                 is_there(a.place[0], b.place[0]) &&
+                                 is_there(a.place[1], b.place[1]);
+                      });
 }
 
 bool LightVolumes::is_moved(const WorldKey& then, const WorldKey& now)
@@ -387,18 +401,11 @@ bool LightVolumes::is_moved(const WorldKey& then, const WorldKey& now)
                    &lattice_then = now.bands > 0 ? then.in_media : then.on_surfaces;
     const glm::dvec3 moved = lattice.origin - lattice_then.origin;
     const double tolerance = kSameNode * spacing_of(lattice.edges);
-    const auto is_there = [&](glm::dvec3 before, glm::dvec3 after) {
-        return medium::is_same_place(before + moved, after, tolerance);
-    };
     return (now.on_surfaces.count == glm::ivec3(0) ||
-            is_there(then.on_surfaces.origin, now.on_surfaces.origin)) &&
-           are_moved(then.media, now.media, moved, tolerance) &&
-           std::equal(then.surfaces.begin(), then.surfaces.end(), now.surfaces.begin(),
-                      now.surfaces.end(), [&](const Obstacle& a, const Obstacle& b) {
-                          return a.kind == b.kind && a.mesh == b.mesh &&
-                                 is_there(a.place[0], b.place[0]) &&
-                                 is_there(a.place[1], b.place[1]);
-                      });
+            medium::is_same_place(then.on_surfaces.origin + moved, now.on_surfaces.origin,
+                                  tolerance)) &&
+           light::are_moved(then.media, now.media, moved, tolerance) &&
+           are_moved(then.surfaces, now.surfaces, moved, tolerance);
 }
 
 bool LightVolumes::is_same(const LightPosition& a, const LightPosition& b) const
@@ -575,6 +582,8 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
         } else {
             field = {};
         }
+        if (field.on_surfaces && field.glows)
+            plan.fire = fire_key(scene, media);
         plan.places = take_places(field, scene.time);
         const FieldScene now{media, surfaces, lights};
         plan_world(plan, now);
@@ -602,29 +611,52 @@ LightVolumes::FieldPlaces LightVolumes::take_places(FieldKey& key, double time)
         void power(const LightField&, const glm::vec3&) const {}
     };
     FieldPlaces places;
-    const auto take = [&](glm::dvec3& place) {
-        places.of_all.push_back(std::exchange(place, glm::dvec3(0)));
-    };
-    const auto take_height = [&](double& z) {
-        places.of_all.emplace_back(0, 0, std::exchange(z, 0.0));
-    };
     for (Light& light : key.lights)
         std::visit([&](auto& one) { visit_fields(OfLights{places.of_all}, one); }, light);
     for (Medium& medium : key.media)
-        std::visit(Overloaded{[&](GridMedium& grid) { take(grid.translate); },
-                              [&](BoxMedium& box) {
-                                  take(box.min);
-                                  take(box.max);
-                                  if (auto* height = std::get_if<ExpHeightProfile>(&box.profile))
-                                      take_height(height->z0);
-                                  if (auto* noise = std::get_if<NoiseProfile>(&box.profile))
-                                      places.of_all.push_back(
-                                          time * std::exchange(noise->drift, glm::dvec3(0)));
-                              }},
-                   medium);
+        take_places(medium, time, places.of_all);
     if (!key.surfaces.empty() || !key.casters.empty())
         places.of_all.emplace_back(0);  // which stay where they are
     return places;
+}
+
+void LightVolumes::take_places(Medium& medium, double time, std::vector<glm::dvec3>& places)
+{
+    const auto take = [&](glm::dvec3& place) {
+        places.push_back(std::exchange(place, glm::dvec3(0)));
+    };
+    std::visit(Overloaded{[&](GridMedium& grid) { take(grid.translate); },
+                          [&](BoxMedium& box) {
+                              take(box.min);
+                              take(box.max);
+                              if (auto* height = std::get_if<ExpHeightProfile>(&box.profile))
+                                  places.emplace_back(0, 0, std::exchange(height->z0, 0.0));
+                              if (auto* noise = std::get_if<NoiseProfile>(&box.profile))
+                                  places.push_back(time *
+                                                   std::exchange(noise->drift, glm::dvec3(0)));
+                          }},
+               medium);
+}
+
+LightVolumes::FireKey LightVolumes::fire_key(const Scene& scene, const medium::MediaSet& media)
+{
+    FireKey key{scene.media, {}, media.split_off()};
+    for (Medium& medium : key.media) {
+        take_places(medium, scene.time, key.places);
+        std::visit([](auto& one) { one.g = 0; }, medium);
+        std::visit(Overloaded{[](GridMedium& grid) {  // WorldKey has what these add up to
+                                  grid.sigma_s_per_density = glm::vec3(0);
+                                  grid.sigma_a_per_density = glm::vec3(0);
+                                  grid.color_grid.clear();
+                                  grid.color.reset();
+                              },
+                              [](BoxMedium& box) {
+                                  box.sigma_s = glm::vec3(0);
+                                  box.sigma_a = glm::vec3(0);
+                              }},
+                   medium);
+    }
+    return key;
 }
 
 int LightVolumes::turns_for(const Scene& scene, const SceneSettings& settings)
@@ -911,6 +943,22 @@ bool LightVolumes::is_same_field(const WorldPlan& then, const WorldPlan& now)
                       });
 }
 
+bool LightVolumes::is_same_fire(const WorldPlan& then, const WorldPlan& now)
+{
+    const DepthKey &lattice_then = then.world.on_surfaces, &lattice = now.world.on_surfaces;
+    if (!is_moved(lattice_then, lattice) || then.fire.media != now.fire.media ||
+        then.fire.small != now.fire.small)
+        return false;
+    const glm::dvec3 moved = lattice.origin - lattice_then.origin;
+    const double tolerance = kSameNode * spacing_of(lattice.edges);
+    return light::are_moved(then.world.media, now.world.media, moved, tolerance) &&
+           are_moved(then.world.surfaces, now.world.surfaces, moved, tolerance) &&
+           std::equal(then.fire.places.begin(), then.fire.places.end(), now.fire.places.begin(),
+                      now.fire.places.end(), [&](glm::dvec3 before, glm::dvec3 after) {
+                          return medium::is_same_place(before + moved, after, tolerance);
+                      });
+}
+
 bool LightVolumes::is_same_plan(const WorldPlan& then, const WorldPlan& now)
 {
     return then.places.origin == now.places.origin && is_moved(then.world, now.world) &&
@@ -1017,13 +1065,16 @@ void LightVolumes::plan_fill(WorldFill& fill)
         has_media && (fill.anew || (!light_.coefficients && (fill.of_media || !field.filled)));
     if (fill.anew || fill.world)
         ++fills_.world;
-    if (light_.fire && !fill.on_surfaces)
-        light_.fire->move(plan.places.origin - light_.plan.places.origin);
     const bool has_surfaces =
         fill.anew ? !fill.scene.surfaces.empty() && !part_ && (fill.shines || lights_surfaces)
                   : static_cast<bool>(light_.on_surfaces);
     const bool has_dimmed =
         fill.anew ? has_surfaces && plan.world.dims : static_cast<bool>(light_.on_surfaces_dimmed);
+    // A fire that has moved with its scene is looked up where it was while that is being filled.
+    const bool keeps_fire =
+        light_.fire && field.on_surfaces && field.glows && is_same_fire(light_.plan, plan) &&
+        (!fill.is_spread || plan.world.on_surfaces.origin == light_.plan.world.on_surfaces.origin);
+    std::shared_ptr<FireLight> fire = light_.fire;
     if (!fill.is_spread) {  // in the place of what was there
         WorldPlan own = std::move(fill.to.plan);
         fill.to = fill.anew ? WorldLight() : std::move(light_);
@@ -1031,6 +1082,10 @@ void LightVolumes::plan_fill(WorldFill& fill)
         light_ = {};
     }
     WorldLight& to = fill.to;
+    if (fill.on_surfaces)
+        to.fire = keeps_fire ? std::move(fire) : nullptr;
+    if (to.fire)
+        to.fire->move_to(bounds_of(plan.on_surfaces).min);
     if (fill.world && !to.coefficients)
         to.coefficients = make_coefficients("world's light", plan);
     if (fill.world && !fill.anew)  // of which only the sum with the field was kept
@@ -1108,6 +1163,8 @@ void LightVolumes::show(WorldFill& fill)
     }
     begin_fades(fill);
     light_ = std::move(to);
+    if (light_.fire)
+        light_.fire->move_to(bounds_of(light_.plan.on_surfaces).min);
     if (fill.anew || fill.of_media || fill.world || dropped)
         turned_ = false;
     if (fill.anew || fill.of_media || fill.world)
@@ -1172,8 +1229,7 @@ Steps LightVolumes::begin_surfaces(WorldFill& fill, const FieldLight* light)
     field_on_surfaces_.find_sights(to.on_surfaces);
     if (co_await Pause{})
         field_on_surfaces_.bind_again();
-    fill.to.fire.reset();
-    if (!field.glows || !field.on_surfaces)
+    if (fill.to.fire || !field.glows || !field.on_surfaces)
         co_return;
     fill_fire(fill);
     if (co_await Pause{})
@@ -1189,7 +1245,8 @@ void LightVolumes::fill_fire(WorldFill& fill)
         return;
     const Lattice& lattice = to.plan.on_surfaces;
     const glm::dmat3 voxels(frame_of(media).voxel_from_world);
-    to.fire = std::make_unique<FireLight>(device_, programs_);
+    ++fills_.fires;
+    to.fire = std::make_shared<FireLight>(device_, programs_);
     to.fire->place(glow, media.bounds(), bounds_of(lattice),
                    1 / std::cbrt(std::abs(glm::determinant(voxels))));
     params_.samples = to.fire->samples();
@@ -1837,6 +1894,7 @@ LightVolumeFills LightVolumes::fills() const
         sum.world += own.world;
         sum.field += own.field;
         sum.lattices += own.lattices;
+        sum.fires += own.fires;
     }
     return sum;
 }

@@ -36,6 +36,7 @@ struct LightVolumeFills {
     int world = 0;         ///< the world's light, in media and on surfaces
     int field = 0;         ///< light that is scattered again or emitted
     int lattices = 0;      ///< that surfaces were drawn into
+    int fires = 0;         ///< what media emit, on surfaces
 };
 
 /// Volumes in front of what would be marched at each sample:
@@ -166,9 +167,18 @@ private:
         glm::dvec3 origin{0};            ///< origin of the lattice's first node
     };
 
+    /// What surfaces have of what media emit was filled from, besides WorldKey's media and
+    /// surfaces.
+    struct FireKey {
+        std::vector<Medium> media;       ///< without what doesn't matter, as FieldKey's
+        std::vector<glm::dvec3> places;  ///< metres, world
+        std::vector<bool> small;         ///< those whose glow is that of lights
+    };
+
     /// What light that is not direct is filled from, and at which nodes.
     struct WorldPlan {
         WorldKey world;
+        FireKey fire;
         FieldKey field;
         FieldPlaces places;
         Lattice in_media, on_surfaces;
@@ -190,8 +200,10 @@ private:
         gl::Texture sights;       ///< how far each of these sees
         gl::Texture world_walls;  ///< walls between the media's nodes, where surfaces send light on
         gl::Texture on_surfaces, on_surfaces_dimmed;  ///< coefficients of the world's light
-        std::unique_ptr<FireLight> fire;  ///< what media emit, on surfaces; null: nothing
-        std::optional<double> ms;         ///< time that filling it took [ms], if it was measured
+        /// What media emit, on surfaces; null: nothing. What is being filled has that which is
+        /// shown, where it is the same.
+        std::shared_ptr<FireLight> fire;
+        std::optional<double> ms;  ///< time that filling it took [ms], if it was measured
 
         /// Coefficients of all that reaches the media but what is direct.
         [[nodiscard]] const gl::Texture& in_media() const
@@ -223,8 +235,12 @@ private:
     static Obstacle obstacle_of(const Surface& surface);
     /// Takes the places out of a key.
     static FieldPlaces take_places(FieldKey& key, double time);
+    static void take_places(Medium& medium, double time, std::vector<glm::dvec3>& places);
+    static FireKey fire_key(const Scene& scene, const medium::MediaSet& media);
     static bool is_moved(const DepthKey& then, const DepthKey& now);
     static bool is_moved(const WorldKey& then, const WorldKey& now);
+    static bool are_moved(const std::vector<Obstacle>& then, const std::vector<Obstacle>& now,
+                          glm::dvec3 moved, double tolerance);
     [[nodiscard]] bool is_same(const LightPosition& a, const LightPosition& b) const;
     void set_depth(const SceneSettings& settings, medium::MediaSet& media, LightSet& lights);
     void begin_refill();
@@ -255,6 +271,8 @@ private:
     /// Whether it may be filled over frames, while the scene changes.
     [[nodiscard]] bool may_spread(const medium::MediaSet& media) const;
     [[nodiscard]] static bool is_same_field(const WorldPlan& then, const WorldPlan& now);
+    /// Of what surfaces have of what media emit.
+    [[nodiscard]] static bool is_same_fire(const WorldPlan& then, const WorldPlan& now);
     /// The same, and nothing has moved.
     [[nodiscard]] static bool is_same_plan(const WorldPlan& then, const WorldPlan& now);
     /// What is to be filled of it, and room for that.

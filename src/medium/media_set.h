@@ -158,6 +158,7 @@ public:
         split_off_ = std::move(media);
         carried_glow_.reset();
     }
+    [[nodiscard]] const std::vector<bool>& split_off() const { return split_off_; }
     /// Whether some medium glows of which it is not left out.
     [[nodiscard]] bool carries_glow() const;
     /// What is not left out, of all media, and the box that it comes from [m, world]. Kept until

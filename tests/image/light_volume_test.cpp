@@ -651,6 +651,57 @@ TEST_F(LightVolume, TheFieldOfAMovingSceneFollowsIt)
     EXPECT_TRUE(images_near(filming.draw(renderer), filming.draw_fresh(), 0, 0, "no media"));
 }
 
+// What a fire throws on the floor is that of media and surfaces alone.
+TEST_F(LightVolume, AFireOnSurfacesStaysWhileLightIsFilledOverFrames)
+{
+    constexpr int kFrames = 3;
+    Filming filming(gl(), get_proc(), plain_settings(), kFrames);
+    auto& smoke = std::get<GridMedium>(filming.scene.media[0]);
+    auto& floor = std::get<BoxSurface>(filming.scene.surfaces[0]);
+    smoke.emission = smoke.density;
+    smoke.emission_per_unit = glm::vec3(0.5f);
+    Renderer renderer(get_proc());
+    filming.set(renderer);
+    filming.draw(renderer);
+    EXPECT_EQ(renderer.take_report().work.fires, 1);
+    const auto expect_fires = [&](int fires, float near, const char* what) {
+        filming.set(renderer);
+        for (int i = 0; i < 3 * kFrames; ++i)
+            filming.draw(renderer);
+        EXPECT_EQ(renderer.take_report().work.fires, fires) << what;
+        EXPECT_TRUE(
+            images_near(filming.draw(renderer), filming.draw_fresh(), near, 0.1f * near, what));
+    };
+    filming.turn_sun(0.5);
+    expect_fires(0, 0, "a light turned");
+    filming.scene.world.radiance = {0.1f, 0.2f, 0.3f};
+    expect_fires(0, 0, "the world");
+    smoke.g = 0.4f;
+    expect_fires(0, 0, "g");
+    floor.albedo = {0.2f, 0.3f, 0.1f};
+    expect_fires(0, 0, "a surface's colour");
+    smoke.emission_per_unit = {1, 0.5f, 0.2f};
+    expect_fires(1, 0, "emission");
+    floor.max.z += 0.1;
+    expect_fires(1, 0, "a surface moved");
+    const glm::dvec3 by{0.37, -0.21, 1.13};
+    smoke.translate += by;
+    floor.min += by;
+    floor.max += by;
+    filming.scene.camera.position += by;
+    filming.scene.camera.look_at += by;
+    expect_fires(0, 2e-3f, "all moved together");
+    // What has moved is shown where it was until its light is there.
+    smoke.translate -= by;
+    floor.min -= by;
+    floor.max -= by;
+    filming.scene.camera.position -= by;
+    filming.scene.camera.look_at -= by;
+    filming.turn_sun(0.5);
+    filming.scene.world.radiance *= 2.0f;
+    expect_fires(1, 2e-3f, "all moved, under other lights");
+}
+
 TEST_F(LightVolume, TheFieldKnowsShadowsThatCameOverFrames)
 {
     Filming filming(gl(), get_proc(), plain_settings(), 1);
@@ -810,7 +861,7 @@ const std::array kChanges{
            [](Scene& scene) {
                smoke_of(scene).emission_per_unit = {1, 2, 3};
            },
-           {.fields = 1}},
+           {.fields = 1, .fires = 1}},
     Change{"albedo_at_the_same_extinction",
            [](Scene& scene) {
                std::swap(smoke_of(scene).sigma_s_per_density, smoke_of(scene).sigma_a_per_density);
@@ -860,7 +911,7 @@ const std::array kChanges{
            kRounded},
     Change{"the_haze_alone",  // it has a closed form towards the lights, none towards the world
            [](Scene& scene) { std::get<BoxMedium>(scene.media[1]).sigma_s = glm::vec3(0.04f); },
-           {.world_volumes = 1, .fields = 1}},
+           {.world_volumes = 1, .fields = 1, .fires = 1}},
     Change{"the_world",
            [](Scene& scene) {
                scene.world.radiance = {0.1f, 0.2f, 0.3f};
@@ -868,13 +919,13 @@ const std::array kChanges{
            {.world_volumes = 1, .fields = 1}},
     Change{"a_surface_moved",
            [](Scene& scene) { std::get<SphereSurface>(scene.surfaces[0]).center.z -= 0.3; },
-           {.shadow_views = 8, .world_volumes = 1, .fields = 1, .lattices = 2}},
+           {.shadow_views = 8, .world_volumes = 1, .fields = 1, .lattices = 2, .fires = 1}},
     Change{"extinction",
            [](Scene& scene) { smoke_of(scene).sigma_a_per_density *= 2.0f; },
-           {.extinctions = 1, .depth_layers = 2, .world_volumes = 1, .fields = 1}},
+           {.extinctions = 1, .depth_layers = 2, .world_volumes = 1, .fields = 1, .fires = 1}},
     Change{"a_medium_moved_alone",  // within the haze, and suns are everywhere as far
            [](Scene& scene) { smoke_of(scene).translate.x += 0.25; },
-           {.extinctions = 1, .depth_layers = 1, .world_volumes = 1, .fields = 1},
+           {.extinctions = 1, .depth_layers = 1, .world_volumes = 1, .fields = 1, .fires = 1},
            kRounded},
 };
 
@@ -900,6 +951,7 @@ TEST_P(LightVolumeChange, FillsWhatDependsOnIt)
     const SceneWork all = renderer.take_report().work;
     EXPECT_EQ(all.depth_layers, 2);
     EXPECT_EQ(all.world_volumes, 1);
+    EXPECT_EQ(all.fires, 1);
     // From the first edit on the world's light is kept apart from what is scattered again.
     std::get<PointLight>(scene.lights[1]).radiant_intensity *= 1.5f;
     renderer.set_scene(scene, settings);
@@ -918,6 +970,7 @@ TEST_P(LightVolumeChange, FillsWhatDependsOnIt)
     EXPECT_EQ(work.world_volumes, change.work.world_volumes);
     EXPECT_EQ(work.fields, change.work.fields) << "the smoke glows";
     EXPECT_EQ(work.lattices, change.work.lattices);
+    EXPECT_EQ(work.fires, change.work.fires) << "it lights the ball";
     Renderer fresh(get_proc());
     fresh.set_scene(scene, settings);
     EXPECT_TRUE(images_near(kept, picture(fresh, scene), change.near, 0.1f * change.near,
@@ -965,7 +1018,7 @@ TEST_F(LightVolume, EditsOfALiveSceneCostWhatDependsOnThem)
     cloud.g = 0.7f;
     cloud.emission_per_unit = {1, 2, 3};
     live.update(smoke, cloud);
-    EXPECT_EQ(work(), (SceneWork{.world_volumes = 1, .fields = 1}))
+    EXPECT_EQ(work(), (SceneWork{.world_volumes = 1, .fields = 1, .fires = 1}))
         << "g and emission; of the world's light the sum with theirs alone was kept so far";
     cloud.g = 0.6f;
     live.update(smoke, cloud);
@@ -986,8 +1039,9 @@ TEST_F(LightVolume, EditsOfALiveSceneCostWhatDependsOnThem)
     const SurfaceId other = live.add(SphereSurface{{1.2, -4.2, -0.8}, 0.5, glm::vec3(0.5f)});
     EXPECT_EQ(work().shadow_views, 8);
     live.remove(box);
-    EXPECT_EQ(work(),
-              (SceneWork{.shadow_views = 8, .world_volumes = 1, .fields = 1, .lattices = 2}))
+    EXPECT_EQ(
+        work(),
+        (SceneWork{.shadow_views = 8, .world_volumes = 1, .fields = 1, .lattices = 2, .fires = 1}))
         << "a surface removed: one lattice is the media's, the other the surfaces'";
     live.update(other, SphereSurface{{1.2, -4.2, -0.8}, 0.5, glm::vec3(0.9f)});
     EXPECT_EQ(work(), SceneWork{}) << "a surface's colour";
@@ -1003,7 +1057,7 @@ TEST_F(LightVolume, EditsOfALiveSceneCostWhatDependsOnThem)
     live.update(haze, fog);
     SceneWork together = work();
     together.shadow_views = 0;  // the ball stays where it is
-    EXPECT_EQ(together, (SceneWork{.world_volumes = 1, .fields = 1, .lattices = 2}))
+    EXPECT_EQ(together, (SceneWork{.world_volumes = 1, .fields = 1, .lattices = 2, .fires = 1}))
         << "media moved with their lamp; what glows shines past a ball that stays";
     cloud.density = std::make_shared<VoxelGrid>(*cloud.density);
     cloud.emission = cloud.density;
@@ -1012,7 +1066,8 @@ TEST_F(LightVolume, EditsOfALiveSceneCostWhatDependsOnThem)
                                  .extinctions = 1,
                                  .depth_layers = 2,
                                  .world_volumes = 1,
-                                 .fields = 1}))
+                                 .fields = 1,
+                                 .fires = 1}))
         << "the next frame's grid";
     live.remove(sun);
     EXPECT_EQ(work(), SceneWork{.fields = 1}) << "the lamp's layers go on";

@@ -54,6 +54,7 @@ struct SceneWork {
     int fields = 0;         ///< volumes of light that scatters again or is emitted that were filled
     int probes = 0;         ///< probes that were captured
     int lattices = 0;       ///< lattices of light that surfaces were drawn into
+    int fires = 0;          ///< times that it was worked out what a large fire throws on surfaces
 
     bool operator==(const SceneWork&) const = default;
 };
