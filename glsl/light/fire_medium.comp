@@ -1,9 +1,10 @@
 // What the media are at the nodes of a lattice: means over its cells.
-//   out  extinction [1/m]; kGlows: emission [W/m^2/sr per m]
+//   out  extinction [1/m], one number if it is of one colour; kGlows: emission [W/m^2/sr per m]
 #include "scene/light_volumes.glsl"
 
 // Variant
-const bool kGlows = false;  // over what glows, and how much; else over all media
+const bool kGlows = false;     // over what glows, and how much; else over all media
+const bool kOneColor = false;  // its brightest channel tells what dims
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
 layout(binding = 0) writeonly uniform image3D u_sigma_t_img;
@@ -27,6 +28,8 @@ void main()
         emission += medium.emission;
     }
     float share = 1.0 / float(n * n * n);
+    if (kOneColor)
+        sigma_t = vec3(max(sigma_t.r, max(sigma_t.g, sigma_t.b)));
     imageStore(u_sigma_t_img, node, vec4(sigma_t * share, 0.0));
     if (kGlows)
         imageStore(u_emission_img, node, vec4(emission * share, 0.0));

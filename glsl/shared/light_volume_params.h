@@ -59,6 +59,8 @@ struct FUM_STD140 FireParams {
     float is_seen;             // 1; 0: surfaces have none of it
     vec3 last;                 // node along each axis
     float rays;                // along the box's longest edge
+    vec3 extinction_color;     // while it is filled: what one stored number stands for
+    float unused;
 };
 
 struct FUM_STD140 LightVolumesParams {

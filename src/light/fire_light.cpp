@@ -7,7 +7,9 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <tbb/parallel_for.h>
 
+#include "gl/buffer.h"
 #include "ray_range.h"
+#include "shared/fire_cells.h"
 
 namespace fumarole::light {
 
@@ -55,8 +57,9 @@ shared::LatticeParams FireLight::to_shared(const Box& box, glm::dvec3 eye)
 }
 
 void FireLight::place(const medium::MediaSet::CarriedGlow& glow, const Bounds& media,
-                      const Bounds& around, double voxel)
+                      const Bounds& around, double voxel, const std::optional<glm::vec3>& color)
 {
+    color_ = color;
     constexpr double kMostSamples = 4;
     const double edge = longest(glow.bounds.max - glow.bounds.min);
     const double voxels = std::clamp(edge / voxel, 1.0, 1e6);
@@ -111,6 +114,7 @@ shared::FireParams FireLight::params(glm::dvec3 eye) const
     out.is_seen = 1;
     out.last = glm::vec3(count_ - 1);
     out.rays = kRays;
+    out.extinction_color = color_.value_or(glm::vec3(1));
     return out;
 }
 
@@ -211,41 +215,77 @@ gl::Texture FireLight::nodes_near(const surface::SurfaceSet& surfaces) const
     return texture;
 }
 
-void FireLight::dispatch(const char* file, const gl::Defines& defines, glm::ivec3 nodes) const
+void FireLight::dispatch(const char* file, const gl::Defines& defines, glm::ivec3 groups) const
 {
     device_->UseProgram(programs_.get({file}, defines).id());
-    const glm::uvec3 groups((nodes + VOLUME_GROUP - 1) / VOLUME_GROUP);
-    device_->DispatchCompute(groups.x, groups.y, groups.z);
-    device_->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+    device_->DispatchCompute(static_cast<GLuint>(groups.x), static_cast<GLuint>(groups.y),
+                             static_cast<GLuint>(groups.z));
+    device_->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
+                           GL_SHADER_STORAGE_BARRIER_BIT);
 }
 
 void FireLight::fill(const gl::Defines& media_defines, const surface::SurfaceSet& surfaces)
 {
-    const auto make = [&](const char* label, const Box& box) {
-        return gl::Texture::make_3d(device_, label, box.count, GL_RGBA32F, gl::Filter::linear);
+    const bool one_color = color_.has_value();
+    gl::Defines of_media = media_defines;
+    if (one_color)
+        of_media.emplace_back("kOneColor", "");
+    const GLenum extinction = one_color ? GL_R32F : GL_RGBA32F;
+    const auto make = [&](const char* label, const Box& box, GLenum format) {
+        return gl::Texture::make_3d(device_, label, box.count, format, gl::Filter::linear);
     };
     const auto bind_image = [&](GLuint unit, const gl::Texture& texture, GLenum format) {
         device_->BindImageTexture(unit, texture.id(), 0, GL_TRUE, 0, GL_WRITE_ONLY, format);
     };
-    const gl::Texture in_flame = make("fire: extinction where it glows", flame_),
-                      emission = make("fire: emission", flame_),
-                      in_media = make("fire: extinction", media_);
-    bind_image(0, in_media, GL_RGBA32F);
-    dispatch("light/fire_medium.comp", media_defines, media_.count);
-    bind_image(0, in_flame, GL_RGBA32F);
+    const auto groups_of = [](glm::ivec3 nodes) {
+        return (nodes + VOLUME_GROUP - 1) / VOLUME_GROUP;
+    };
+    const gl::Texture in_flame = make("fire: extinction where it glows", flame_, extinction),
+                      emission = make("fire: emission", flame_, GL_RGBA32F),
+                      in_media = make("fire: extinction", media_, extinction);
+    bind_image(0, in_media, extinction);
+    dispatch("light/fire_medium.comp", of_media, groups_of(media_.count));
+    bind_image(0, in_flame, extinction);
     bind_image(1, emission, GL_RGBA32F);
-    gl::Defines glows = media_defines;
-    glows.emplace_back("kGlows", "");
-    dispatch("light/fire_medium.comp", glows, flame_.count);
+    of_media.emplace_back("kGlows", "");
+    dispatch("light/fire_medium.comp", of_media, groups_of(flame_.count));
+
     const gl::Texture near = nodes_near(surfaces);
+    const int cells = most_cells();
+    struct Cell {
+        glm::vec3 middle;
+        std::uint32_t number;
+    };
+    const gl::Buffer list(device_, "fire: cells",
+                          sizeof(glm::uvec4) + sizeof(Cell) * static_cast<std::size_t>(cells));
+    const gl::Texture out = gl::Texture::make_2d(
+        device_, "fire: what its cells let out",
+        FIRE_TILE * glm::ivec2(FIRE_TILES, (cells + FIRE_TILES - 1) / FIRE_TILES), GL_RGBA32F,
+        gl::Filter::linear);
     light_ = gl::Texture::make_3d(device_, "fire on surfaces", count_ * glm::ivec3(1, 1, 4),
                                   GL_RGBA16F, gl::Filter::linear);
+    device_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, FIRE_CELLS_BUFFER, list.id());
     near.bind(FIELD_CROSSED_UNIT);
     in_flame.bind(FIELD_SIGMA_T_UNIT);
     emission.bind(FIELD_EMISSION_UNIT);
     in_media.bind(FIELD_ALBEDO_UNIT);
+    out.bind(FIELD_SOURCE_UNIT);
+    const gl::Defines kind{{"extinction_t", one_color ? "float" : "vec3"}};
+    dispatch("light/fire_cells.comp", {}, glm::ivec3(1));
+    bind_image(0, out, GL_RGBA32F);
+    dispatch("light/fire_out.comp", kind, {cells, 1, 1});
     bind_image(0, light_, GL_RGBA16F);
-    dispatch("light/fire_light.comp", {}, count_);
+    dispatch("light/fire_light.comp", kind, groups_of(count_));
+}
+
+int FireLight::most_cells() const
+{
+    // glsl/light/fire_cells.glsl
+    const glm::ivec3 last = flame_.count - 1;
+    const int longest = std::max({last.x, last.y, last.z});
+    const int edge = 2 * ((longest + 2 * FIRE_CELLS - 1) / (2 * FIRE_CELLS));
+    const glm::ivec3 cells = (last - 1) / edge + 1;
+    return cells.x * cells.y * cells.z;
 }
 
 const gl::Texture& FireLight::make_seen(glm::ivec3 nodes)

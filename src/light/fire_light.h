@@ -30,8 +30,9 @@ public:
     /// Takes up what glows.
     /// @param around metres, world: where nodes are to be
     /// @param voxel edge of the voxels of what glows [m]
+    /// @param color of what dims, if all of it has one
     void place(const medium::MediaSet::CarriedGlow& glow, const Bounds& media, const Bounds& around,
-               double voxel);
+               double voxel, const std::optional<glm::vec3>& color);
     /// Works it out. The media are bound for `eye`, as is the block with params() for it.
     /// @param media_defines theirs
     void fill(const gl::Defines& media_defines, const surface::SurfaceSet& surfaces);
@@ -56,13 +57,14 @@ private:
     /// What is seen of the fire from there, 0 to 1; nothing inside of a surface.
     [[nodiscard]] std::optional<double> seen_from(glm::dvec3 p,
                                                   const surface::SurfaceSet& surfaces) const;
-    void dispatch(const char* file, const gl::Defines& defines, glm::ivec3 nodes) const;
+    void dispatch(const char* file, const gl::Defines& defines, glm::ivec3 groups) const;
 
     /// A box of nodes along the world's axes.
     struct Box {
         Bounds bounds;
         glm::ivec3 count{2};
     };
+    [[nodiscard]] int most_cells() const;
     static Box make_box(const Bounds& bounds, int most);
     static shared::LatticeParams to_shared(const Box& box, glm::dvec3 eye);
 
@@ -74,6 +76,7 @@ private:
     glm::ivec3 count_{2};
     Bounds known_;  ///< where the surfaces' lattice tells what is seen [m, world]
     int samples_ = 2;
+    std::optional<glm::vec3> color_;
     std::vector<glm::dvec3> points_;
     gl::Texture light_, seen_;
 };

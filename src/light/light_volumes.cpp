@@ -1248,7 +1248,7 @@ void LightVolumes::fill_fire(WorldFill& fill)
     ++fills_.fires;
     to.fire = std::make_shared<FireLight>(device_, programs_);
     to.fire->place(glow, media.bounds(), bounds_of(lattice),
-                   1 / std::cbrt(std::abs(glm::determinant(voxels))));
+                   1 / std::cbrt(std::abs(glm::determinant(voxels))), media.extinction_color());
     params_.samples = to.fire->samples();
     write_block(centre_of(lattice), to);
     to.fire->fill(fill_defines(media, write_lights({})), fill.scene.surfaces);

@@ -108,10 +108,16 @@ const Offsets kLattice{MEMBER(LatticeParams, node_from_world),
                        MEMBER(LatticeParams, spacing)};
 const Offsets kColumns{MEMBER(SunColumns, shear), MEMBER(SunColumns, axis),
                        MEMBER(SunColumns, normal), MEMBER(SunColumns, to_last)};
-const Offsets kFire{MEMBER(FireParams, middle), MEMBER(FireParams, inverse_node),
-                    MEMBER(FireParams, core),   MEMBER(FireParams, growth),
-                    MEMBER(FireParams, first),  MEMBER(FireParams, is_seen),
-                    MEMBER(FireParams, last),   MEMBER(FireParams, rays)};
+const Offsets kFire{MEMBER(FireParams, middle),
+                    MEMBER(FireParams, inverse_node),
+                    MEMBER(FireParams, core),
+                    MEMBER(FireParams, growth),
+                    MEMBER(FireParams, first),
+                    MEMBER(FireParams, is_seen),
+                    MEMBER(FireParams, last),
+                    MEMBER(FireParams, rays),
+                    MEMBER(FireParams, extinction_color),
+                    MEMBER(FireParams, unused)};
 const Offsets kSunLookup{MEMBER(SunLookup, column_from_world), MEMBER(SunLookup, per_period),
                          MEMBER(SunLookup, first_z),           MEMBER(SunLookup, enters),
                          MEMBER(SunLookup, unused_1),          MEMBER(SunLookup, across),

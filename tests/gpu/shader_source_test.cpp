@@ -381,7 +381,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                           flags(set >> 1, {"kDims", "kMarched", "kDepthVolume", "kEnvironment"}) +
                           Defines{{"kWorldIrradiance", ""}} + flags(set, {"kFireOnSurfaces"}));
         variants.add("light/fire_medium.comp",
-                     media + kLights[0] + stored + flags(set >> 1, {"kGlows"}));
+                     media + kLights[0] + stored + flags(set >> 1, {"kGlows", "kOneColor"}));
         variants.add("light/face_light.comp",
                      media + kLights[set % kLights.size()] + stored + Defines{{"kEmits", ""}});
         variants.add("light/world.comp",
@@ -405,7 +405,10 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     }
     for (const char* file : {"light/sky_map.vert", "light/sky_map.frag", "light/sky_share.comp"})
         variants.add(file, {});
-    variants.add("light/fire_light.comp", {});
+    variants.add("light/fire_cells.comp", {});
+    for (const char* kind : {"float", "vec3"})
+        for (const char* file : {"light/fire_out.comp", "light/fire_light.comp"})
+            variants.add(file, {{"extinction_t", kind}});
     variants.add("light/fire_seen.comp", {});
     variants.add("light/sights.comp", {});
     variants.add("light/fade.comp", {});

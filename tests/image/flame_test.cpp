@@ -344,8 +344,8 @@ GridMedium large_fire()
 }
 
 /// Irradiance of a floor at z 0 by a grid's own light: the sum over its voxels, each through the
-/// grid's extinction.
-glm::dvec3 floor_under(const GridMedium& medium, glm::dvec3 p)
+/// grid's extinction and a haze that does not scatter.
+glm::dvec3 floor_under(const GridMedium& medium, const BoxMedium& haze, glm::dvec3 p)
 {
     const VoxelGrid &flame = *medium.emission, &soot = *medium.density;
     const VoxelLookup glow(flame), smoke(soot);
@@ -370,7 +370,11 @@ glm::dvec3 floor_under(const GridMedium& medium, glm::dvec3 p)
                 const int panels = 1 + static_cast<int>(in_soot.length() / (3 * voxel));
                 const double column =
                     grid_column(smoke, soot_from_world, q, way.direction, in_soot, panels);
-                sum += value * size * q.z / std::pow(range, 3) * glm::exp(-sigma_t * column);
+                Segment in_haze = box_segment(way, haze.min, haze.max);
+                in_haze.end = std::min(in_haze.end, range);
+                const double metres = std::max(in_haze.length(), 0.0);
+                sum += value * size * q.z / std::pow(range, 3) *
+                       glm::exp(-sigma_t * column - glm::dvec3(haze.sigma_a) * metres);
             }
     return sum * glm::dvec3(medium.emission_per_unit);
 }
@@ -379,13 +383,24 @@ glm::dvec3 floor_under(const GridMedium& medium, glm::dvec3 p)
 // the sum over its voxels says.
 TEST_F(Flames, LargeInSootLightAFloor)
 {
-    std::vector<std::pair<std::string, GridMedium>> fires{{"a large fire", large_fire()}};
+    struct Fire {
+        std::string name;
+        GridMedium medium;
+        BoxMedium haze;
+    };
+    BoxMedium haze;
+    haze.min = {-5, -5, 0};
+    haze.max = {5, 5, 6};
+    std::vector<Fire> fires{{"a large fire", large_fire(), haze}};
+    haze.sigma_a = {0.1f, 0.15f, 0.2f};
+    fires.push_back({"a large fire in haze", large_fire(), haze});
+    haze.sigma_a = glm::vec3(0);
     if (std::getenv("FUM_TEST_FIGURES") != nullptr) {
         const Scene sample =
             asset::load_scene(std::string(FUM_TEST_DATA) + "/fire_plume.json").scene;
-        fires.emplace_back("the sample's", std::get<GridMedium>(sample.media.front()));
+        fires.push_back({"the sample's", std::get<GridMedium>(sample.media.front()), haze});
     }
-    for (const auto& [name, medium] : fires) {
+    for (const auto& [name, medium, around] : fires) {
         Rings rings{1};
         for (Rings::Ring& ring : rings.rings)
             ring.end *= 2, ring.begin *= 2;
@@ -395,6 +410,8 @@ TEST_F(Flames, LargeInSootLightAFloor)
             scene.camera.look_at = {0.05, 0.031, 0};
             scene.camera.vfov_deg = vfov;
             scene.media = {medium};
+            if (around.sigma_a != glm::vec3(0))
+                scene.media.emplace_back(around);
             scene.surfaces = {BoxSurface{{-80, -80, -1}, {80, 80, 0}, glm::vec3(1)}};
             Settings settings;
             settings.bounces = 0;
@@ -408,7 +425,7 @@ TEST_F(Flames, LargeInSootLightAFloor)
                     rings.add(
                         glm::length(glm::dvec2(p)),
                         {still.surface_lit[i], still.surface_lit[i + 1], still.surface_lit[i + 2]},
-                        floor_under(medium, p) / kPi);
+                        floor_under(medium, around, p) / kPi);
                 }
         }
         for (const Rings::Ring& ring : rings.rings) {
