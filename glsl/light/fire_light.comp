@@ -4,6 +4,7 @@
 //        of surfaces; what the media are; the cells, and what they let out
 //   out  layers: by how much the integral of radiance over the sphere is more than the length of the next; of radiance
 //        times the way to where it comes from, an axis each [W/m^2]; alpha of the first two: as they came in
+#include "lib/corner_angle.glsl"
 #include "lib/fire_nodes.glsl"
 #include "light/fire_cells.glsl"
 #include "light/fire_smoke.glsl"
@@ -62,9 +63,6 @@ vec3 arriving(vec3 p, vec3 wi, float range)
     }
     return light * ds;
 }
-
-// Of a rectangle from its corner under p to one that is `to` from there, so far away.
-float corner_angle(vec2 to, float away) { return atan(to.x * to.y, away * sqrt(dot(to, to) + away * away)); }
 
 void main()
 {

@@ -281,6 +281,27 @@ bool suns_outshine_the_sky(const Scene& scene)
     return kFewTimes * (sky.r + sky.g + sky.b) <= suns.r + suns.g + suns.b;
 }
 
+/// Of the light that reaches a surface as far from what glows as that is large, about how much is
+/// of that, if all else is of suns and the sky. With less than this it is not seen that a few ways
+/// bring a quarter more or less of what smoke scatters of it, which is less than half of it.
+constexpr double kGlowIsSeen = 0.1;
+
+double glow_on_surfaces(const Scene& scene, glm::vec3 world, medium::MediaSet& media)
+{
+    const auto sum = [](glm::dvec3 rgb) { return rgb.r + rgb.g + rgb.b; };
+    const medium::MediaSet::CarriedGlow& glow = media.carried_glow();
+    if (glow.bounds.empty())
+        return 0;
+    const glm::dvec3 size = glow.bounds.max - glow.bounds.min;
+    const double edge = std::max({size.x, size.y, size.z, 1e-9});
+    const double own = sum(glow.glow.power) / (edge * edge);
+    double others = std::numbers::pi * sum(glm::dvec3(world));
+    for (const Light& light : scene.lights)
+        if (const auto* sun = std::get_if<SunLight>(&light))
+            others += sum(glm::dvec3(sun->irradiance));
+    return own > 0 ? own / (own + others) : 0;
+}
+
 /// detailed: what comes from a part of the sky alone is to be told from the rest.
 int ways_for(const SceneSettings& settings, bool detailed)
 {
@@ -582,8 +603,10 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
         } else {
             field = {};
         }
-        if (field.on_surfaces && field.glows)
+        if (field.on_surfaces && field.glows) {
             plan.fire = fire_key(scene, media);
+            plan.glow_on_surfaces = glow_on_surfaces(scene, lights.world_radiance(), media);
+        }
         plan.places = take_places(field, scene.time);
         const FieldScene now{media, surfaces, lights};
         plan_world(plan, now);
@@ -1219,7 +1242,7 @@ Steps LightVolumes::begin_surfaces(WorldFill& fill, const FieldLight* light)
                 {.scatters = field.on_surfaces,
                  .world = fill.shines,
                  .bounces = field.turns > 0,
-                 .ways = field.glows ? kAllWays : key.ways_on_surfaces,
+                 .ways = light == nullptr && field.glows ? kAllWays : key.ways_on_surfaces,
                  .sky_box = with_details(fill.scene.media.bounds(), fill.scene.surfaces)});
     if (co_await Pause{})
         field_on_surfaces_.bind_again();
@@ -1348,8 +1371,10 @@ Steps LightVolumes::fill_surfaces(WorldFill& fill)
     const gl::Texture* dimmed = to.on_surfaces_dimmed ? &to.on_surfaces_dimmed : nullptr;
     const auto light = [&] {
         FieldLight of_media;
-        // Smoke is bright where a fire is in it: along few ways it would throw a star.
-        of_media.ways = field.glows ? kAllWays : kNearWays;
+        // Smoke is bright where a fire is in it: along few ways it would throw a star. What
+        // surfaces send on is gathered along many in the end.
+        of_media.along_rays = field.turns == 0 && plan.glow_on_surfaces >= kGlowIsSeen;
+        of_media.ways = field.turns > 0 && field.glows ? kAllWays : kNearWays;
         of_media.at = to_shared(plan.in_media, plan.bands * plan.bands, eye);
         of_media.bands = plan.bands;
         if (fill.scattered)
@@ -1942,6 +1967,13 @@ std::vector<std::string> LightVolumes::describe() const
                             ? fmt::format(", of each what {} see ({})", SKY_MAPS, sky_.why)
                             : "",
                         filled_in(light_.ms)));
+    if (light_.fire && light_.field_coefficients && light_.plan.field.turns == 0)
+        lines.push_back(fmt::format(
+            "what media scatter onto surfaces: along {} (of what reaches those, {:.1g} is of what "
+            "glows)",
+            light_.plan.glow_on_surfaces >= kGlowIsSeen ? "rays to all of them"
+                                                        : fmt::format("{} directions", kNearWays),
+            light_.plan.glow_on_surfaces));
     if (light_.bounced)
         lines.push_back(
             fmt::format("light that surfaces send on: {} turn{} ({}){}{}", light_.plan.field.turns,

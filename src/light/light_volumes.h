@@ -183,6 +183,8 @@ private:
         FieldPlaces places;
         Lattice in_media, on_surfaces;
         int bands = 1;  ///< number of bands of the light in the media
+        /// Of the light that reaches surfaces near media, about how much is of what glows.
+        double glow_on_surfaces = 0;
     };
     /// That light, as it was filled by one plan.
     struct WorldLight {

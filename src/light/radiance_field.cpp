@@ -1067,6 +1067,10 @@ Steps RadianceField::add(const FieldLight& light, int bands, const gl::Texture& 
 {
     if (light.scattered == nullptr)
         co_return;
+    if (light.along_rays) {
+        co_await add_along_rays(light, bands, to);
+        co_return;
+    }
     for (const Batch& batch : batches(light.ways)) {
         set_batch(batch);
         const gl::Texture source =
@@ -1076,6 +1080,23 @@ Steps RadianceField::add(const FieldLight& light, int bands, const gl::Texture& 
         if (co_await Pause{})
             bind_again();
     }
+}
+
+Steps RadianceField::add_along_rays(const FieldLight& light, int bands, const gl::Texture& to)
+{
+    Filling& filling = *filling_;
+    if (!filling.clearance)
+        find_clearance();
+    set_batch({kNearWays, 0, kNearWays});
+    const gl::Texture source = spread({light.scattered, nullptr, light.at, light.bands}, kNearWays);
+    source.bind(FIELD_SOURCE_UNIT);
+    filling.sigma_t.bind(FIELD_SIGMA_T_UNIT);
+    filling.clearance.bind(FIELD_CROSSED_UNIT);
+    bind_image(0, to, GL_READ_WRITE);
+    dispatch_nodes("light/media_gather.comp", {{"kBands", fmt::format("{}", bands)}});
+    drawn_->crossed.bind(FIELD_CROSSED_UNIT);
+    if (co_await Pause{})
+        bind_again();
 }
 
 gl::Texture RadianceField::spread(const OtherLight& scattered, int ways)

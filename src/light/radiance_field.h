@@ -79,7 +79,8 @@ struct OtherLight {
 
 /// Light of the media's own that a lattice's nodes are to have besides the world's.
 struct FieldLight {
-    int ways = 0;  ///< kNearWays or kAllWays, that it comes along
+    int ways = 0;             ///< kNearWays or kAllWays, that it comes along
+    bool along_rays = false;  ///< instead: from each node to all parts of the media
     /// What they scatter, as RadianceField::fill() gave it for another lattice; empty: nothing.
     const gl::Texture* scattered = nullptr;
     shared::LatticeParams at{};  ///< the lattice, for an eye amid this one
@@ -248,6 +249,8 @@ private:
     void gather(int bands, bool adds, Of of, const gl::Texture& ways, const gl::Texture& to,
                 Nodes nodes = Nodes::all, const gl::Texture* dimmed = nullptr);
     Steps add(const FieldLight& light, int bands, const gl::Texture& to);
+    /// The same along rays from each node through all of the media.
+    Steps add_along_rays(const FieldLight& light, int bands, const gl::Texture& to);
     /// What is scattered there into each way of the batch.
     [[nodiscard]] gl::Texture spread(const OtherLight& scattered, int ways);
     /// How many ways the batch has, where that is one of the usual two numbers.

@@ -406,6 +406,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     for (const char* file : {"light/sky_map.vert", "light/sky_map.frag", "light/sky_share.comp"})
         variants.add(file, {});
     variants.add("light/fire_cells.comp", {});
+    variants.add("light/media_gather.comp", {{"kBands", "3"}});
     for (const char* kind : {"float", "vec3"})
         for (const char* file : {"light/fire_out.comp", "light/fire_light.comp"})
             variants.add(file, {{"extinction_t", kind}});

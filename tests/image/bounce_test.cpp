@@ -230,6 +230,65 @@ study::ReferenceOptions all_bounces()
     return options;
 }
 
+// What smoke scatters onto a floor, which nothing else lights but what is in it and a lamp: against
+// the sum over its cells. It comes along rays to all of the smoke, and shows none.
+TEST_F(Bounces, SmokeLightsTheFloorUnderIt)
+{
+    constexpr float kSigma = 0.005f, kIntensity = 900;
+    const glm::dvec3 lamp{0.3, -0.2, 4.5};
+    Scene scene = empty_scene(48);
+    scene.camera.position = {0.02, 0.01, 30};
+    scene.camera.look_at = {0.02, 0.011, 0};
+    scene.camera.vfov_deg = 6;
+    BoxMedium smoke;
+    smoke.min = {-0.8, -0.8, 0.5};
+    smoke.max = {0.8, 0.8, 2.5};
+    smoke.sigma_s = glm::vec3(kSigma);
+    smoke.emission = glm::vec3(1e-6f);
+    scene.media = {smoke};
+    scene.lights = {PointLight{lamp, glm::vec3(kIntensity)}};
+    scene.surfaces = {BoxSurface{{-9, -9, -0.5}, {9, 9, 0}, glm::vec3(1)}};
+    Settings settings = plain_settings();
+    settings.surface_bounces = 0;
+    settings.bounces = 0;
+    const std::vector<float> direct = render(scene, settings).surface_lit;
+    settings.bounces = 1;
+    std::vector<float> seen = render(scene, settings).surface_lit;
+    for (std::size_t i = 0; i < seen.size(); ++i)
+        seen[i] -= direct[i];
+    const Image truth = ideal(scene, [&](glm::dvec2 at) {
+        const PixelRay ray = ray_at(scene, at);
+        const glm::dvec3 p = ray.origin - ray.direction * (ray.origin.z / ray.direction.z);
+        constexpr int kCells = 10;
+        const glm::dvec3 edges = (smoke.max - smoke.min) / double(kCells);
+        double irradiance = 0;
+        for (int i = 0; i < kCells * kCells * kCells; ++i) {
+            const glm::dvec3 cell(i % kCells, i / kCells % kCells, i / (kCells * kCells));
+            const glm::dvec3 q = smoke.min + (cell + 0.5) * edges, way = q - p;
+            const double range = glm::length(way), from_lamp = glm::distance(lamp, q);
+            const double in_smoke = (q.z - smoke.min.z) / way.z * range +
+                                    (smoke.max.z - q.z) / (lamp.z - q.z) * from_lamp;
+            irradiance += std::exp(-double(kSigma) * in_smoke) / (from_lamp * from_lamp) * edges.x *
+                          edges.y * edges.z * way.z / std::pow(range, 3);
+        }
+        irradiance *= double(kIntensity * kSigma) / (4 * std::numbers::pi);
+        return glm::dvec3(irradiance / std::numbers::pi);
+    });
+    const study::Metrics m = study::compare(seen, truth.pixels);
+    figure("floor under smoke: relMSE", m.relmse);
+    figure("floor under smoke: bias", m.bias);
+    double least = 1e9, most = 0;
+    for (std::size_t i = 0; i < truth.pixels.size(); ++i) {
+        const double ratio = double(seen[i]) / double(truth.pixels[i]);
+        least = std::min(least, ratio);
+        most = std::max(most, ratio);
+    }
+    figure("floor under smoke: least", least);
+    figure("floor under smoke: most", most);
+    EXPECT_LT(m.relmse, 2e-3);
+    EXPECT_LT(std::abs(m.bias), 0.04);
+}
+
 // A slab in a sun, from where it is lit and from behind, against the path tracer. Four bands of a
 // phase function of g 0.7 send too much light on and too little back, and light gets to the far
 // side in many orders. Haze around it scatters nothing straight on, and so dims whole.
