@@ -1,6 +1,7 @@
 // What surfaces leave of a fire at the nodes of the surfaces' lattice, by points in it.
 //   in   surfaces' walls, with the clearance; light on surfaces, whose alpha tells which nodes lie inside of one
 //   out  the part that is seen, times the second: 1 outside of surfaces
+#include "light/field_listed.glsl"
 #include "light/lattice_ray.glsl"
 #include "scene/light_volumes_block.glsl"
 
@@ -10,7 +11,7 @@ layout(binding = FIELD_LIGHT_UNIT) uniform sampler3D u_light_tx;
 
 void main()
 {
-    ivec3 node = ivec3(gl_GlobalInvocationID);
+    ivec3 node = own_node();
     if (any(greaterThanEqual(node, node_count())))
         return;
     float outside = texelFetch(u_light_tx, node, 0).a;

@@ -2,6 +2,7 @@
 // light is carried along from node to node, a floor would show each.
 //   in   surfaces' walls, with the clearance; sigma_t; what is scattered into the near ways
 //   io   coefficients of light, to which this is added; alpha of the first: 0 in nodes inside of surfaces
+#include "light/field_listed.glsl"
 #include "light/lattice_ray.glsl"
 #include "light/way_pairs.glsl"
 #include "lib/corner_angle.glsl"
@@ -86,7 +87,7 @@ void main()
 {
     const float kParts = 8.0, kPartsAfar = 1.0;  // along the box's longest edge, far from surfaces that look nodes up
     const int kAfar = 3;                         // nodes
-    ivec3 node = ivec3(gl_GlobalInvocationID);
+    ivec3 node = own_node();
     if (any(greaterThanEqual(node, node_count())))
         return;
     vec3 light[kCount];

@@ -1,5 +1,7 @@
 #include "light/light_fade.h"
 
+#include <glm/gtc/matrix_transform.hpp>
+
 #include "shared/bindings.h"
 
 namespace fumarole::light {
@@ -36,6 +38,12 @@ void LightFade::end()
 {
     before_ = {};
     mixed_ = {};
+}
+
+void LightFade::move(glm::dvec3 by)
+{
+    lattice_.node_from_world = glm::translate(lattice_.node_from_world, -by);
+    is_mixed_ = false;
 }
 
 gl::Defines LightFade::bind(const Filled& now)

@@ -32,6 +32,8 @@ public:
     /// A frame further on. Ends after the last.
     void go_on();
     void end();
+    /// What it fades from is moved by so many metres.
+    void move(glm::dvec3 by);
     [[nodiscard]] bool is_on() const { return static_cast<bool>(before_); }
 
     /// Binds what light/fade.glsl needs to fade to `now`. @returns its lines

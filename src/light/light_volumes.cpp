@@ -998,10 +998,13 @@ bool LightVolumes::may_spread(const medium::MediaSet& media) const
 
 void LightVolumes::set_plan(WorldPlan plan, const FieldScene& scene)
 {
+    if (fill_)
+        follow(plan);
     bool spreads = may_spread(scene.media);
-    // What changes meanwhile is filled after, if the same shaders go on with what was begun. Else
-    // it is filled at once: it might be for ever begun anew.
-    if (fill_ && (!spreads || fill_->variant != field_defines(scene))) {
+    // What changes meanwhile is filled after, if the same shaders go on with what was begun, and
+    // its nodes are not left behind. Else it is filled at once: it might be for ever begun anew.
+    if (fill_ && (!spreads || fill_->variant != field_defines(scene) ||
+                  is_left_behind(fill_->to.plan, plan))) {
         stop_filling();
         spreads = false;
     }
@@ -1013,8 +1016,38 @@ void LightVolumes::set_plan(WorldPlan plan, const FieldScene& scene)
     wanted_ = std::move(plan);
 }
 
+bool LightVolumes::is_left_behind(const WorldPlan& then, const WorldPlan& now)
+{
+    const DepthKey& lattice = now.world.bands > 0 ? now.world.in_media : now.world.on_surfaces;
+    return glm::length(now.places.origin - then.places.origin) > spacing_of(lattice.edges) &&
+           is_moved(then.world, now.world);
+}
+
+void LightVolumes::follow(const WorldPlan& now)
+{
+    WorldPlan& plan = light_.plan;
+    const glm::dvec3 by = now.places.origin - plan.places.origin;
+    if (!(light_.in_media() || light_.on_surfaces) || by == glm::dvec3(0) ||
+        !is_moved(plan.world, now.world))
+        return;
+    plan.world = now.world;
+    plan.in_media = now.in_media;
+    plan.on_surfaces = now.on_surfaces;
+    plan.places.origin = now.places.origin;
+    for (std::vector<glm::dvec3>* places : {&plan.places.of_all, &plan.fire.places})
+        for (glm::dvec3& place : *places)
+            place += by;
+    if (light_.fire)
+        light_.fire->move_to(bounds_of(plan.on_surfaces).min);
+    for (LightFade* fade : {&fade_in_media_, &fade_on_surfaces_, &fade_dimmed_})
+        if (fade->is_on())
+            fade->move(by);
+    turned_ = false;
+}
+
 void LightVolumes::begin_world(WorldPlan plan, const FieldScene& scene, bool spreads)
 {
+    follow(plan);
     auto fill = std::make_unique<WorldFill>(WorldFill{.scene = scene});
     fill->variant = field_defines(scene);
     fill->is_spread = spreads && (light_.in_media() || light_.on_surfaces);

@@ -266,6 +266,11 @@ private:
     struct WorldFill;
     /// Fills it by the plan, at once or over frames, or has what is being filled be filled again.
     void set_plan(WorldPlan plan, const FieldScene& scene);
+    /// Whether the scene has moved as a whole, by more than from a node to the next.
+    [[nodiscard]] static bool is_left_behind(const WorldPlan& then, const WorldPlan& now);
+    /// Has what is shown be where the scene has moved to as a whole, if that is all that its
+    /// lattices tell of.
+    void follow(const WorldPlan& now);
     /// Fills what is not there yet, or begins to.
     void begin_world(WorldPlan plan, const FieldScene& scene, bool spreads);
     void go_on_filling(const FieldScene& scene);

@@ -611,7 +611,7 @@ void RadianceField::see_fire(const gl::Texture& light, const gl::Texture& to)
     filling_->clearance.bind(FIELD_CROSSED_UNIT);
     light.bind(FIELD_LIGHT_UNIT);
     bind_image(0, to, GL_WRITE_ONLY, GL_RGBA16F);
-    dispatch_nodes("light/fire_seen.comp", {});
+    dispatch_at(Nodes::looked_up, "light/fire_seen.comp", {});
 }
 
 void RadianceField::share_sky(const surface::SurfaceSet& surfaces)
@@ -1093,7 +1093,8 @@ Steps RadianceField::add_along_rays(const FieldLight& light, int bands, const gl
     filling.sigma_t.bind(FIELD_SIGMA_T_UNIT);
     filling.clearance.bind(FIELD_CROSSED_UNIT);
     bind_image(0, to, GL_READ_WRITE);
-    dispatch_nodes("light/media_gather.comp", {{"kBands", fmt::format("{}", bands)}});
+    dispatch_at(Nodes::looked_up, "light/media_gather.comp",
+                {{"kBands", fmt::format("{}", bands)}});
     drawn_->crossed.bind(FIELD_CROSSED_UNIT);
     if (co_await Pause{})
         bind_again();

@@ -691,7 +691,7 @@ TEST_F(LightVolume, AFireOnSurfacesStaysWhileLightIsFilledOverFrames)
     filming.scene.camera.position += by;
     filming.scene.camera.look_at += by;
     expect_fires(0, 2e-3f, "all moved together");
-    // What has moved is shown where it was until its light is there.
+    // What has moved under another world is shown where it was until its light is there.
     smoke.translate -= by;
     floor.min -= by;
     floor.max -= by;
@@ -700,6 +700,50 @@ TEST_F(LightVolume, AFireOnSurfacesStaysWhileLightIsFilledOverFrames)
     filming.turn_sun(0.5);
     filming.scene.world.radiance *= 2.0f;
     expect_fires(1, 2e-3f, "all moved, under other lights");
+}
+
+TEST_F(LightVolume, TheFieldThatIsShownMovesWithItsScene)
+{
+    constexpr int kFrames = 4;
+    Filming still(gl(), get_proc(), plain_settings(), kFrames),
+        moved(gl(), get_proc(), plain_settings(), kFrames);
+    const auto move = [&](glm::dvec3 by) {
+        std::get<GridMedium>(moved.scene.media[0]).translate += by;
+        auto& floor = std::get<BoxSurface>(moved.scene.surfaces[0]);
+        floor.min += by;
+        floor.max += by;
+        moved.scene.camera.position += by;
+        moved.scene.camera.look_at += by;
+    };
+    const auto other_sun = [](Filming& filming) {
+        std::get<SunLight>(filming.scene.lights[0]).irradiance = {1, 3, 8};
+    };
+    Renderer one(get_proc()), other(get_proc());
+    still.set(one);
+    moved.set(other);
+    const Image first = still.draw(one);
+    other_sun(still);
+    other_sun(moved);
+    move({4, 3, -2});  // what is shown was filled for another sun, elsewhere
+    still.set(one);
+    moved.set(other);
+    for (int i = 0; i < kFrames + 2; ++i) {
+        EXPECT_TRUE(images_near(moved.draw(other), still.draw(one), 2e-3, 2e-4, "elsewhere")) << i;
+        if (i == kFrames) {  // amid the fade
+            move({-3, 2, 5});
+            moved.set(other);
+        }
+    }
+    ASSERT_GT(mean_difference(still.draw(one), first), 1e-2);
+    moved.draw(other);
+
+    // Nodes that are left behind are not filled any further.
+    moved.turn_sun(0.7);
+    moved.set(other);
+    moved.draw(other);
+    move({-30, 2, 5});
+    moved.set(other);
+    EXPECT_TRUE(images_near(moved.draw(other), moved.draw_fresh(), 2e-3, 2e-4, "far from there"));
 }
 
 TEST_F(LightVolume, TheFieldKnowsShadowsThatCameOverFrames)
