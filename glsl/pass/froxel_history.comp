@@ -1,13 +1,12 @@
-// Froxels, step 2b, once the scene of a view has changed: what this frame's froxels scatter, and what is kept of
+// Froxels, step 1b, once the scene of a view has changed: what this frame's froxels scatter, and what is kept of
 // the frames before. scatter.comp's mean takes both for pictures of one scene.
-//   in   this frame's source; the V-buffer; last frame's source, extinction and counts
+//   in   this frame's source and extinction; last frame's, and its counts
 //   out  source, extinction  as scatter.comp's
 //        counts              x: frames that the source is worth, y: that the extinction is
 // What light does and where media are is kept apart: source = source function * extinction. Jitter finds another
 // extinction in each frame, by far the most of the noise, and the same source function but for shadows. So after
 // a light has changed the extinction's mean stays, and the source function is learned anew: a mean weighted by
 // each frame's extinction, which is the plain mean of sources where both are worth as many frames.
-#include "scene/froxel_sample.glsl"
 #include "scene/v_buffer.glsl"
 #include "scene/in_scattering.glsl"
 #include "scene/froxel_history.glsl"
@@ -18,13 +17,22 @@ const bool kLightChanged = false;  // the scene is not last frame's;
 const bool kMediaChanged = false;  // its extinction is not either
 
 layout(local_size_x = FROXEL_GROUP_X, local_size_y = FROXEL_GROUP_Y, local_size_z = FROXEL_GROUP_Z) in;
-layout(binding = FROXEL_SOURCE_IMAGE) writeonly uniform image3D u_source_img;
-layout(binding = FROXEL_EXTINCTION_IMAGE) writeonly uniform image3D u_extinction_img;
 layout(binding = FROXEL_COUNTS_IMAGE) writeonly uniform image3D u_counts_img;
-layout(binding = FROXEL_FRAME_SOURCE_UNIT) uniform sampler3D u_frame_source_tx;
+layout(binding = FROXEL_SOURCE_UNIT) uniform sampler3D u_frame_source_tx;
+layout(binding = FROXEL_EXTINCTION_UNIT) uniform sampler3D u_frame_extinction_tx;
 layout(binding = FROXEL_COUNTS_UNIT) uniform sampler3D u_counts_tx;
 
 extinction_t light_depth(int i, vec3 p, LightSample light) { return extinction_t(0.0); }
+
+// Of this frame alone.
+LitFroxel frame_of(ivec3 froxel)
+{
+    vec4 source = texelFetch(u_frame_source_tx, froxel, 0);
+    vec4 apart = vec4(0.0);
+    if (!has_one_extinction())
+        apart = texelFetch(u_frame_extinction_tx, froxel, 0);
+    return LitFroxel(source.rgb, extinction_of_kept(source, apart));
+}
 
 // Source and extinction of a froxel, and how many frames each is worth.
 struct Kept {
@@ -58,14 +66,14 @@ void adapt(ivec3 froxel, HistoryPlace place, vec3 turn, inout Kept kept)
         ivec3 offset = ivec3(i % 3, i / 3 % 3, i / 9) - 1;
         float weight = 1.0 / float(1 << (abs(offset.x) + abs(offset.y) + abs(offset.z)));
         ivec3 at = clamp(froxel + offset, ivec3(0), last);
-        vec3 sigma_t = kept_extinction(at).rgb;
-        now_source += weight * texelFetch(u_frame_source_tx, at, 0).rgb;
-        now_extinction += weight * sigma_t;
-        least = min(least, sigma_t);
-        most = max(most, sigma_t);
-        vec3 uvw = place.uvw + vec3(offset) / vec3(last + 1);
-        source += weight * history_source(uvw).rgb * turn;
-        extinction += weight * history_extinction(uvw).rgb;
+        LitFroxel frame = frame_of(at);
+        now_source += weight * frame.source;
+        now_extinction += weight * frame.extinction;
+        least = min(least, frame.extinction);
+        most = max(most, frame.extinction);
+        LitFroxel old = history_at(place.uvw + vec3(offset) / vec3(last + 1));
+        source += weight * old.source * turn;
+        extinction += weight * old.extinction;
     }
     const float kMost = 4.0;
     if (kMediaChanged) {
@@ -107,27 +115,22 @@ void main()
     ivec3 froxel = ivec3(gl_GlobalInvocationID);
     if (any(greaterThanEqual(froxel, froxel_count())))
         return;
-    vec3 source = texelFetch(u_frame_source_tx, froxel, 0).rgb;
-    vec3 sigma_t = kept_extinction(froxel).rgb;
-    Kept mean = Kept(source, sigma_t, vec2(1.0));
+    LitFroxel frame = frame_of(froxel);
+    Kept mean = Kept(frame.source, frame.extinction, vec2(1.0));
     HistoryPlace place = history_place(froxel);
     if (is_inside(place.uvw)) {
         vec3 turn = history_turn(place, medium_of(froxel));
         float weight = u_froxels.history_weight;
-        Kept kept = Kept(history_source(place.uvw).rgb * turn, history_extinction(place.uvw).rgb,
-                         vec2(weight / max(1.0 - weight, 1e-6)));
+        LitFroxel old = history_at(place.uvw);
+        Kept kept = Kept(old.source * turn, old.extinction, vec2(weight / max(1.0 - weight, 1e-6)));
         if (kCounted)
             kept.frames = min(kept.frames, textureLod(u_counts_tx, place.uvw, 0.0).xy);
         if (kLightChanged)
             adapt(froxel, place, turn, kept);
-        mean = mean_of(kept, source, sigma_t);
+        mean = mean_of(kept, frame.source, frame.extinction);
         if (kLightChanged)
             mean.frames.x = max(mean.frames.x, kMiddleSource);
     }
     imageStore(u_counts_img, froxel, vec4(min(mean.frames, kMostCounted), 0.0, 0.0));
-    float number = has_one_extinction() ? extinction_number(mean.extinction) : 0.0;
-    uvec2 dither = froxel_dither(froxel);
-    imageStore(u_source_img, froxel, kept_value(vec4(mean.source, number), dither.x, dither.y));
-    if (!has_one_extinction())
-        imageStore(u_extinction_img, froxel, kept_value(vec4(mean.extinction, 0.0), dither.y, dither.y));
+    keep(froxel, mean.source, mean.extinction);
 }

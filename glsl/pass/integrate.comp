@@ -1,10 +1,10 @@
-// Froxels, step 3: front to back along each column's own ray, to the ends of its slices.
+// Froxels, step 2: front to back along each column's own ray, to the ends of its slices.
 //   in   source and extinction of the froxels
 //   out  scattering, transmittance   from the eye to the end of each slice, as a ray along the view's axis
 //        would see them (lib/slab.glsl): the same for every column in a uniform medium, so what is
 //        interpolated between columns is exact in one, at the picture's corners too
-//        Texel k + 1 along z holds what is before slice k. The first and the last one continue the line,
-//        for lookups that reach past the ends.
+//        Texel k along z holds what is before slice k. For lookups that reach past the ends it is texel k + 1, and
+//        the first and the last one continue the line.
 // Transmittance and not optical depth is kept: half way between a dense column and an empty one, half of
 // the light passes. A mean of optical depths would spread the dense one (5 % too much scattering by smoke
 // at tiles of 8 pixels, where this has 2 %).
@@ -29,10 +29,11 @@ struct Integrated {
 
 void store(ivec2 column, int z, Integrated value)
 {
-    vec4 transmittance = vec4(vec3(value.transmittance), 0.0);
-    imageStore(u_scattering_img, ivec3(column, z), vec4(value.scattering, kExtinctionInAlpha ? transmittance.r : 0.0));
+    vec3 transmittance = vec3(value.transmittance);
+    float alpha = kExtinctionInAlpha || kRedInAlpha ? transmittance.r : 0.0;
+    imageStore(u_scattering_img, ivec3(column, z), vec4(value.scattering, alpha));
     if (!kExtinctionInAlpha)
-        imageStore(u_transmittance_img, ivec3(column, z), transmittance);
+        imageStore(u_transmittance_img, ivec3(column, z), extinction_apart(transmittance));
 }
 
 Integrated continued(Integrated a, Integrated b)
@@ -51,16 +52,18 @@ void main()
     volume_depth_t tau = volume_depth_t(0.0);
     Integrated before = Integrated(vec3(0.0), volume_depth_t(1.0));
     Integrated value = before;
-    store(column, 1, value);
+    int front = texels_before_front();
+    store(column, front, value);
     float begin = slice_begin(0);
     for (int k = 0; k < count.z; ++k) {
         float end = slice_begin(k + 1);
         float thickness = (end - begin) * length_per_z / u_froxels.slices.depth;
         begin = end;
         vec4 source = texelFetch(u_source_tx, ivec3(column, k), 0) * thickness;
-        vec4 extinction =
-            kOneColor ? extinction_of_number(source) : texelFetch(u_extinction_tx, ivec3(column, k), 0) * thickness;
-        volume_depth_t slice_tau = volume_depth(source, extinction);
+        vec4 apart = vec4(0.0);
+        if (!has_one_extinction())
+            apart = texelFetch(u_extinction_tx, ivec3(column, k), 0) * thickness;
+        volume_depth_t slice_tau = volume_depth_t(extinction_of_kept(source, apart));
         vec3 added = exp(-tau) * source.rgb;
         if (!kWronski)
             added *= slab_weight(slice_tau);
@@ -69,9 +72,10 @@ void main()
         before = value;
         value.scattering = min(seen_at_slant(radiance, tau, 1.0 / length_per_z), vec3(u_frame.radiance_limit));
         value.transmittance = exp(-tau / length_per_z);
-        store(column, k + 2, value);
-        if (k == 0)
+        store(column, front + k + 1, value);
+        if (kTricubic && k == 0)
             store(column, 0, continued(value, before));
     }
-    store(column, count.z + 2, continued(before, value));
+    if (kTricubic)
+        store(column, count.z + 2, continued(before, value));
 }

@@ -1,18 +1,15 @@
-// Froxels, step 2: light into the V-buffer's media, and what is kept of the frames before.
-//   in   the V-buffer, lights, shadow map; last frame's source and extinction
+// Froxels, step 1: the media, one sample a froxel, light into them, and what is kept of the frames before.
+//   in   media, or the V-buffer, lights, shadow map; last frame's source and extinction
 //   out  source      radiance added per slices.depth metres: sigma_s * in_scattering + emission
-//        extinction  of the V-buffer, averaged over frames as the source is
+//        extinction  of the media, averaged over frames as the source is
 // The history is last frame's froxel at the unjittered middle of this one, so samples that are jittered
 // from frame to frame average over the froxel. Each froxel is worked out in every frame, seen or hidden by
 // a surface: none of them can have been hidden, so a surface that moves away uncovers nothing unknown.
-#include "scene/froxel_sample.glsl"
 #include "scene/v_buffer.glsl"
 #include "scene/in_scattering.glsl"
 #include "scene/froxel_history.glsl"
 
 // Variant, besides kCountSamples: write the number of media evaluations of both steps instead
-const bool kGridShadows = false;   // light is dimmed by the V-buffer, marched in the view's frustum, as in 2017: what
-                                   // lies outside of the view throws no shadow; else by the media themselves
 const bool kHistory = false;       // last frame's froxels are there;
 const bool kHistoryStill = false;  // they are these, one for one
 const bool kMiddleLight = false;   // light is looked up in a froxel's middle: all froxels have one jitter, so a frame
@@ -20,8 +17,6 @@ const bool kMiddleLight = false;   // light is looked up in a froxel's middle: a
                                    // froxels
 
 layout(local_size_x = FROXEL_GROUP_X, local_size_y = FROXEL_GROUP_Y, local_size_z = FROXEL_GROUP_Z) in;
-layout(binding = FROXEL_SOURCE_IMAGE) writeonly uniform image3D u_source_img;
-layout(binding = FROXEL_EXTINCTION_IMAGE) writeonly uniform image3D u_extinction_img;
 
 // Over as far as the grid is deep, or to the light; midpoints, as many as the media's own shadows take.
 extinction_t grid_depth(vec3 p, LightSample light)
@@ -34,12 +29,12 @@ extinction_t grid_depth(vec3 p, LightSample light)
                               u_froxels.view_z_from_world, u_froxels.slices);
         if (!is_inside(uvw))
             continue;
-        if (has_one_extinction()) {
-            sum += extinction_of(extinction_of_number(textureLod(u_sigma_s_tx, uvw, 0.0)));
-        } else {
-            vec3 sigma_t = textureLod(u_sigma_t_tx, uvw, 0.0).rgb;
-            sum += extinction_of(vec4(sigma_t, sigma_t.r));
-        }
+        vec3 sigma_t;
+        if (has_one_extinction())
+            sigma_t = extinction_of_number(textureLod(u_sigma_s_tx, uvw, 0.0).a);
+        else
+            sigma_t = textureLod(u_sigma_t_tx, uvw, 0.0).rgb;
+        sum += extinction_of(vec4(sigma_t, sigma_t.r));
     }
     return sum * (ds / u_froxels.slices.depth);
 }
@@ -49,7 +44,7 @@ extinction_t light_depth(int i, vec3 p, LightSample light)
     return kGridShadows ? u_media.marched_light_dimming * grid_depth(p, light) : dimming_to_light(i, p, light);
 }
 
-vec3 source_of(ivec3 froxel, Medium medium)
+vec3 source_of(ivec3 froxel, FroxelMedium medium)
 {
     if (medium.sigma_s == vec3(0.0))
         return medium.emission;
@@ -58,24 +53,21 @@ vec3 source_of(ivec3 froxel, Medium medium)
 }
 
 // Moves source and extinction towards last frame's, where last frame's grid holds this froxel's middle.
-void add_history(ivec3 froxel, Medium medium, inout vec3 source, inout vec4 extinction)
+void add_history(ivec3 froxel, FroxelMedium medium, inout vec3 source, inout vec3 extinction)
 {
-    vec4 old_source, old_extinction;
+    LitFroxel old;
     if (kHistoryStill) {
-        old_source = texelFetch(u_history_tx, froxel, 0);
-        old_extinction =
-            has_one_extinction() ? extinction_of_number(old_source) : texelFetch(u_history_extinction_tx, froxel, 0);
+        old = history_of(froxel);
     } else {
         HistoryPlace place = history_place(froxel);
         if (!is_inside(place.uvw))
             return;
-        old_source = history_source(place.uvw);
-        old_source.rgb *= history_turn(place, medium);
-        old_extinction = history_extinction(place.uvw);
+        old = history_at(place.uvw);
+        old.source *= history_turn(place, medium);
     }
     float weight = u_froxels.history_weight;
-    source = mix(source, old_source.rgb, weight);
-    extinction = mix(extinction, old_extinction, weight);
+    source = mix(source, old.source, weight);
+    extinction = mix(extinction, old.extinction, weight);
 }
 
 void main()
@@ -83,20 +75,16 @@ void main()
     ivec3 froxel = ivec3(gl_GlobalInvocationID);
     if (any(greaterThanEqual(froxel, froxel_count())))
         return;
-    vec4 extinction = kept_extinction(froxel);
-    Medium medium = medium_of(froxel);
+    FroxelMedium medium = medium_of(froxel);
+    vec3 extinction = medium.sigma_t;
     vec3 source = source_of(froxel, medium);
     if (kCountSamples) {
-        if (froxel_sample(froxel).share > 0.0)
+        if (kGridShadows && froxel_sample(froxel).share > 0.0)
             count_sample();  // the V-buffer's own
         imageStore(u_source_img, froxel, vec4(float(g_samples)));
         return;
     }
     if (kHistory)
         add_history(froxel, medium, source, extinction);
-    uvec2 dither = froxel_dither(froxel);
-    vec4 kept = vec4(source, has_one_extinction() ? extinction.a : 0.0);
-    imageStore(u_source_img, froxel, kept_value(kept, dither.x, dither.y));
-    if (!has_one_extinction())
-        imageStore(u_extinction_img, froxel, kept_value(extinction, dither.y, dither.y));
+    keep(froxel, source, extinction);
 }

@@ -1,4 +1,4 @@
-// Froxels, step 4: what the integrated volumes hold before a pixel's own depth, to be blended over the
+// Froxels, step 3: what the integrated volumes hold before a pixel's own depth, to be blended over the
 // picture.
 //   in   the host's depth, integrated scattering and optical depth (pass/integrate.comp)
 //   out  one layer: scattering, with the mean transmittance in alpha, or the transmittance, or BOTH at once

@@ -1,5 +1,5 @@
-// A froxel's extinction, where one number is enough for it: in the alpha of a colour that the froxel has anyway.
-// Needs scene/froxels.glsl.
+// How the extinction of a froxel is kept: where one number is enough for it, in the alpha of the froxel's source; else
+// as three, of which red is in that alpha where the format has one. Needs scene/froxels.glsl.
 // Variant
 const bool kOneColor = false;  // all media's extinction has one colour; what is integrated has three numbers
 
@@ -11,8 +11,22 @@ float extinction_number(vec3 extinction)
     return kOneColor ? max(extinction.r, max(extinction.g, extinction.b)) : extinction.r;
 }
 
-// The extinction, of what has the number in its alpha, and in alpha the number.
-vec4 extinction_of_number(vec4 color)
+vec3 extinction_of_number(float number) { return kOneColor ? u_froxels.extinction_color * number : vec3(number); }
+
+// What the alpha of a froxel's source has of its extinction, and what a volume of its own has, if there is one.
+float extinction_in_source(vec3 extinction)
 {
-    return kOneColor ? vec4(u_froxels.extinction_color * color.a, color.a) : color.aaaa;
+    if (has_one_extinction())
+        return extinction_number(extinction);
+    return kRedInAlpha ? extinction.r : 0.0;
+}
+
+vec4 extinction_apart(vec3 extinction) { return kRedInAlpha ? vec4(extinction.gb, 0.0, 0.0) : vec4(extinction, 0.0); }
+
+// The extinction, of both.
+vec3 extinction_of_kept(vec4 source, vec4 apart)
+{
+    if (has_one_extinction())
+        return extinction_of_number(source.a);
+    return kRedInAlpha ? vec3(source.a, apart.rg) : apart.rgb;
 }

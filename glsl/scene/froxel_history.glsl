@@ -7,6 +7,8 @@
 // Variant
 const bool kDithered = false;  // what is kept has 16 bits
 
+layout(binding = FROXEL_SOURCE_IMAGE) writeonly uniform image3D u_source_img;
+layout(binding = FROXEL_EXTINCTION_IMAGE) writeonly uniform image3D u_extinction_img;
 layout(binding = FROXEL_HISTORY_UNIT) uniform sampler3D u_history_tx;
 layout(binding = FROXEL_HISTORY_EXTINCTION_UNIT) uniform sampler3D u_history_extinction_tx;
 
@@ -27,21 +29,29 @@ HistoryPlace history_place(ivec3 froxel)
     return HistoryPlace(p, -normalize(ray.direction), uvw);
 }
 
-vec4 history_source(vec3 uvw)
+struct LitFroxel {
+    vec3 source, extinction;
+};
+
+LitFroxel history_at(vec3 uvw)
 {
-    // Where extinction has one colour the volume has slices behind the froxels' last, for what is integrated.
-    if (kOneColor) {
-        float count = u_froxels.slices.count;
-        uvw.z = min(uvw.z * count, count - 0.5) / float(textureSize(u_history_tx, 0).z);
-    }
-    return textureLod(u_history_tx, uvw, 0.0) * u_froxels.history_slices.rescale;
+    // The volumes may have slices behind the froxels' last, for what is integrated.
+    float count = u_froxels.slices.count;
+    uvw.z = min(uvw.z * count, count - 0.5) / float(textureSize(u_history_tx, 0).z);
+    vec4 source = textureLod(u_history_tx, uvw, 0.0) * u_froxels.history_slices.rescale;
+    vec4 apart = vec4(0.0);
+    if (!has_one_extinction())
+        apart = textureLod(u_history_extinction_tx, uvw, 0.0) * u_froxels.history_slices.rescale;
+    return LitFroxel(source.rgb, extinction_of_kept(source, apart));
 }
 
-vec4 history_extinction(vec3 uvw)
+LitFroxel history_of(ivec3 froxel)
 {
-    if (has_one_extinction())
-        return extinction_of_number(history_source(uvw));
-    return textureLod(u_history_extinction_tx, uvw, 0.0) * u_froxels.history_slices.rescale;
+    vec4 source = texelFetch(u_history_tx, froxel, 0);
+    vec4 apart = vec4(0.0);
+    if (!has_one_extinction())
+        apart = texelFetch(u_history_extinction_tx, froxel, 0);
+    return LitFroxel(source.rgb, extinction_of_kept(source, apart));
 }
 
 // The dithers of a froxel in this frame: of its source, and of its extinction.
@@ -56,8 +66,16 @@ vec4 kept_value(vec4 value, uint color_dither, uint alpha_dither)
                 dithered_half(value.b, color_dither), dithered_half(value.a, alpha_dither));
 }
 
+void keep(ivec3 froxel, vec3 source, vec3 extinction)
+{
+    uvec2 dither = froxel_dither(froxel);
+    imageStore(u_source_img, froxel, kept_value(vec4(source, extinction_in_source(extinction)), dither.x, dither.y));
+    if (!has_one_extinction())
+        imageStore(u_extinction_img, froxel, kept_value(extinction_apart(extinction), dither.y, dither.y));
+}
+
 // How much brighter a medium at a place is from here than from where the eye was.
-vec3 history_turn(HistoryPlace place, Medium medium)
+vec3 history_turn(HistoryPlace place, FroxelMedium medium)
 {
     return turned_to_eye(place.p, place.wo, u_froxels.history_eye, medium.sigma_s, medium.emission, medium.g);
 }

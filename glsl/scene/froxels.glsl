@@ -8,7 +8,8 @@ layout(std140, binding = FROXEL_BLOCK) uniform Froxels { FroxelParams u_froxels;
 #endif
 
 // Variant. EXTINCTION_IN_ALPHA: one extinction for all channels, in the alpha of a volume's colour; else it has a
-// volume of its own, or, kExtinctionInAlpha, a host's shader is told which when it runs.
+// volume of its own, for green and blue alone if that alpha has its red. A host's shader is told which when it runs.
+const bool kRedInAlpha = false;
 #ifdef EXTINCTION_IN_ALPHA
 #define volume_depth_t float
 const bool kExtinctionInAlpha = true;
@@ -16,8 +17,20 @@ float volume_depth(vec4 color, vec4 extinction) { return color.a; }
 #else
 #define volume_depth_t vec3
 const bool kExtinctionInAlpha = false;
-vec3 volume_depth(vec4 color, vec4 extinction) { return kExtinctionInAlpha ? color.aaa : extinction.rgb; }
+vec3 volume_depth(vec4 color, vec4 extinction)
+{
+    if (kExtinctionInAlpha)
+        return color.aaa;
+    return kRedInAlpha ? vec3(color.a, extinction.rg) : extinction.rgb;
+}
 #endif
+
+// Variant: what is integrated is looked up by a B-spline over 4^3 texels, which smooths along depth as well; else bilinear
+// between columns and, within a slice, exact where it is uniform
+const bool kTricubic = false;
+
+// Texels of what is integrated before the one of the grid's front: a B-spline reaches one beyond both ends.
+int texels_before_front() { return kTricubic ? 1 : 0; }
 
 ivec3 froxel_count() { return ivec3(u_froxels.columns, u_froxels.slices.count); }
 

@@ -1,29 +1,25 @@
-// The V-buffer: what each froxel holds of media, per slices.depth metres (shared/froxel_params.h).
-#include "scene/froxels.glsl"
+// What a froxel holds of media: sampled anew, or looked up in the V-buffer, which pass/v_buffer.comp fills where light
+// is dimmed by it.
+#include "scene/froxel_medium.glsl"
 #include "scene/froxel_extinction.glsl"
-#include "scene/media.glsl"
+
+// Variant: light is dimmed by the V-buffer, marched in the view's frustum, as in 2017: what lies outside of the view
+// throws no shadow; else by the media themselves, and there is no V-buffer
+const bool kGridShadows = false;
 
 layout(binding = V_BUFFER_SIGMA_S_UNIT) uniform sampler3D u_sigma_s_tx;
 layout(binding = V_BUFFER_SIGMA_T_UNIT) uniform sampler3D u_sigma_t_tx;
 layout(binding = V_BUFFER_EMISSION_UNIT) uniform sampler3D u_emission_tx;
 layout(binding = V_BUFFER_PHASE_UNIT) uniform sampler3D u_phase_tx;
 
-vec4 kept_extinction(ivec3 froxel)
+FroxelMedium kept_medium(ivec3 froxel)
 {
+    vec4 sigma_s = texelFetch(u_sigma_s_tx, froxel, 0);
+    FroxelMedium medium = FroxelMedium(sigma_s.rgb, vec3(0.0), vec3(0.0), u_media.media[0].g);
     if (has_one_extinction())
-        return extinction_of_number(texelFetch(u_sigma_s_tx, froxel, 0));
-    return texelFetch(u_sigma_t_tx, froxel, 0);
-}
-
-// What a froxel holds of media.
-struct Medium {
-    vec3 sigma_s, emission;
-    float g;
-};
-
-Medium medium_of(ivec3 froxel)
-{
-    Medium medium = Medium(texelFetch(u_sigma_s_tx, froxel, 0).rgb, vec3(0.0), u_media.media[0].g);
+        medium.sigma_t = extinction_of_number(sigma_s.a);
+    else
+        medium.sigma_t = texelFetch(u_sigma_t_tx, froxel, 0).rgb;
     if (kEmission)
         medium.emission = texelFetch(u_emission_tx, froxel, 0).rgb;
     if (kMixedG) {
@@ -31,4 +27,11 @@ Medium medium_of(ivec3 froxel)
         medium.g = phase.y > 0.0 ? phase.x / phase.y : 0.0;
     }
     return medium;
+}
+
+FroxelMedium medium_of(ivec3 froxel)
+{
+    if (kGridShadows)
+        return kept_medium(froxel);
+    return sampled_medium(froxel_sample(froxel));
 }

@@ -6,10 +6,6 @@
 #include "lib/volume_at.glsl"
 #include "scene/froxels.glsl"
 
-// Variant
-const bool kTricubic = false;  // a B-spline over 4^3 texels, which smooths along depth as well; else bilinear between
-                               // columns and, within a slice, exact where it is uniform
-
 layout(binding = INTEGRATED_SCATTERING_UNIT) uniform sampler3D u_scattering_tx;
 layout(binding = INTEGRATED_TRANSMITTANCE_UNIT) uniform sampler3D u_transmittance_tx;
 
@@ -31,7 +27,8 @@ struct Before {
 Before before(vec2 columns, float z)
 {
     const float kLeast = 1e-30;  // what no format tells from 0
-    vec3 uvw = vec3(columns, z + 1.5) / vec3(u_froxels.columns, u_froxels.slices.count + 3.0);
+    float front = float(texels_before_front());
+    vec3 uvw = vec3(columns, front + z + 0.5) / vec3(u_froxels.columns, u_froxels.slices.count + 1.0 + 2.0 * front);
     vec4 scattering = lookup(u_scattering_tx, uvw);
     volume_depth_t tau = -log(clamp(volume_depth(scattering, lookup(u_transmittance_tx, uvw)), kLeast, 1.0));
     return Before(max(scattering.rgb, 0.0) / slab_weight(tau), tau);

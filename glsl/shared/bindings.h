@@ -56,40 +56,39 @@
 #define V_BUFFER_PHASE_UNIT 24
 #define FROXEL_HISTORY_UNIT 25
 #define FROXEL_HISTORY_EXTINCTION_UNIT 26
-#define FROXEL_FRAME_SOURCE_UNIT 27
-#define FROXEL_COUNTS_UNIT 28
-#define FROXEL_SOURCE_UNIT 29
-#define FROXEL_EXTINCTION_UNIT 30
-#define INTEGRATED_SCATTERING_UNIT 31
-#define INTEGRATED_TRANSMITTANCE_UNIT 32
+#define FROXEL_COUNTS_UNIT 27
+#define FROXEL_SOURCE_UNIT 28
+#define FROXEL_EXTINCTION_UNIT 29
+#define INTEGRATED_SCATTERING_UNIT 30
+#define INTEGRATED_TRANSMITTANCE_UNIT 31
 // Of transparents.
-#define TRANSPARENT_IMAGE_UNIT 33
-#define PICTURE_UNIT 34
-#define PANE_LAYER_UNIT 35
+#define TRANSPARENT_IMAGE_UNIT 32
+#define PICTURE_UNIT 33
+#define PANE_LAYER_UNIT 34
 // While the volumes of light and the field are filled.
-#define EXTINCTION_VOLUME_UNIT 36
-#define WORLD_COEFFICIENTS_UNIT 37
-#define FIELD_LIGHT_UNIT 38
-#define FIELD_SIGMA_T_UNIT 39
-#define FIELD_ALBEDO_UNIT 40
-#define FIELD_SOURCE_UNIT 41
-#define FIELD_SUMS_UNIT 42
-#define FIELD_CROSSED_UNIT 43
-#define FIELD_WAYS_UNIT 44
-#define FIELD_EMISSION_UNIT 45
-#define FIELD_ORDER_UNIT 46
-#define FIELD_WORLD_UNIT 47
-#define FACES_UNIT 48
-#define FACE_MATERIALS_UNIT 49
-#define FACE_LIGHT_UNIT 50
-#define BEYOND_UNIT 51
+#define EXTINCTION_VOLUME_UNIT 35
+#define WORLD_COEFFICIENTS_UNIT 36
+#define FIELD_LIGHT_UNIT 37
+#define FIELD_SIGMA_T_UNIT 38
+#define FIELD_ALBEDO_UNIT 39
+#define FIELD_SOURCE_UNIT 40
+#define FIELD_SUMS_UNIT 41
+#define FIELD_CROSSED_UNIT 42
+#define FIELD_WAYS_UNIT 43
+#define FIELD_EMISSION_UNIT 44
+#define FIELD_ORDER_UNIT 45
+#define FIELD_WORLD_UNIT 46
+#define FACES_UNIT 47
+#define FACE_MATERIALS_UNIT 48
+#define FACE_LIGHT_UNIT 49
+#define BEYOND_UNIT 50
 // While probes are filtered, a frame is inspected, a window shows pictures.
-#define PROBE_SOURCE_UNIT 52
-#define INSPECTED_UNIT 53
-#define DISPLAY_A_UNIT 54
-#define DISPLAY_B_UNIT 55
+#define PROBE_SOURCE_UNIT 51
+#define INSPECTED_UNIT 52
+#define DISPLAY_A_UNIT 53
+#define DISPLAY_B_UNIT 54
 // Two for each grid of a scene: texels, and pages behind those of all grids if it has bricks.
-#define GRID_UNIT 56
+#define GRID_UNIT 55
 #define MOST_SAMPLED 10  // by one shader, besides grids and lights' filters
 
 #define EXTENT_TILES 64  // along both edges of a picture whose values' ends are looked for

@@ -10,13 +10,19 @@ FUM_SHARED_BEGIN
 #define VOLUME_AT_FROXELS 1
 #define VOLUME_AT_SPLITS 2
 
+// Transmittance in a texture of its own; in the scattering's alpha; its red there, the rest in a
+// texture of two channels.
+#define VOLUME_AT_APART 0
+#define VOLUME_AT_GREY 1
+#define VOLUME_AT_RED_IN_ALPHA 2
+
 struct FUM_STD140 VolumeAtParams {
     FrameParams frame;
     FroxelParams froxels;  // VOLUME_AT_FROXELS
     SplitParams splits;    // VOLUME_AT_SPLITS
     int kind;              // VOLUME_AT_*
     int layer_scale;       // pixels along the edge of a texel of the march's layer
-    int grey;              // not 0: transmittance is in the alpha of the scattering
+    int transmittance;     // VOLUME_AT_APART ... where it is
     int tricubic;          // not 0: froxels are looked up by a B-spline
 };
 

@@ -14,8 +14,12 @@ namespace fumarole::pass {
 
 namespace {
 
-/// Slices before the eye's first and behind its last that continue what is integrated.
-constexpr int kEndSlices = 3;
+/// Of what is integrated, more than froxels have: both ends of the slices, and for a lookup that
+/// reaches past them one more before the first and one behind the last.
+int end_slices(const FrameSettings& s)
+{
+    return s.lookup == Settings::Lookup::tricubic ? 3 : 1;
+}
 
 /// Of a view at rest, the largest weight of a history that is dithered. A mean of ever more frames
 /// forgets its own roundings ever more slowly, so their sum would grow without an end.
@@ -43,30 +47,84 @@ GLenum history_format(const FrameSettings& s)
     return s.format == Settings::Format::rgba32f ? GL_RGBA32F : GL_RGBA16F;
 }
 
-FroxelPlan make_plan(const Toolbox& tools, const PreparedFrame& frame)
+/// @param alpha whether the volumes' formats have one
+FroxelExtinction extinction_of(const Toolbox& tools, bool alpha)
+{
+    if (!alpha)
+        return FroxelExtinction::apart;
+    if (!tools.media.traits().colored_extinction)
+        return FroxelExtinction::grey;
+    return tools.media.extinction_color() ? FroxelExtinction::one_color
+                                          : FroxelExtinction::red_in_alpha;
+}
+
+/// Of the volume that has what is not in the alpha of another one.
+GLenum format_apart(FroxelExtinction extinction, GLenum format)
+{
+    if (extinction == FroxelExtinction::apart)
+        return format;
+    return format == GL_RGBA32F ? GL_RG32F : GL_RG16F;
+}
+
+/// But for the size.
+FroxelPlan make_plan(const Toolbox& tools, const FrameSettings& s, bool history)
 {
     const medium::MediaTraits& media = tools.media.traits();
-    const FrameSettings& s = frame.settings;
     FroxelPlan plan;
-    plan.count = froxel_count(frame);
-    plan.picture = frame.picture_size;
     plan.format = gl_format(s.format);
-    plan.history = frame.keeps_history;
+    plan.history = history;
     plan.source_format = plan.history ? history_format(s) : plan.format;
     plan.dithered = plan.history && plan.source_format == GL_RGBA16F;
-    const bool alpha = plan.format != GL_R11F_G11F_B10F && plan.source_format != GL_R11F_G11F_B10F;
-    plan.extinction_in_alpha = alpha && !media.colored_extinction;
-    plan.one_color = alpha && media.colored_extinction && tools.media.extinction_color();
-    plan.looked_through = s.froxel_shadows == Settings::FroxelShadows::grid;
+    plan.extinction = extinction_of(tools, plan.format != GL_R11F_G11F_B10F &&
+                                               plan.source_format != GL_R11F_G11F_B10F);
+    plan.v_buffer = s.froxel_shadows == Settings::FroxelShadows::grid;
     plan.emission = media.emission;
     plan.mixed_g = media.mixed_g;
     return plan;
 }
 
-void check_size(glm::ivec3 count, const gl::Device& gl)
+FroxelPlan make_plan(const Toolbox& tools, const PreparedFrame& frame)
 {
+    FroxelPlan plan = make_plan(tools, frame.settings, frame.keeps_history);
+    plan.count = froxel_count(frame);
+    plan.integrated_slices = plan.count.z + end_slices(frame.settings);
+    plan.picture = frame.picture_size;
+    return plan;
+}
+
+int bytes_of(GLenum format)
+{
+    switch (format) {
+    case GL_R11F_G11F_B10F:
+    case GL_RG16F:
+        return 4;
+    case GL_RGBA32F:
+        return 16;
+    default:
+        return 8;
+    }
+}
+
+/// Of a froxel's source and extinction, twice, and of what is integrated where it lies apart.
+int bytes_of(const FroxelPlan& plan)
+{
+    const auto apart = [&](GLenum format) {
+        return bytes_of(format_apart(plan.extinction, format));
+    };
+    int bytes =
+        2 * (bytes_of(plan.source_format) + (plan.one_number() ? 0 : apart(plan.source_format)));
+    if (!plan.shares())
+        bytes += bytes_of(plan.format);
+    if (plan.transmittance_apart())
+        bytes += apart(plan.format);
+    return bytes;
+}
+
+void check_size(const FroxelPlan& plan, const gl::Device& gl)
+{
+    const glm::ivec3 count = plan.count;
     const int limit = gl.capabilities().max_texture_3d;
-    if (std::max({count.x, count.y, count.z + kEndSlices}) > limit)
+    if (std::max({count.x, count.y, plan.integrated_slices}) > limit)
         throw Error(
             fmt::format("{} x {} x {} froxels are more than this GL's 3-D textures hold ({} "
                         "a side); give a larger FrameSettings::tile or fewer FrameSettings::slices",
@@ -109,31 +167,31 @@ glm::dvec3 jitter_of(const PreparedFrame& frame)
         glm::dvec3(radical_inverse(i, 2), radical_inverse(i, 3), radical_inverse(i, 7)) + 0.5);
 }
 
-gl::Defines storage_defines(const FroxelPlan& plan)
+gl::Defines storage_defines(FroxelExtinction extinction)
 {
-    if (plan.extinction_in_alpha)
+    switch (extinction) {
+    case FroxelExtinction::grey:
         return {{"EXTINCTION_IN_ALPHA", ""}};
-    if (plan.one_color)
-        return {{"kOneColor", ""}};
+    case FroxelExtinction::one_color:
+        return {{"kOneColor", ""}, {"kRedInAlpha", ""}};
+    case FroxelExtinction::red_in_alpha:
+        return {{"kRedInAlpha", ""}};
+    case FroxelExtinction::apart:
+        break;
+    }
     return {};
 }
 
-/// Of the two steps that sample the media.
+/// Of the steps that sample the media.
 gl::Defines sampling_defines(const Toolbox& tools, const FrameSettings& s, const FroxelPlan& plan)
 {
     gl::Defines defines = tools.scattering_defines(s);
-    defines += storage_defines(plan);
+    defines += storage_defines(plan.extinction);
     if (s.range == Settings::Range::camera)
         defines.emplace_back("kCameraRange", "");
     if (plan.dithered)
         defines.emplace_back("kDithered", "");
-    return defines;
-}
-
-gl::Defines scatter_defines(const Toolbox& tools, const FrameSettings& s, const FroxelPlan& plan)
-{
-    gl::Defines defines = sampling_defines(tools, s, plan);
-    if (s.froxel_shadows == Settings::FroxelShadows::grid)
+    if (plan.v_buffer)
         defines += {{"kGridShadows", "true"}, {"kDepthAtPoint", "false"}};
     return defines;
 }
@@ -152,7 +210,7 @@ Froxels::Froxels(const Toolbox& tools) : VolumePass{tools}, block_{tools.device,
 Froxels::View& Froxels::view_of(const PreparedFrame& frame)
 {
     const FroxelPlan plan = make_plan(tools_, frame);
-    check_size(plan.count, tools_.device);
+    check_size(plan, tools_.device);
     View& view = view_;
     if (view.plan == plan)
         return view;
@@ -161,35 +219,34 @@ Froxels::View& Froxels::view_of(const PreparedFrame& frame)
     const auto make = [&](const char* label, GLenum format, glm::ivec3 size) {
         return gl::Texture::make_3d(tools_.device, label, size, format, gl::Filter::linear);
     };
-    const glm::ivec3 integrated = plan.count + glm::ivec3(0, 0, kEndSlices);
-    if (plan.looked_through)
-        view.own_sigma_s = make("V-buffer sigma_s", plan.format, plan.count);
-    view.scattering = make("V-buffer sigma_s, then integrated scattering", plan.format, integrated);
-    if (plan.emission)
-        view.emission = make("V-buffer emission", plan.format, plan.count);
-    if (plan.mixed_g)
-        view.phase = make("V-buffer phase", GL_RG16F, plan.count);
-    for (int i = 0; i < (plan.history ? 2 : 1); ++i) {
-        gl::Texture& source = view.source.at(i);
-        if (!plan.transmittance_in_source()) {
-            source = make("froxel source", plan.source_format, plan.count);
-            continue;
-        }
-        source =
-            make("froxel source, then integrated transmittance", plan.source_format, integrated);
-        // A lookup at the last slice multiplies the one behind it by 0, and must find a number.
-        source.clear(GL_RGBA, GL_FLOAT, nullptr);
+    const glm::ivec3 integrated(plan.count.x, plan.count.y, plan.integrated_slices);
+    if (plan.v_buffer) {
+        view.sigma_s = make("V-buffer sigma_s", plan.format, plan.count);
+        if (!plan.one_number())
+            view.sigma_t = make("V-buffer sigma_t", plan.format, plan.count);
+        if (plan.emission)
+            view.emission = make("V-buffer emission", plan.format, plan.count);
+        if (plan.mixed_g)
+            view.phase = make("V-buffer phase", GL_RG16F, plan.count);
     }
-    if (plan.extinction_in_alpha || plan.transmittance_in_source())
-        return view;
-    view.own_transmittance =
-        make("V-buffer sigma_t, then integrated transmittance", plan.format, integrated);
-    if (plan.one_color)
-        return view;
-    if (plan.looked_through)
-        view.own_sigma_t = make("V-buffer sigma_t", plan.format, plan.count);
-    for (int i = 0; i < (plan.history ? 2 : 1); ++i)
-        view.extinction.at(i) = make("froxel extinction", plan.source_format, plan.count);
+    for (int i = 0; i < 2; ++i) {
+        const auto make_shared = [&](const char* label, GLenum format) {
+            gl::Texture volume = make(label, format, plan.shares() ? integrated : plan.count);
+            // A lookup at the last slice multiplies the one behind it by 0, and must find a number.
+            volume.clear(GL_RGBA, GL_FLOAT, nullptr);
+            return volume;
+        };
+        view.source.at(i) =
+            make_shared("froxel source, then integrated scattering", plan.source_format);
+        if (!plan.one_number())
+            view.extinction.at(i) = make_shared("froxel extinction, then integrated transmittance",
+                                                format_apart(plan.extinction, plan.source_format));
+    }
+    if (!plan.shares())
+        view.own_scattering = make("integrated scattering", plan.format, integrated);
+    if (plan.transmittance_apart())
+        view.own_transmittance = make("integrated transmittance",
+                                      format_apart(plan.extinction, plan.format), integrated);
     return view;
 }
 
@@ -242,8 +299,8 @@ void Froxels::draw_v_buffer(const PreparedFrame& frame, const View& view) const
 {
     const gl::Device& gl = tools_.device;
     const FroxelPlan& plan = view.plan;
-    bind_image(gl, V_BUFFER_SIGMA_S_IMAGE, view.sigma_s(), plan.format);
-    bind_image(gl, V_BUFFER_SIGMA_T_IMAGE, view.sigma_t(), plan.format);
+    bind_image(gl, V_BUFFER_SIGMA_S_IMAGE, view.sigma_s, plan.format);
+    bind_image(gl, V_BUFFER_SIGMA_T_IMAGE, view.sigma_t, plan.format);
     bind_image(gl, V_BUFFER_EMISSION_IMAGE, view.emission, plan.format);
     bind_image(gl, V_BUFFER_PHASE_IMAGE, view.phase, GL_RG16F);
     dispatch("pass/v_buffer.comp", sampling_defines(tools_, frame.settings, plan), plan.count,
@@ -252,17 +309,16 @@ void Froxels::draw_v_buffer(const PreparedFrame& frame, const View& view) const
 
 void Froxels::bind_v_buffer(const View& view) const
 {
-    view.sigma_s().bind(V_BUFFER_SIGMA_S_UNIT);
-    view.sigma_t().bind(V_BUFFER_SIGMA_T_UNIT);
+    view.sigma_s.bind(V_BUFFER_SIGMA_S_UNIT);
+    view.sigma_t.bind(V_BUFFER_SIGMA_T_UNIT);
     view.emission.bind(V_BUFFER_EMISSION_UNIT);
     view.phase.bind(V_BUFFER_PHASE_UNIT);
 }
 
 void Froxels::scatter(const PreparedFrame& frame, View& view, HistoryUse use) const
 {
-    const gl::Device& gl = tools_.device;
     const FroxelPlan& plan = view.plan;
-    gl::Defines defines = scatter_defines(tools_, frame.settings, plan);
+    gl::Defines defines = sampling_defines(tools_, frame.settings, plan);
     if (plan.history) {
         bind_history(view);
         view.current = 1 - view.current;
@@ -275,10 +331,20 @@ void Froxels::scatter(const PreparedFrame& frame, View& view, HistoryUse use) co
     if (change_ != SceneChange::none)
         defines.emplace_back("kMiddleLight", "");
     bind_v_buffer(view);
-    bind_image(gl, FROXEL_SOURCE_IMAGE, apart ? view.frame_source : view.source.at(view.current),
-               plan.source_format);
-    bind_image(gl, FROXEL_EXTINCTION_IMAGE, view.extinction.at(view.current), plan.source_format);
+    if (apart)
+        bind_kept(view, view.frame_source, view.frame_extinction);
+    else
+        bind_kept(view, view.source.at(view.current), view.extinction.at(view.current));
     dispatch("pass/scatter.comp", defines, plan.count, kFroxelGroup);
+}
+
+void Froxels::bind_kept(const View& view, const gl::Texture& source,
+                        const gl::Texture& extinction) const
+{
+    const FroxelPlan& plan = view.plan;
+    bind_image(tools_.device, FROXEL_SOURCE_IMAGE, source, plan.source_format);
+    bind_image(tools_.device, FROXEL_EXTINCTION_IMAGE, extinction,
+               format_apart(plan.extinction, plan.source_format));
 }
 
 void Froxels::bind_history(const View& view) const
@@ -290,8 +356,13 @@ void Froxels::bind_history(const View& view) const
 void Froxels::make_counts(View& view) const
 {
     const FroxelPlan& plan = view.plan;
-    view.frame_source = gl::Texture::make_3d(tools_.device, "froxel source of a frame", plan.count,
-                                             plan.source_format, gl::Filter::nearest);
+    const auto make = [&](const char* label, GLenum format) {
+        return gl::Texture::make_3d(tools_.device, label, plan.count, format, gl::Filter::nearest);
+    };
+    view.frame_source = make("froxel source of a frame", plan.source_format);
+    if (!plan.one_number())
+        view.frame_extinction =
+            make("froxel extinction of a frame", format_apart(plan.extinction, plan.source_format));
     for (gl::Texture& counts : view.counts)
         counts = gl::Texture::make_3d(tools_.device, "froxel frames", plan.count, GL_RG16F,
                                       gl::Filter::linear);
@@ -310,10 +381,11 @@ void Froxels::add_history(const PreparedFrame& frame, View& view, SceneChange ch
     add(change != SceneChange::none, "kLightChanged");
     add(change == SceneChange::media, "kMediaChanged");
     const int now = view.current;
-    view.frame_source.bind(FROXEL_FRAME_SOURCE_UNIT);
+    view.frame_source.bind(FROXEL_SOURCE_UNIT);
+    view.frame_extinction.bind(FROXEL_EXTINCTION_UNIT);
     view.counts.at(1 - now).bind(FROXEL_COUNTS_UNIT);
-    bind_image(gl, FROXEL_SOURCE_IMAGE, view.source.at(now), plan.source_format);
-    bind_image(gl, FROXEL_EXTINCTION_IMAGE, view.extinction.at(now), plan.source_format);
+    bind_v_buffer(view);
+    bind_kept(view, view.source.at(now), view.extinction.at(now));
     bind_image(gl, FROXEL_COUNTS_IMAGE, view.counts.at(now), GL_RG16F);
     dispatch("pass/froxel_history.comp", defines, plan.count, kFroxelGroup);
     view.counted = true;
@@ -323,14 +395,16 @@ void Froxels::integrate(const PreparedFrame& frame, const View& view) const
 {
     const gl::Device& gl = tools_.device;
     const FroxelPlan& plan = view.plan;
-    gl::Defines defines = storage_defines(plan);
+    gl::Defines defines = storage_defines(plan.extinction);
     if (frame.settings.integration == Settings::Integration::wronski)
         defines.emplace_back("kWronski", "");
+    if (frame.settings.lookup == Settings::Lookup::tricubic)
+        defines.emplace_back("kTricubic", "");
     view.source.at(view.current).bind(FROXEL_SOURCE_UNIT);
     view.extinction.at(view.current).bind(FROXEL_EXTINCTION_UNIT);
-    bind_image(gl, INTEGRATED_SCATTERING_IMAGE, view.scattering, plan.format);
+    bind_image(gl, INTEGRATED_SCATTERING_IMAGE, view.scattering(), plan.format);
     bind_image(gl, INTEGRATED_TRANSMITTANCE_IMAGE, view.transmittance(),
-               plan.transmittance_in_source() ? plan.source_format : plan.format);
+               format_apart(plan.extinction, plan.format));
     dispatch("pass/integrate.comp", defines, {plan.count.x, plan.count.y, 1},
              {FROXEL_COLUMNS, FROXEL_COLUMNS, 1});
 }
@@ -343,6 +417,7 @@ void Froxels::draw(const PreparedFrame& frame)
     change_ = has_history(use_) ? change_since(view.last, now) : SceneChange::none;
     if (!has_history(use_)) {
         view.frame_source = {};
+        view.frame_extinction = {};
         view.counts = {};
         view.counted = false;
     } else if (change_ != SceneChange::none && !view.frame_source) {
@@ -353,7 +428,7 @@ void Froxels::draw(const PreparedFrame& frame)
     if (view.plan.dithered)
         weight = std::min(weight, std::max(kMostDithered, frame.settings.history));
     write_block(frame, view, weight);
-    {
+    if (view.plan.v_buffer) {
         const auto time = tools_.timers.scope("froxel media");
         draw_v_buffer(frame, view);
     }
@@ -374,10 +449,10 @@ void Froxels::draw(const PreparedFrame& frame)
 
 IntegratedFroxels Froxels::integrated() const
 {
-    gl::Defines storage;
-    if (view_.plan.extinction_in_alpha)
-        storage.emplace_back("EXTINCTION_IN_ALPHA", "");
-    return {&view_.scattering, &view_.transmittance(), std::move(storage)};
+    FroxelExtinction storage = view_.plan.extinction;
+    if (storage == FroxelExtinction::one_color)
+        storage = FroxelExtinction::red_in_alpha;
+    return {&view_.scattering(), &view_.transmittance(), storage, storage_defines(storage)};
 }
 
 gl::Texture Froxels::sample_counts(const PreparedFrame& frame)
@@ -385,27 +460,16 @@ gl::Texture Froxels::sample_counts(const PreparedFrame& frame)
     const gl::Device& gl = tools_.device;
     View& view = view_of(frame);
     write_block(frame, view, 0);
-    // What is integrated is still looked up.
-    const auto make = [&](const char* label) {
-        return gl::Texture::make_3d(gl, label, view.plan.count, view.plan.format,
-                                    gl::Filter::nearest);
-    };
-    gl::Texture sigma_s = make("V-buffer sigma_s"), sigma_t;
-    if (!view.plan.extinction_in_alpha && !view.plan.one_color)
-        sigma_t = make("V-buffer sigma_t");
-    std::swap(view.scattering, sigma_s);
-    std::swap(view.own_transmittance, sigma_t);
-    draw_v_buffer(frame, view);
+    if (view.plan.v_buffer)
+        draw_v_buffer(frame, view);
     gl::Texture counts =
         gl::Texture::make_3d(gl, "sample counts", view.plan.count, GL_R32F, gl::Filter::nearest);
     bind_v_buffer(view);
     bind_image(gl, FROXEL_SOURCE_IMAGE, counts, GL_R32F);
-    gl::Defines defines = scatter_defines(tools_, frame.settings, view.plan);
+    gl::Defines defines = sampling_defines(tools_, frame.settings, view.plan);
     defines.emplace_back("kCountSamples", "");
     dispatch("pass/scatter.comp", defines, view.plan.count, kFroxelGroup);
     gl->MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);  // for who reads it back
-    std::swap(view.scattering, sigma_s);
-    std::swap(view.own_transmittance, sigma_t);
     return counts;
 }
 
@@ -427,18 +491,23 @@ void Froxels::show_slice(const PreparedFrame& frame)
 std::vector<std::string> explain_froxels(const Toolbox& tools, const FrameSettings& s)
 {
     const medium::MediaTraits& media = tools.media.traits();
+    const FroxelPlan plan = make_plan(tools, s, s.keeps_history());
     std::vector<std::string> lines;
     lines.push_back(fmt::format("froxels: tiles of {} x {} pixels, {} slices over the depth of {}",
                                 s.tile, s.tile, s.slices,
                                 s.range == Settings::Range::media ? "the media" : "the view"));
-    const bool alpha = s.format != Settings::Format::r11g11b10f &&
-                       (!media.colored_extinction || tools.media.extinction_color());
     lines.push_back(fmt::format(
-        "V-buffer: sigma_s, {}{}{}",
-        !alpha                     ? "a volume for sigma_t"
-        : media.colored_extinction ? "sigma_t, which has one colour, in its alpha"
-                                   : "grey sigma_t in its alpha",
-        media.emission ? ", one for emission" : "", media.mixed_g ? ", one for the phase" : ""));
+        "of a froxel: its source and {}, {} bytes with what is integrated",
+        plan.extinction == FroxelExtinction::grey        ? "one number of grey extinction"
+        : plan.extinction == FroxelExtinction::one_color ? "one number of extinction of one colour"
+                                                         : "three numbers of extinction",
+        bytes_of(plan)));
+    if (plan.v_buffer)
+        lines.push_back(fmt::format("V-buffer: sigma_s, {}{}{}",
+                                    plan.one_number() ? "the number of sigma_t in its alpha"
+                                                      : "a volume for sigma_t",
+                                    media.emission ? ", one for emission" : "",
+                                    media.mixed_g ? ", one for the phase" : ""));
     return lines;
 }
 

@@ -12,41 +12,57 @@
 
 namespace fumarole::pass {
 
+/// How the extinction of a froxel is kept, and the transmittance of what is integrated.
+enum class FroxelExtinction {
+    grey,          ///< as one number, in the alpha of a colour
+    one_color,     ///< likewise; of what is integrated as red_in_alpha
+    red_in_alpha,  ///< green and blue in a volume of two channels
+    apart          ///< in a colour of its own: formats without alpha
+};
+
 /// Which volumes a scene and its settings need: no more than that is made.
 struct FroxelPlan {
     glm::ivec3 count{0};  ///< columns, guard included, and slices
     /// Pixels: of another size, as many columns lie elsewhere in the view.
     glm::ivec2 picture{0};
-    GLenum format = 0;  ///< format of the V-buffer and of what is integrated
-    GLenum source_format = 0;
-    bool extinction_in_alpha =
-        false;               ///< one extinction for all channels, in the alpha of a colour
-    bool one_color = false;  ///< likewise, but of what is integrated: it has one colour
-    /// The V-buffer is looked up between its froxels, so it has a volume of its own size.
-    bool looked_through = false;
+    int integrated_slices = 0;  ///< of what is integrated
+    GLenum format = 0;          ///< format of the V-buffer and of what is integrated
+    GLenum source_format = 0;   ///< format of source and extinction
+    FroxelExtinction extinction = FroxelExtinction::grey;
+    bool v_buffer = false;  ///< what dims light is looked up between froxels
     bool emission = false;
     bool mixed_g = false;
     bool history = false;
     /// The history's volumes round by a dither, since they have 16 bits.
     bool dithered = false;
-    /// What is integrated has its transmittance where last frame's source was.
-    [[nodiscard]] bool transmittance_in_source() const { return one_color && history; }
+    [[nodiscard]] bool one_number() const
+    {
+        return extinction == FroxelExtinction::grey || extinction == FroxelExtinction::one_color;
+    }
+    /// What is integrated takes the place of last frame's source, which is read no more by then.
+    [[nodiscard]] bool shares() const { return format == source_format; }
+    /// There is transmittance that has no place there.
+    [[nodiscard]] bool transmittance_apart() const
+    {
+        return extinction == FroxelExtinction::one_color ||
+               (!shares() && extinction != FroxelExtinction::grey);
+    }
 
     bool operator==(const FroxelPlan&) const = default;
 };
 
 /// What the froxels of a frame add up to, front to back.
 struct IntegratedFroxels {
-    const gl::Texture* scattering =
-        nullptr;  ///< scattering; where there is one extinction, with transmittance in alpha
-    const gl::Texture* transmittance = nullptr;  ///< empty where it is in that alpha
-    gl::Defines storage;                         ///< which of the two it is, for the shaders
+    const gl::Texture* scattering = nullptr;
+    const gl::Texture* transmittance = nullptr;  ///< empty where it is in the scattering's alpha
+    FroxelExtinction storage = FroxelExtinction::grey;  ///< never one_color
+    gl::Defines defines;                                ///< that say so to shaders
 };
 
 /// Froxels: media and light sampled in the cells of a grid in the view's frustum, kept from frame
 /// to frame, integrated front to back. Wronski 2014, "Volumetric
-/// Fog"; Hillaire 2015; Eevee's design of October 2017. One file a step: glsl/pass/v_buffer.comp,
-/// scatter.comp, integrate.comp.
+/// Fog"; Hillaire 2015; Eevee's design of October 2017. One file a step: glsl/pass/scatter.comp,
+/// integrate.comp, and before them v_buffer.comp where light is dimmed by the grid.
 class Froxels : public VolumePass {
 public:
     explicit Froxels(const Toolbox& tools);
@@ -72,28 +88,25 @@ public:
 private:
     struct View {
         FroxelPlan plan;
-        gl::Texture own_sigma_s, own_sigma_t, emission, phase;
-        /// Two of each where there is a history: one is read while the other is written.
+        gl::Texture sigma_s, sigma_t, emission, phase;  ///< the V-buffer
+        /// Two of each: this frame's, and those that last frame's are read from and that are
+        /// integrated into then. Extinction where it is more than one number.
         std::array<gl::Texture, 2> source, extinction;
-        /// Once the scene has changed under a history: this frame's source alone, and how many
-        /// frames what is kept of each froxel is worth.
-        gl::Texture frame_source;
+        /// What is integrated, where it is of another format or has other channels than those.
+        gl::Texture own_scattering, own_transmittance;
+        /// Once the scene has changed under a history: this frame's alone, and how many frames
+        /// what is kept of each froxel is worth.
+        gl::Texture frame_source, frame_extinction;
         std::array<gl::Texture, 2> counts;
-        bool counted = false;                       ///< last frame's counts are there
-        gl::Texture scattering, own_transmittance;  ///< integrated
-        // The V-buffer's, which have had their use before anything is integrated.
-        [[nodiscard]] const gl::Texture& sigma_s() const
+        bool counted = false;  ///< last frame's counts are there
+        [[nodiscard]] const gl::Texture& scattering() const
         {
-            return plan.looked_through ? own_sigma_s : scattering;
+            return own_scattering ? own_scattering : source.at(1 - current);
         }
-        [[nodiscard]] const gl::Texture& sigma_t() const
-        {
-            return plan.looked_through ? own_sigma_t : own_transmittance;
-        }
-        /// As last frame's source has had.
+        /// Empty where it is in the scattering's alpha.
         [[nodiscard]] const gl::Texture& transmittance() const
         {
-            return plan.transmittance_in_source() ? source.at(1 - current) : own_transmittance;
+            return own_transmittance ? own_transmittance : extinction.at(1 - current);
         }
         int current = 0;                   ///< into those pairs: of the last frame
         std::uint32_t dithered_frame = 0;  ///< FroxelParams'
@@ -107,6 +120,9 @@ private:
     void write_block(const PreparedFrame& frame, const View& view, float history_weight) const;
     void draw_v_buffer(const PreparedFrame& frame, const View& view) const;
     void bind_v_buffer(const View& view) const;
+    /// To be written.
+    void bind_kept(const View& view, const gl::Texture& source,
+                   const gl::Texture& extinction) const;
     void scatter(const PreparedFrame& frame, View& view, HistoryUse use) const;
     void bind_history(const View& view) const;
     void make_counts(View& view) const;

@@ -8,7 +8,7 @@ namespace {
 
 gl::Defines bind_integrated(const PreparedFrame& frame, const pass::IntegratedFroxels& froxels)
 {
-    gl::Defines defines = froxels.storage;
+    gl::Defines defines = froxels.defines;
     if (frame.settings.lookup == Settings::Lookup::tricubic)
         defines.emplace_back("kTricubic", "");
     froxels.scattering->bind(INTEGRATED_SCATTERING_UNIT);

@@ -61,7 +61,7 @@ public:
         volume.params.splits = *splits.depths;
         volume.params.kind = VOLUME_AT_SPLITS;
         volume.params.layer_scale = layer.scale;
-        volume.params.grey = layer.grey ? 1 : 0;
+        volume.params.transmittance = layer.grey ? VOLUME_AT_GREY : VOLUME_AT_APART;
         volume.textures = {nullptr, nullptr, layer.depth, splits.scattering, splits.transmittance};
         return volume;
     }
@@ -153,7 +153,10 @@ public:
         volume.params.froxels = froxels_.block(frame);
         volume.params.kind = VOLUME_AT_FROXELS;
         volume.params.layer_scale = 1;
-        volume.params.grey = *froxels.transmittance ? 0 : 1;
+        volume.params.transmittance =
+            froxels.storage == pass::FroxelExtinction::grey    ? VOLUME_AT_GREY
+            : froxels.storage == pass::FroxelExtinction::apart ? VOLUME_AT_APART
+                                                               : VOLUME_AT_RED_IN_ALPHA;
         volume.params.tricubic = frame.settings.lookup == Settings::Lookup::tricubic ? 1 : 0;
         volume.textures = {froxels.scattering, froxels.transmittance, nullptr, nullptr, nullptr};
         return volume;

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "gl/program.h"
+#include "shared/volume_at_params.h"
 
 namespace fumarole {
 
@@ -117,18 +118,20 @@ std::string host_text(std::string_view file, const std::string& bindings, gl::De
 std::string volume_at_glsl(const VolumeAtBindings& bindings)
 {
     const std::uint32_t unit = bindings.first_unit;
-    return host_text("host/volume_at.glsl",
-                     fmt::format("#define VOLUME_AT_BLOCK {}\n"
-                                 "#define INTEGRATED_SCATTERING_UNIT {}\n"
-                                 "#define INTEGRATED_TRANSMITTANCE_UNIT {}\n"
-                                 "#define LAYER_DEPTH_UNIT {}\n"
-                                 "#define SPLIT_SCATTERING_UNIT {}\n"
-                                 "#define SPLIT_TRANSMITTANCE_UNIT {}\n",
-                                 bindings.block, unit, unit + 1, unit + 2, unit + 3, unit + 4),
-                     {{"kLayerScale", "u_volume_at.layer_scale"},
-                      {"kMonochrome", "u_volume_at.grey != 0"},
-                      {"kExtinctionInAlpha", "u_volume_at.grey != 0"},
-                      {"kTricubic", "u_volume_at.tricubic != 0"}});
+    return host_text(
+        "host/volume_at.glsl",
+        fmt::format("#define VOLUME_AT_BLOCK {}\n"
+                    "#define INTEGRATED_SCATTERING_UNIT {}\n"
+                    "#define INTEGRATED_TRANSMITTANCE_UNIT {}\n"
+                    "#define LAYER_DEPTH_UNIT {}\n"
+                    "#define SPLIT_SCATTERING_UNIT {}\n"
+                    "#define SPLIT_TRANSMITTANCE_UNIT {}\n",
+                    bindings.block, unit, unit + 1, unit + 2, unit + 3, unit + 4),
+        {{"kLayerScale", "u_volume_at.layer_scale"},
+         {"kMonochrome", fmt::format("u_volume_at.transmittance == {}", VOLUME_AT_GREY)},
+         {"kExtinctionInAlpha", fmt::format("u_volume_at.transmittance == {}", VOLUME_AT_GREY)},
+         {"kRedInAlpha", fmt::format("u_volume_at.transmittance == {}", VOLUME_AT_RED_IN_ALPHA)},
+         {"kTricubic", "u_volume_at.tricubic != 0"}});
 }
 
 std::string transparent_glsl(const TransparentBindings& bindings)

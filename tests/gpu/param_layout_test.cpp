@@ -591,7 +591,7 @@ TEST_F(ParamLayout, Splits)
 TEST_F(ParamLayout, HostsVolumeAt)
 {
     Offsets expected{MEMBER(VolumeAtParams, kind), MEMBER(VolumeAtParams, layer_scale),
-                     MEMBER(VolumeAtParams, grey), MEMBER(VolumeAtParams, tricubic)};
+                     MEMBER(VolumeAtParams, transmittance), MEMBER(VolumeAtParams, tricubic)};
     add_struct(expected, "frame", offsetof(VolumeAtParams, frame), kFrame);
     add_struct(expected, "froxels", offsetof(VolumeAtParams, froxels), froxel_members());
     add_struct(expected, "splits", offsetof(VolumeAtParams, splits), split_members());

@@ -473,13 +473,17 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                          flags(set, {"kEmits", "kScatters", "kMeans", "kSurfaces", "kNear"}) +
                              Defines{{"extinction_t", type}});
 
-    for (const char* extinction : {"EXTINCTION_IN_ALPHA", "kOneColor"})
+    for (const char* extinction : {"EXTINCTION_IN_ALPHA", "kRedInAlpha"})
         for (unsigned set = 0; set < 4; ++set)
-            variants.add("pass/integrate.comp", flags(set, {extinction, "kWronski"}));
+            variants.add("pass/integrate.comp",
+                         flags(set, {extinction, "kWronski"}) + flags(set >> 1, {"kTricubic"}));
+    variants.add("pass/integrate.comp", {{"kOneColor", ""}, {"kRedInAlpha", ""}});
     for (unsigned set = 0; set < 8; ++set) {
         const Defines defines =
             flags(set, {"EXTINCTION_IN_ALPHA", "kTricubic", set >= 4 ? "kTransmittance" : "BOTH"});
         variants.add("resolve/froxels.frag", defines);
+        variants.add("resolve/froxels.frag",
+                     flags(set, {"kRedInAlpha", "kTricubic", "kTransmittance"}));
         resolve("resolve/froxels.comp", defines);
     }
 
@@ -550,9 +554,11 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     const auto froxels = [&](const Defines& media, const Defines& lights, unsigned set) {
         const bool colored = *media.value_of("extinction_t") == "vec3";
         const char* extinction = colored ? "kOneColor" : "EXTINCTION_IN_ALPHA";
-        const Defines sampling = flags(set, {"kVolumeShadows", "kWorldLight", extinction,
-                                             "kCameraRange", "kShadowToLight", "kMinExtinction"}) +
-                                 flags(set >> 3, {"kWorldVolume", "kDepthVolume", "kWorldWalls"});
+        Defines sampling = flags(set, {"kVolumeShadows", "kWorldLight", extinction, "kCameraRange",
+                                       "kShadowToLight", "kMinExtinction"}) +
+                           flags(set >> 3, {"kWorldVolume", "kDepthVolume", "kWorldWalls"});
+        if (colored)
+            sampling += flags(set >> 1, {"kRedInAlpha"});
         variants.add("pass/v_buffer.comp", media + lights + sampling);
         variants.add(
             "pass/scatter.comp",
@@ -562,7 +568,8 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         const unsigned changes[] = {0b000, 0b001, 0b011, 0b100, 0b101, 0b111};
         variants.add("pass/froxel_history.comp",
                      media + lights + sampling +
-                         flags(changes[set % 6], {"kLightChanged", "kMediaChanged", "kCounted"}));
+                         flags(changes[set % 6], {"kLightChanged", "kMediaChanged", "kCounted"}) +
+                         flags(set >> 4, {"kGridShadows"}));
     };
 
     constexpr unsigned kDefault = 0b1100000111;

@@ -22,8 +22,8 @@ struct LayerTextures {
 /// A view's own layers, as they are before they are looked up at a pixel's depth.
 struct OwnLayers {
     /// Of a march: 2-D, a texel for each ray, with `guard` texels around the picture on each side.
-    /// Of froxels: 3-D, what lies in front of each froxel's far side. With `grey` transmittance in
-    /// its alpha.
+    /// Of froxels: 3-D, what lies in front of each froxel's far side. Its alpha has transmittance
+    /// with `grey`, and that of red where `transmittance` has two channels, for green and blue.
     gl::TextureView scattering;
     gl::TextureView transmittance;  ///< likewise; empty if `grey`
     gl::TextureView depth;  ///< depth of a march: view_z of the scene [m] as each texel took it
