@@ -520,15 +520,15 @@ TEST_F(Froxel, AFroxelTakesTwiceWhatItHasToKeep)
     }
 }
 
-// A view that moves ahead looks its history up behind the middle of the last slice. In media of one
-// colour transmittance was behind it, and is not to be met.
+// A view that moves ahead looks its history up behind the middle of the last slice. What was
+// integrated is behind it, and is not to be met.
 TEST_F(Froxel, AHistoryEndsAtItsLastSlice)
 {
     Scene scene = empty_scene(32);
     BoxMedium fog;
     fog.min = {-60, -60, -60};
     fog.max = {60, 60, 60};
-    fog.sigma_s = {1e-4f, 2e-4f, 3e-4f};  // transmittance is 1000 times a froxel's source
+    fog.sigma_s = {1e-4f, 2e-4f, 3e-4f};  // transmittance is many times a froxel's extinction
     scene.media = {fog};
     scene.world.radiance = glm::vec3(1);
     Settings settings = gathering(4);
@@ -544,11 +544,13 @@ TEST_F(Froxel, AHistoryEndsAtItsLastSlice)
         scene.camera.look_at = scene.camera.position + glm::dvec3(0, -1, 0);
         run(renderer, view, scene, settings, 1);
     }
-    const std::vector<float> moved = layers.scattering;
+    const LayerImages moved = layers;
     view.reset_history();
     run(renderer, view, scene, settings, 1);
-    for (std::size_t i = 0; i < moved.size(); ++i)
-        ASSERT_NEAR(moved[i], layers.scattering[i], 1e-3f * layers.scattering[i]) << i;
+    for (std::size_t i = 0; i < moved.scattering.size(); ++i) {
+        ASSERT_NEAR(moved.scattering[i], layers.scattering[i], 1e-3f * layers.scattering[i]) << i;
+        ASSERT_NEAR(moved.transmittance[i], layers.transmittance[i], 1e-4f) << i;
+    }
 }
 
 TEST_F(Froxel, ViewsKeepTheirOwnHistory)
