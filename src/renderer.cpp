@@ -1181,6 +1181,7 @@ void Renderer::prepare(const Frame& frame, const FrameSettings& settings)
         parts.probes.set_preparing(with_probes && parts.probes.count() > 0);
         for (const bool through_media : {false, true})
             parts.draw_surfaces(still, settings, through_media);
+        surface::SurfacePainter::prepare(parts.tools, parts.surfaces);
     }
     View view = make_view();
     std::vector<int> scales{settled(view, still, settings).resolution};

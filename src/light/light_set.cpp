@@ -67,6 +67,7 @@ void LightSet::clear()
     clear_lights();
     filters_.clear();
     painter_.release();
+    throws_shadows_ = false;
 }
 
 void LightSet::clear_lights()
@@ -134,10 +135,12 @@ void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, cons
     for (const LightPosition& point : points_)
         for (const auto& instance : surfaces.instances())
             shaded_media_ |= !seen.empty() && can_shade(point, instance.bounds, seen);
-    // A ground alone throws no shadow on what is seen.
-    const bool shades = shaded_media_ || !scene.transparents.empty() ||
-                        can_shade_surfaces(points_, surfaces.instances());
-    if (surfaces.empty() || lights_.empty() || !shades) {
+    // A ground alone throws no shadow on what is seen. Of surfaces that did throw one the map
+    // stays: if it came and went as things move, shaders would be compiled amid frames.
+    const bool did = throws_shadows_ && casters_.size() == scene.surfaces.size();
+    throws_shadows_ = !surfaces.empty() && !lights_.empty() &&
+                      (did || shaded_media_ || can_shade_surfaces(points_, surfaces.instances()));
+    if (!throws_shadows_) {
         painter_.release();
         return;
     }

@@ -144,6 +144,7 @@ private:
     std::vector<Bounds> caster_bounds_;
     int views_drawn_ = 0;
     bool shaded_media_ = false;
+    bool throws_shadows_ = false;  ///< a surface may on what is seen, or might have
     mutable std::vector<SunReadback> sun_readbacks_;  ///< readbacks of each sun, as it is asked for
     gl::Texture shadow_map_, irradiance_, environment_;
     gl::UniformBuffer<shared::LightsParams> block_;

@@ -29,6 +29,24 @@ std::optional<std::vector<glm::dvec3>> suns_of(const Toolbox& tools)
     return to_suns;
 }
 
+gl::Defines lit_by(const Toolbox& tools)
+{
+    gl::Defines defines = tools.lights.defines();
+    if (tools.lights.has_environment())
+        defines.emplace_back("kEnvironment", "");
+    return defines;
+}
+
+const gl::Program& program_of(const Toolbox& tools, const SurfaceSet::Instance& instance,
+                              gl::Defines variant)
+{
+    if (!instance.closed)
+        variant.emplace_back("kTwoSided", "");
+    if (instance.gloss)
+        variant.emplace_back("GLOSSY", "");
+    return tools.programs.get({"pass/surface.vert", "pass/surface.frag"}, variant);
+}
+
 }  // namespace
 
 FrameSettings surface_settings(const FrameSettings& settings)
@@ -55,22 +73,31 @@ void SurfacePainter::draw(const Toolbox& tools, const SurfaceSet& surfaces,
     const GLfloat sky = reversed ? 0.0f : 1.0f;
     gl->ClearNamedFramebufferfv(framebuffer_.id(), GL_DEPTH, 0, &sky);
 
-    gl::Defines defines = tools.lights.defines();
-    if (tools.lights.has_environment()) {
-        defines.emplace_back("kEnvironment", "");
+    const gl::Defines lights = lit_by(tools);
+    if (tools.lights.has_environment())
         tools.lights.bind_environment();
-    }
-    tools.draw_fullscreen("pass/sky.frag", defines);
+    tools.draw_fullscreen("pass/sky.frag", lights);
 
     if (tools.lights.has_environment())
         tools.lights.bind_irradiance();
-    defines += tools.probes.defines();
     gl->Enable(GL_DEPTH_TEST);
     gl->DepthFunc(reversed ? GL_GREATER : GL_LESS);
-    for (const Share& share : shares_of(tools, surfaces, frame, defines, dimmed))
+    gl::Defines plain = lights;
+    plain += tools.probes.defines();
+    for (const Share& share : shares_of(tools, surfaces, frame, plain, dimmed))
         draw_share(tools, surfaces, frame, share, unseen);
     gl->NamedFramebufferTexture(framebuffer_.id(), GL_COLOR_ATTACHMENT0, 0, 0);
     gl->NamedFramebufferTexture(framebuffer_.id(), GL_DEPTH_ATTACHMENT, 0, 0);
+}
+
+void SurfacePainter::prepare(const Toolbox& tools, const SurfaceSet& surfaces)
+{
+    if (!tools.device.capabilities().software || !tools.volumes.lit_on_surfaces())
+        return;
+    gl::Defines plain = lit_by(tools);
+    plain += tools.probes.defines();
+    for (const auto& instance : surfaces.instances())
+        program_of(tools, instance, plain);
 }
 
 std::vector<SurfacePainter::Share> SurfacePainter::shares_of(const Toolbox& tools,
@@ -139,14 +166,9 @@ void SurfacePainter::draw_share(const Toolbox& tools, const SurfaceSet& surfaces
         const Bands own_bands = share.bands.empty() ? std::nullopt : share.bands[number];
         if (own_bands && own_bands->empty())
             continue;
-        gl::Defines own = share.variant;
-        if (!instance.closed)
-            own.emplace_back("kTwoSided", "");
-        if (instance.gloss) {
-            own.emplace_back("GLOSSY", "");
+        if (instance.gloss)
             ltc_.bind(LTC_UNIT);
-        }
-        gl->UseProgram(tools.programs.get({"pass/surface.vert", "pass/surface.frag"}, own).id());
+        gl->UseProgram(program_of(tools, instance, share.variant).id());
         shared::DrawParams params{};
         const glm::dmat4 eye_from_object =
             glm::translate(glm::dmat4(1.0), -eye.position) * instance.world_from_object;

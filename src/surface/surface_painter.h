@@ -27,6 +27,10 @@ public:
     void draw(const Toolbox& tools, const SurfaceSet& surfaces, const PreparedFrame& frame,
               bool dimmed, const std::vector<bool>& unseen = {});
 
+    /// Compiles what draw() needs where a frame sees surfaces beyond the nodes that light them, in
+    /// parts: one from amid the media doesn't.
+    static void prepare(const Toolbox& tools, const SurfaceSet& surfaces);
+
 private:
     /// Where an instance is drawn; none: all over the picture.
     using Bands = std::optional<std::vector<PictureBand>>;

@@ -119,7 +119,8 @@ TEST_F(StepTilesByCompute, AreTheTilesOfTheCpu)
         Scene scene = random_media(engine);
         // In the light, and out of anything's shadow.
         if (seed % 3 == 0)
-            scene.surfaces = {BoxSurface{{-9, -20, -90}, {9, 0, -80}, {0.5f, 0.4f, 0.3f}}};
+            scene.surfaces = {BoxSurface{{-9, -20, -90}, {9, 0, -80}, {0.5f, 0.4f, 0.3f}},
+                              BoxSurface{{-9, -20, -85}, {9, 0, -75}, {0.5f, 0.4f, 0.3f}}};
         bench_.set(scene);
         ASSERT_EQ(bench_.lights.shaded_media(), false);
         for (const Look& look : looks(engine))

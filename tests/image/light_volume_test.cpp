@@ -444,8 +444,9 @@ TEST_F(LightVolume, AGroundAloneIsLitAsOneThatHasAnotherBelow)
     scene.media = {turned_lump(glm::dmat4(1.0))};
     const BoxSurface ground{
         .min = {-300, -300, -3}, .max = {300, 300, -1.2}, .albedo = glm::vec3(0.5f)};
-    scene.surfaces = {ground};
     Renderer& renderer = scene_renderer().renderer();
+    render(scene, plain_settings());
+    scene.surfaces = {ground};
     renderer.take_report();
     const Still alone = render(scene, plain_settings());
     EXPECT_EQ(renderer.take_report().work.shadow_views, 0);
@@ -457,6 +458,16 @@ TEST_F(LightVolume, AGroundAloneIsLitAsOneThatHasAnotherBelow)
     EXPECT_GT(renderer.take_report().work.shadow_views, 0);
     EXPECT_TRUE(images_near(picture_of(alone, alone.composite), picture_of(both, both.composite),
                             1e-6, 1e-6, "where a map hides nothing"));
+    // A sun that has risen leaves the map that one below the ground had drawn.
+    scene.surfaces = {ground};
+    auto& sun = std::get<SunLight>(scene.lights[0]);
+    sun.direction_to_light.z = -0.7;
+    render(scene, plain_settings());
+    renderer.take_report();
+    sun.direction_to_light.z = 0.7;
+    EXPECT_TRUE(images_near(picture_of(alone, render(scene, plain_settings()).composite),
+                            picture_of(alone, alone.composite), 1e-6, 1e-6, "at noon"));
+    EXPECT_GT(renderer.take_report().work.shadow_views, 0);
     // A ball is in the map, and throws a shadow.
     scene.surfaces = {ground, SphereSurface{.center = {1, -6, -0.6}, .radius = 0.6}};
     const Still ball = render(scene, plain_settings());
