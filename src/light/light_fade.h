@@ -3,7 +3,7 @@
 #include "gl/buffer.h"
 #include "gl/program.h"
 #include "gl/texture.h"
-#include "light/field_lattice.h"
+#include "light/lattice.h"
 #include "shared/light_fade_params.h"
 
 namespace fumarole::light {

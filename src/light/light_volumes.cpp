@@ -79,59 +79,6 @@ TurnPlan plan_turns(int turns, int rounds)
     return {first, again, {first + again - turns, again}};
 }
 
-int clamp_to(int nodes, int layers, const gl::Device& gl)
-{
-    return std::max(2, std::min(nodes, gl.capabilities().max_texture_3d / layers));
-}
-
-/// Nodes no closer than `spacing` units of the frame, and no more of them than `most` on an axis.
-Lattice make_lattice(const glm::dmat4& unit_from_world, const Bounds& bounds, double spacing,
-                     int most)
-{
-    const glm::dvec3 extent = glm::max(bounds.max - bounds.min, glm::dvec3(1e-12));
-    const double longest = std::max({extent.x, extent.y, extent.z});
-    spacing = std::max(spacing, longest / (most - 1));
-    Lattice lattice;
-    lattice.count = glm::max(glm::ivec3(glm::ceil(extent / spacing - 1e-6)) + 1, glm::ivec3(2));
-    lattice.node_from_world = glm::scale(glm::dmat4(1.0), glm::dvec3(lattice.count - 1) / extent) *
-                              glm::translate(glm::dmat4(1.0), -bounds.min) * unit_from_world;
-    return lattice;
-}
-
-/// The same box, or a little more, with `most` nodes along its longest edge.
-Lattice coarser(const Lattice& fine, int most)
-{
-    const glm::dvec3 last(fine.count - 1);
-    const double step = std::max({last.x, last.y, last.z}) / (most - 1);
-    Lattice lattice;
-    lattice.count = glm::max(glm::ivec3(glm::ceil(last / step - 1e-6)) + 1, glm::ivec3(2));
-    lattice.node_from_world = glm::translate(glm::dmat4(1.0), glm::dvec3(lattice.count - 1) / 2.0) *
-                              glm::scale(glm::dmat4(1.0), glm::dvec3(1 / step)) *
-                              glm::translate(glm::dmat4(1.0), -last / 2.0) * fine.node_from_world;
-    return lattice;
-}
-
-/// The same with cells of one edge where they were nearly so: it reaches out a little further.
-Lattice make_cubes(const glm::dmat4& unit_from_world, const Bounds& bounds, double spacing,
-                   int most)
-{
-    constexpr double kNearly = 1.2;
-    const Lattice lattice = make_lattice(unit_from_world, bounds, spacing, most);
-    const glm::dmat4 world_from_node = glm::inverse(lattice.node_from_world);
-    glm::dvec3 edges(0);
-    for (int i = 0; i < 3; ++i)
-        edges[i] = glm::length(glm::dvec3(world_from_node[i]));
-    const double edge = std::max({edges.x, edges.y, edges.z});
-    if (edge > kNearly * std::min({edges.x, edges.y, edges.z}))
-        return lattice;
-    const glm::dvec3 middle = glm::dvec3(lattice.count - 1) / 2.0;
-    Lattice cubes = lattice;
-    cubes.node_from_world = glm::translate(glm::dmat4(1.0), middle) *
-                            glm::scale(glm::dmat4(1.0), edges / edge) *
-                            glm::translate(glm::dmat4(1.0), -middle) * lattice.node_from_world;
-    return cubes;
-}
-
 /// Metres, world: of the media and what stands amid them.
 Bounds with_details(const Bounds& media, const surface::SurfaceSet& surfaces)
 {
@@ -142,53 +89,10 @@ Bounds with_details(const Bounds& media, const surface::SurfaceSet& surfaces)
     return around;
 }
 
-/// Metres, world.
-Bounds bounds_of(const Lattice& lattice)
-{
-    Bounds nodes;
-    nodes.add(glm::dvec3(0));
-    nodes.add(glm::dvec3(lattice.count - 1));
-    return nodes.transformed(glm::inverse(lattice.node_from_world));
-}
-
-shared::LatticeParams to_shared(const Lattice& lattice, int layers, glm::dvec3 eye)
-{
-    const glm::dmat4 node_from_eye = lattice.node_from_world * glm::translate(glm::dmat4(1.0), eye);
-    shared::LatticeParams out{};
-    out.node_from_world = glm::mat4(node_from_eye);
-    out.world_from_node = glm::mat4(glm::inverse(node_from_eye));
-    out.last = glm::vec3(lattice.count - 1);
-    out.layers = static_cast<float>(layers);
-    out.inverse_size = 1.0f / glm::vec3(lattice.count * glm::ivec3(1, 1, layers));
-    out.spacing = static_cast<float>(1 / glm::length(glm::dvec3(node_from_eye[0])));
-    return out;
-}
-
-glm::dvec3 centre_of(const Lattice& lattice)
-{
-    return glm::dvec3(glm::inverse(lattice.node_from_world) *
-                      glm::dvec4(glm::dvec3(lattice.count - 1) / 2.0, 1.0));
-}
-
 /// What the texture of depths has along each axis: the columns of a sun that stands askew reach two
 /// nodes beyond the lattice on either side before they are there again, and the first of them is
 /// there twice.
 constexpr int kBeyondLattice = 4;
-
-gl::Texture make_volume(const gl::Device& gl, const char* label, const Lattice& lattice, int layers,
-                        GLenum format)
-{
-    return gl::Texture::make_3d(gl, label, lattice.count * glm::ivec3(1, 1, layers), format,
-                                gl::Filter::linear);
-}
-
-/// Within so many nodes two places are one: a thousandth of what a 32-bit shader tells apart.
-constexpr double kSameNode = 1e-6;
-
-double spacing_of(const glm::dmat3& edges)
-{
-    return std::min({glm::length(edges[0]), glm::length(edges[1]), glm::length(edges[2])});
-}
 
 bool are_moved(const std::vector<medium::Extinction>& then,
                const std::vector<medium::Extinction>& now, glm::dvec3 moved, double tolerance)
@@ -197,21 +101,6 @@ bool are_moved(const std::vector<medium::Extinction>& then,
                       [&](const medium::Extinction& a, const medium::Extinction& b) {
                           return medium::is_moved(a, b, moved, tolerance);
                       });
-}
-
-std::string size_of(const gl::Texture& texture, int layers, std::size_t texel_bytes)
-{
-    const glm::ivec3 size = texture.size();
-    return fmt::format("{} x {} x {} nodes, {:.2f} MB", size.x, size.y, size.z / layers,
-                       1e-6 * static_cast<double>(texel_bytes) * size.x * size.y * size.z);
-}
-
-void copy_layer(const gl::Device& gl, const gl::Texture& from, int from_layer,
-                const gl::Texture& to, int to_layer, glm::ivec3 nodes)
-{
-    gl->MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);  // after the stores that filled it
-    gl->CopyImageSubData(from.id(), GL_TEXTURE_3D, 0, 0, 0, from_layer * nodes.z, to.id(),
-                         GL_TEXTURE_3D, 0, 0, 0, to_layer * nodes.z, nodes.x, nodes.y, nodes.z);
 }
 
 /// A light's place as it is from `origin`, where it has one.
@@ -374,26 +263,11 @@ void LightVolumes::drop_world()
     field_on_surfaces_.forget();
 }
 
-LightVolumes::DepthKey LightVolumes::key_of(const Lattice& lattice)
-{
-    const glm::dmat4 world_from_node = glm::inverse(lattice.node_from_world);
-    DepthKey key;
-    key.origin = glm::dvec3(world_from_node[3]);
-    key.edges = glm::dmat3(world_from_node);
-    key.count = lattice.count;
-    return key;
-}
-
 bool LightVolumes::is_moved(const DepthKey& then, const DepthKey& now)
 {
-    const double tolerance = kSameNode * spacing_of(now.edges);
-    for (int axis = 0; axis < 3; ++axis)
-        if (!medium::is_same_place(then.edges[axis] * double(then.count[axis]),
-                                   now.edges[axis] * double(now.count[axis]),
-                                   tolerance + 1e-14 * glm::length(now.origin)))
-            return false;
-    return then.count == now.count && then.rgb == now.rgb &&
-           light::are_moved(then.media, now.media, now.origin - then.origin, tolerance);
+    return light::is_moved(then.lattice, now.lattice) && then.rgb == now.rgb &&
+           light::are_moved(then.media, now.media, now.lattice.origin - then.lattice.origin,
+                            tolerance_of(now.lattice));
 }
 
 bool LightVolumes::are_moved(const std::vector<Obstacle>& then, const std::vector<Obstacle>& now,
@@ -416,12 +290,13 @@ bool LightVolumes::is_moved(const WorldKey& then, const WorldKey& now)
         then.ways_on_surfaces != now.ways_on_surfaces || then.bands != now.bands ||
         then.dims != now.dims || then.scatters_again != now.scatters_again ||
         then.straight_on != now.straight_on || then.sky_in_parts != now.sky_in_parts ||
-        !is_moved(then.in_media, now.in_media) || !is_moved(then.on_surfaces, now.on_surfaces))
+        !light::is_moved(then.in_media, now.in_media) ||
+        !light::is_moved(then.on_surfaces, now.on_surfaces))
         return false;
-    const DepthKey &lattice = now.bands > 0 ? now.in_media : now.on_surfaces,
-                   &lattice_then = now.bands > 0 ? then.in_media : then.on_surfaces;
+    const LatticePlace &lattice = now.bands > 0 ? now.in_media : now.on_surfaces,
+                       &lattice_then = now.bands > 0 ? then.in_media : then.on_surfaces;
     const glm::dvec3 moved = lattice.origin - lattice_then.origin;
-    const double tolerance = kSameNode * spacing_of(lattice.edges);
+    const double tolerance = tolerance_of(lattice);
     return (now.on_surfaces.count == glm::ivec3(0) ||
             medium::is_same_place(then.on_surfaces.origin + moved, now.on_surfaces.origin,
                                   tolerance)) &&
@@ -431,12 +306,12 @@ bool LightVolumes::is_moved(const WorldKey& then, const WorldKey& now)
 
 bool LightVolumes::is_same(const LightPosition& a, const LightPosition& b) const
 {
-    const double tolerance = kSameNode * spacing_of(depth_key_.edges);
-    const double nodes = std::max({depth_key_.count.x, depth_key_.count.y, depth_key_.count.z});
+    const LatticePlace& lattice = depth_key_.lattice;
+    const double nodes = std::max({lattice.count.x, lattice.count.y, lattice.count.z});
     return a.far == b.far &&
            (a.far ? glm::length(a.at - b.at) <= kSameNode / nodes
-                  : medium::is_same_place(a.at, b.at,
-                                          tolerance + 1e-14 * glm::length(depth_key_.origin)));
+                  : medium::is_same_place(
+                        a.at, b.at, tolerance_of(lattice) + 1e-14 * glm::length(lattice.origin)));
 }
 
 medium::VoxelFrame LightVolumes::frame_of(const medium::MediaSet& media) const
@@ -736,9 +611,7 @@ void LightVolumes::set_depth(const SceneSettings& settings, medium::MediaSet& me
                  std::max(device_.capabilities().max_texture_3d / count - kBeyondLattice, 2));
     const Lattice lattice = make_lattice(frame.voxel_from_world, frame.marched,
                                          automatic ? kVoxelsPerDepthNode : 1e-9, most);
-    DepthKey key = key_of(lattice);
-    key.rgb = rgb_;
-    key.media = media.extinction();
+    DepthKey key{media.extinction(), place_of(lattice), rgb_};
     std::erase_if(key.media, [](const medium::Extinction& medium) { return !medium.marched; });
     if (!rgb_)  // the mean is what is stored, of one colour for all
         for (medium::Extinction& medium : key.media)
@@ -760,7 +633,7 @@ void LightVolumes::set_depth(const SceneSettings& settings, medium::MediaSet& me
     depth_defines_ = fill_defines(media, write_lights({}));
     wanted_lights_.clear();
     for (const LightPosition& light : lights.points())
-        wanted_lights_.push_back(position_from(key.origin, light));
+        wanted_lights_.push_back(position_from(key.lattice.origin, light));
 
     // A light that has come or gone moves the others to other layers.
     std::vector<int> from;
@@ -931,7 +804,7 @@ void LightVolumes::plan_world(WorldPlan& plan, const FieldScene& scene) const
         plan.in_media =
             make_cubes(frame.voxel_from_world, frame.scattering,
                        automatic ? kVoxelsPerWorldNode : 1e-9, clamp_to(in_media, layers, device_));
-        key.in_media = key_of(plan.in_media);
+        key.in_media = place_of(plan.in_media);
     }
     if (!scene.surfaces.empty() && !part_) {
         const bool fire = plan.field.on_surfaces && plan.field.glows;
@@ -943,7 +816,7 @@ void LightVolumes::plan_world(WorldPlan& plan, const FieldScene& scene) const
         constexpr int kLayers = kSurfaceBands * kSurfaceBands;
         plan.on_surfaces =
             make_cubes(glm::dmat4(1.0), around, 1e-9, clamp_to(nodes, kLayers, device_));
-        key.on_surfaces = key_of(plan.on_surfaces);
+        key.on_surfaces = place_of(plan.on_surfaces);
     }
     plan.places.origin = (key.bands > 0 ? key.in_media : key.on_surfaces).origin;
 }
@@ -955,8 +828,8 @@ gl::Texture LightVolumes::make_coefficients(const char* label, const WorldPlan& 
 
 bool LightVolumes::is_same_field(const WorldPlan& then, const WorldPlan& now)
 {
-    const DepthKey& lattice = now.world.bands > 0 ? now.world.in_media : now.world.on_surfaces;
-    const double tolerance = kSameNode * spacing_of(lattice.edges);
+    const LatticePlace& lattice = now.world.bands > 0 ? now.world.in_media : now.world.on_surfaces;
+    const double tolerance = tolerance_of(lattice);
     const glm::dvec3 moved = now.places.origin - then.places.origin;
     return then.field == now.field &&
            std::equal(then.places.of_all.begin(), then.places.of_all.end(),
@@ -968,12 +841,12 @@ bool LightVolumes::is_same_field(const WorldPlan& then, const WorldPlan& now)
 
 bool LightVolumes::is_same_fire(const WorldPlan& then, const WorldPlan& now)
 {
-    const DepthKey &lattice_then = then.world.on_surfaces, &lattice = now.world.on_surfaces;
-    if (!is_moved(lattice_then, lattice) || then.fire.media != now.fire.media ||
+    const LatticePlace &lattice_then = then.world.on_surfaces, &lattice = now.world.on_surfaces;
+    if (!light::is_moved(lattice_then, lattice) || then.fire.media != now.fire.media ||
         then.fire.small != now.fire.small)
         return false;
     const glm::dvec3 moved = lattice.origin - lattice_then.origin;
-    const double tolerance = kSameNode * spacing_of(lattice.edges);
+    const double tolerance = tolerance_of(lattice);
     return light::are_moved(then.world.media, now.world.media, moved, tolerance) &&
            are_moved(then.world.surfaces, now.world.surfaces, moved, tolerance) &&
            std::equal(then.fire.places.begin(), then.fire.places.end(), now.fire.places.begin(),
@@ -1018,8 +891,8 @@ void LightVolumes::set_plan(WorldPlan plan, const FieldScene& scene)
 
 bool LightVolumes::is_left_behind(const WorldPlan& then, const WorldPlan& now)
 {
-    const DepthKey& lattice = now.world.bands > 0 ? now.world.in_media : now.world.on_surfaces;
-    return glm::length(now.places.origin - then.places.origin) > spacing_of(lattice.edges) &&
+    const LatticePlace& lattice = now.world.bands > 0 ? now.world.in_media : now.world.on_surfaces;
+    return glm::length(now.places.origin - then.places.origin) > spacing_of(lattice) &&
            is_moved(then.world, now.world);
 }
 
@@ -1738,7 +1611,7 @@ void LightVolumes::fill_depth(const gl::Texture& depth, int layer, const LightPo
         ++fills_.depth_layers;
     const GLenum format = rgb_ ? GL_RGBA16F : GL_R16F;
     if (!light.far) {
-        params_.light = glm::vec3(light.at + (key_of(depth_lattice_).origin - eye));
+        params_.light = glm::vec3(light.at + (place_of(depth_lattice_).origin - eye));
         write_block(eye);
         extinction_.bind(EXTINCTION_VOLUME_UNIT);
         dispatch("light/depth.comp", depth_defines_, depth, format, VOLUME_GROUP,

@@ -12,6 +12,7 @@
 #include "gl/timer.h"
 #include "light/fire_light.h"
 #include "light/flames.h"
+#include "light/lattice.h"
 #include "light/light_fade.h"
 #include "light/light_set.h"
 #include "light/radiance_field.h"
@@ -128,9 +129,7 @@ private:
     /// volume stays.
     struct DepthKey {
         std::vector<medium::Extinction> media;  ///< those that are marched
-        glm::dvec3 origin{0};   ///< origin of the lattice's first node, metres, world
-        glm::dmat3 edges{1.0};  ///< edges from node to node along each axis [m]
-        glm::ivec3 count{0};    ///< nodes
+        LatticePlace lattice;
         bool rgb = false;
     };
     struct WorldKey {
@@ -143,8 +142,8 @@ private:
         bool scatters_again = false;         ///< what they scatter is followed
         float straight_on = 0;               ///< FieldMedium's
         bool thick = false;                  ///< light hardly gets from node to node
-        bool sky_in_parts = false;       ///< each way sees a part of what of the sky it stands for
-        DepthKey in_media, on_surfaces;  ///< their lattices alone
+        bool sky_in_parts = false;  ///< each way sees a part of what of the sky it stands for
+        LatticePlace in_media, on_surfaces;  ///< their lattices
     };
     /// What the field of light was filled from besides the world's light, as if all of it lay at
     /// the origin, and the places of it, which may be moved as a whole with the lattice.
@@ -233,7 +232,6 @@ private:
         const LightVolumes* whole = nullptr;  ///< those of all media, which have the surfaces'
     };
 
-    static DepthKey key_of(const Lattice& lattice);
     static Obstacle obstacle_of(const Surface& surface);
     /// Takes the places out of a key.
     static FieldPlaces take_places(FieldKey& key, double time);

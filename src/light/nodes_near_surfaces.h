@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "light/field_lattice.h"
+#include "light/lattice.h"
 #include "surface/surface_set.h"
 
 namespace fumarole::light {

@@ -11,7 +11,7 @@
 #include "gl/framebuffer.h"
 #include "gl/program.h"
 #include "gl/texture.h"
-#include "light/field_lattice.h"
+#include "light/lattice.h"
 #include "light/lattice_ways.h"
 #include "light/sky_share.h"
 #include "light/steps.h"

@@ -6,7 +6,7 @@
 #include "gl/framebuffer.h"
 #include "gl/program.h"
 #include "gl/texture.h"
-#include "light/field_lattice.h"
+#include "light/lattice.h"
 #include "shared/draw_params.h"
 #include "shared/sky_map_params.h"
 #include "surface/surface_set.h"
