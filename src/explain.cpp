@@ -158,7 +158,7 @@ std::vector<std::string> explain(const Toolbox& tools, int surfaces, const Frame
                 settings.shadow_steps);
         else if (media.heterogeneous == 0)
             say("{}", words::kHomogeneous);
-        else if (tools.volumes.has_depth())
+        else if (tools.volumes.depths())
             say("light through media: from a volume for marched media; closed form where a medium "
                 "is homogeneous or falls off with height");
         else

@@ -72,7 +72,7 @@ void Toolbox::check_loops(int steps, int shadow_steps) const
         return;
     // Each loop takes a turn more, to see that it is done.
     double a_light = 1;
-    if (scene_settings.volume_shadows && traits.marched > 0 && !volumes.has_depth())
+    if (scene_settings.volume_shadows && traits.marched > 0 && !volumes.depths())
         a_light +=
             traits.marched * (shadow_steps + 1.0) + shadow_steps * double(traits.noise_turns);
     const double a_step = 2 + traits.noise_turns + lights.count() * a_light;

@@ -1,7 +1,6 @@
 #include "light/lattice.h"
 
 #include <algorithm>
-#include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "medium/media_set.h"
@@ -98,13 +97,6 @@ void copy_layer(const gl::Device& gl, const gl::Texture& from, int from_layer,
     gl->MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);  // after the stores that filled it
     gl->CopyImageSubData(from.id(), GL_TEXTURE_3D, 0, 0, 0, from_layer * nodes.z, to.id(),
                          GL_TEXTURE_3D, 0, 0, 0, to_layer * nodes.z, nodes.x, nodes.y, nodes.z);
-}
-
-std::string size_of(const gl::Texture& texture, int layers, std::size_t texel_bytes)
-{
-    const glm::ivec3 size = texture.size();
-    return fmt::format("{} x {} x {} nodes, {:.2f} MB", size.x, size.y, size.z / layers,
-                       1e-6 * static_cast<double>(texel_bytes) * size.x * size.y * size.z);
 }
 
 LatticePlace place_of(const Lattice& lattice)

@@ -53,9 +53,6 @@ gl::Texture make_volume(const gl::Device& gl, const char* label, const Lattice& 
 void copy_layer(const gl::Device& gl, const gl::Texture& from, int from_layer,
                 const gl::Texture& to, int to_layer, glm::ivec3 nodes);
 
-/// How many nodes it has, and its bytes, as describe() says it.
-std::string size_of(const gl::Texture& texture, int layers, std::size_t texel_bytes);
-
 /// Where a lattice lies. What is filled at its nodes moves with it.
 struct LatticePlace {
     glm::dvec3 origin{0};   ///< origin of the first node, metres, world

@@ -15,13 +15,6 @@ namespace fumarole::light {
 
 namespace {
 
-/// `auto`: two nodes a voxel, since exp of an optical depth bends between them, as far as this many
-/// go along the longest edge. Shadows in a plume of 200 voxels err by a relMSE of 8e-5 with 64,
-/// 3e-5 with 96, 2e-5 with 128; 16 steps marched at each sample err by 9e-5.
-constexpr int kAutoDepthNodes = 96;
-constexpr double kVoxelsPerDepthNode = 0.5;
-constexpr double kSamplesPerVoxel = 1;     ///< samples per voxel of the media, down a sun's columns
-constexpr double kMostColumnSamples = 16;  ///< most samples from node to node of a column
 /// The world's light comes from all around and is smooth. On the same plume it is 0.5 % too bright
 /// with 32 nodes and 2.5 times as many cost 2 to 3 times the time.
 constexpr int kAutoWorldNodes = 32;
@@ -29,8 +22,6 @@ constexpr int kAutoWorldNodes = 32;
 /// 22 and albedo 0.995, all bounces, the relMSE is 1.5e-3 rather than 2.0e-3.
 constexpr int kAutoWorldNodesOfThick = 40;
 constexpr double kVoxelsPerWorldNode = 3;
-/// The extinction that they are filled from: one a voxel up to here.
-constexpr int kExtinctionNodes = 128;
 /// Where the orders of thick media start: on a lattice of so many nodes along its longest edge,
 /// then on one of twice as many.
 constexpr int kCoarsestNodes = 4;
@@ -41,8 +32,6 @@ constexpr int kMostCycles = 6, kFewerCycles = 3;
 /// The least of the extinction that, scattered straight on, is taken for none: g 0.5 of albedo 0.8.
 /// Below it what is scattered is told from light that goes on.
 constexpr float kLeastStraightOn = 0.05f;
-constexpr int kMostSamples =
-    4;  ///< most samples of the media along an edge of a cell that is larger than a voxel
 /// What a plume leaves of the light on surfaces is smooth: with 2 pictures have a relMSE of 2e-6
 /// against those with 4. What is cut off by a box, as of haze in a hall, is 0.5 % less with them.
 constexpr int kMostSamplesOnSurfaces = 2;
@@ -87,34 +76,6 @@ Bounds with_details(const Bounds& media, const surface::SurfaceSet& surfaces)
         if (is_detail(instance, media))
             around.add(instance.bounds);
     return around;
-}
-
-/// What the texture of depths has along each axis: the columns of a sun that stands askew reach two
-/// nodes beyond the lattice on either side before they are there again, and the first of them is
-/// there twice.
-constexpr int kBeyondLattice = 4;
-
-bool are_moved(const std::vector<medium::Extinction>& then,
-               const std::vector<medium::Extinction>& now, glm::dvec3 moved, double tolerance)
-{
-    return std::equal(then.begin(), then.end(), now.begin(), now.end(),
-                      [&](const medium::Extinction& a, const medium::Extinction& b) {
-                          return medium::is_moved(a, b, moved, tolerance);
-                      });
-}
-
-/// A light's place as it is from `origin`, where it has one.
-LightPosition position_from(glm::dvec3 origin, LightPosition position)
-{
-    if (!position.far)
-        position.at -= origin;
-    return position;
-}
-
-/// Nothing where it was not measured.
-std::string filled_in(std::optional<double> ms)
-{
-    return ms ? fmt::format(" in {:.1f} ms", *ms) : "";
 }
 
 /// How often light that scatters is followed, and why so often.
@@ -224,10 +185,10 @@ struct LightVolumes::WorldFill {
 
 LightVolumes::LightVolumes(const gl::Device& device, gl::ProgramCache& programs,
                            const gl::PassTimers& timers)
-    : device_{device}, programs_{programs}, timers_{timers}, field_{device, programs},
-      field_on_surfaces_{device, programs}, block_{device, "light volumes"},
-      fade_in_media_{device, programs}, fade_on_surfaces_{device, programs}, fade_dimmed_{device,
-                                                                                          programs}
+    : device_{device}, programs_{programs}, timers_{timers}, tools_{device, programs, timers},
+      extinction_{tools_}, depths_{tools_, extinction_}, field_{device, programs},
+      field_on_surfaces_{device, programs}, fade_in_media_{device, programs},
+      fade_on_surfaces_{device, programs}, fade_dimmed_{device, programs}
 {
 }
 
@@ -235,20 +196,11 @@ LightVolumes::~LightVolumes() = default;
 
 void LightVolumes::clear()
 {
-    extinction_ = {};
-    refill_.reset();
-    drop_depth();
+    extinction_.drop();
+    depths_.clear();
     drop_world();
     islands_.clear();
     island_light_ = {};
-}
-
-void LightVolumes::drop_depth()
-{
-    depth_ = {};
-    packed_depth_ = {};
-    packed_ = false;
-    depth_lights_.clear();
 }
 
 void LightVolumes::drop_world()
@@ -261,13 +213,6 @@ void LightVolumes::drop_world()
     keeps_world_ = false;
     field_.forget();
     field_on_surfaces_.forget();
-}
-
-bool LightVolumes::is_moved(const DepthKey& then, const DepthKey& now)
-{
-    return light::is_moved(then.lattice, now.lattice) && then.rgb == now.rgb &&
-           light::are_moved(then.media, now.media, now.lattice.origin - then.lattice.origin,
-                            tolerance_of(now.lattice));
 }
 
 bool LightVolumes::are_moved(const std::vector<Obstacle>& then, const std::vector<Obstacle>& now,
@@ -300,18 +245,8 @@ bool LightVolumes::is_moved(const WorldKey& then, const WorldKey& now)
     return (now.on_surfaces.count == glm::ivec3(0) ||
             medium::is_same_place(then.on_surfaces.origin + moved, now.on_surfaces.origin,
                                   tolerance)) &&
-           light::are_moved(then.media, now.media, moved, tolerance) &&
+           medium::are_moved(then.media, now.media, moved, tolerance) &&
            are_moved(then.surfaces, now.surfaces, moved, tolerance);
-}
-
-bool LightVolumes::is_same(const LightPosition& a, const LightPosition& b) const
-{
-    const LatticePlace& lattice = depth_key_.lattice;
-    const double nodes = std::max({lattice.count.x, lattice.count.y, lattice.count.z});
-    return a.far == b.far &&
-           (a.far ? glm::length(a.at - b.at) <= kSameNode / nodes
-                  : medium::is_same_place(
-                        a.at, b.at, tolerance_of(lattice) + 1e-14 * glm::length(lattice.origin)));
 }
 
 medium::VoxelFrame LightVolumes::frame_of(const medium::MediaSet& media) const
@@ -407,19 +342,15 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
                                LightSet& lights)
 {
     const medium::MediaTraits& traits = media.traits();
-    const std::optional<glm::vec3> color = media.marched_color();
-    rgb_ = traits.marched > 0 && !color;
-    params_.extinction_color = glm::vec4(color.value_or(glm::vec3(1)), 1.0f);
-
+    extinction_.set_color(media);
     const bool depth = settings.volume_shadows && settings.shadow_volume_size != 0 &&
                        settings.shadow_range == SceneSettings::ShadowRange::media &&
                        traits.marched > 0 && traits.islands == 0 && lights.count() > 0;
     if (depth) {
-        set_depth(settings, media, lights);
+        depths_.set(settings, frame_of(media), media, lights);
     } else {
-        refill_.reset();
-        extinction_ = {};
-        drop_depth();
+        extinction_.drop();
+        depths_.clear();
     }
     const bool world = lights.world_radiance() != glm::vec3(0.0f);
     WorldPlan plan;
@@ -473,8 +404,8 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
         if (scatters)
             key.bands = traits.isotropic ? 1 : 4;
         if (has_field || field.on_surfaces || field.turns > 0) {
-            field.depth_nodes = depth_ ? depth_lattice_.count : glm::ivec3(0);
-            field.depths = depth_refills_;
+            field.depth_nodes = depths_.nodes();
+            field.depths = depths_.refills();
         } else {
             field = {};
         }
@@ -489,8 +420,8 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
     } else {
         drop_world();
     }
-    if (!refill_)
-        extinction_ = {};
+    if (!depths_.has_more())
+        extinction_.drop();
 }
 
 LightVolumes::FieldPlaces LightVolumes::take_places(FieldKey& key, double time)
@@ -598,160 +529,15 @@ LightVolumes::Obstacle LightVolumes::obstacle_of(const Surface& surface)
     return obstacle;
 }
 
-void LightVolumes::set_depth(const SceneSettings& settings, medium::MediaSet& media,
-                             LightSet& lights)
-{
-    refill_frames_ = settings.shadow_fill;
-    const int count = lights.count();
-    const medium::VoxelFrame frame = frame_of(media);
-    const int nodes = settings.shadow_volume_size;
-    const bool automatic = nodes == kAutomatic;
-    const int most =
-        std::min(automatic ? kAutoDepthNodes : nodes,
-                 std::max(device_.capabilities().max_texture_3d / count - kBeyondLattice, 2));
-    const Lattice lattice = make_lattice(frame.voxel_from_world, frame.marched,
-                                         automatic ? kVoxelsPerDepthNode : 1e-9, most);
-    DepthKey key{media.extinction(), place_of(lattice), rgb_};
-    std::erase_if(key.media, [](const medium::Extinction& medium) { return !medium.marched; });
-    if (!rgb_)  // the mean is what is stored, of one colour for all
-        for (medium::Extinction& medium : key.media)
-            medium.sigma_t = glm::vec3(glm::dot(medium.sigma_t, glm::vec3(1.0f / 3.0f)));
-    const bool same = depth_ && is_moved(depth_key_, key);
-    if (!same || refill_frames_ == 1) {
-        refill_.reset();
-        extinction_ = {};
-    }
-    if (!same) {
-        drop_depth();
-        depth_key_ = key;
-    }
-    // What was filled moves with the media: only where it lies is new.
-    depth_lattice_ = lattice;
-    voxels_from_depth_ = glm::dmat3(frame.voxel_from_world * glm::inverse(lattice.node_from_world));
-    if (extinction_)
-        extinction_lattice_ = extinction_lattice(frame);
-    depth_defines_ = fill_defines(media, write_lights({}));
-    wanted_lights_.clear();
-    for (const LightPosition& light : lights.points())
-        wanted_lights_.push_back(position_from(key.lattice.origin, light));
-
-    // A light that has come or gone moves the others to other layers.
-    std::vector<int> from;
-    bool in_place = same && depth_lights_.size() == wanted_lights_.size(), whole = true;
-    for (std::size_t i = 0; i < wanted_lights_.size(); ++i) {
-        const auto is_wanted = [&](const LightPosition& light) {
-            return is_same(light, wanted_lights_[i]);
-        };
-        auto at = std::find_if(depth_lights_.begin(), depth_lights_.end(), is_wanted);
-        if (i < depth_lights_.size() && is_wanted(depth_lights_[i]))
-            at = depth_lights_.begin() + static_cast<std::ptrdiff_t>(i);
-        from.push_back(at == depth_lights_.end() ? -1
-                                                 : static_cast<int>(at - depth_lights_.begin()));
-        whole &= from.back() >= 0;
-        in_place &= from.back() < 0 || from.back() == static_cast<int>(i);
-    }
-    const gl::Stopwatch watch(device_, timers_);
-    bool placed = false;
-    for (std::size_t i = 0; i < wanted_lights_.size(); ++i)
-        placed |= from[i] < 0 && !wanted_lights_[i].far;
-    if (placed && !extinction_)
-        fill_extinction(media, lights);
-    if (in_place && (refill_ || whole))
-        return;  // what is on its way begins anew where lights have moved meanwhile
-    refill_.reset();
-    if (in_place && refill_frames_ > 1) {
-        begin_refill();
-        return;
-    }
-    if (!in_place) {
-        const gl::Texture old = std::move(depth_);
-        depth_ = make_depth("optical depth to lights", count);
-        for (int i = 0; i < count; ++i)
-            if (const int layer = from[static_cast<std::size_t>(i)]; layer >= 0)
-                copy_layer(device_, old, layer, depth_, i, lattice.count + kBeyondLattice);
-    }
-    depth_lights_ = wanted_lights_;
-    placed_ = static_cast<std::size_t>(
-        std::count_if(lights.lights().begin(), lights.lights().end(), [](const Light& light) {
-            return std::holds_alternative<PointLight>(light) ||
-                   std::holds_alternative<SpotLight>(light);
-        }));
-    packed_ = false;
-    const glm::dvec3 eye = centre_of(lattice);
-    if (!whole)
-        begin_fill(eye, media, lights);
-    for (int i = 0; i < count; ++i) {
-        const auto layer = static_cast<std::size_t>(i);
-        if (from[layer] < 0)
-            fill_depth(depth_, i, depth_lights_[layer], 0, depth_slices(depth_lights_[layer]), eye);
-    }
-    depth_ms_ = watch.ms();
-}
-
-void LightVolumes::begin_refill()
-{
-    const int count = static_cast<int>(wanted_lights_.size());
-    refill_.emplace(Refill{});
-    refill_->lights = wanted_lights_;
-    for (int i = 0; i < count; ++i)
-        if (!is_same(depth_lights_[static_cast<std::size_t>(i)],
-                     wanted_lights_[static_cast<std::size_t>(i)]))
-            refill_->layers.push_back(i);
-    int slices = 0;
-    for (const int layer : refill_->layers)
-        slices += depth_slices(wanted_lights_[static_cast<std::size_t>(layer)]);
-    refill_->a_frame = (slices + refill_frames_ - 1) / refill_frames_;
-    refill_->depth = make_depth("optical depth to moved lights", count);
-    for (int i = 0; i < count; ++i)
-        copy_layer(device_, depth_, i, refill_->depth, i, depth_lattice_.count + kBeyondLattice);
-}
-
-void LightVolumes::continue_refill(glm::dvec3 eye)
-{
-    for (int left = refill_->a_frame; left > 0 && refill_->layer < refill_->layers.size();) {
-        const int layer = refill_->layers[refill_->layer];
-        const LightPosition& light = refill_->lights[static_cast<std::size_t>(layer)];
-        const int slices = depth_slices(light);
-        const int now = std::min(left, slices - refill_->slices);
-        fill_depth(refill_->depth, layer, light, refill_->slices, now, eye);
-        left -= now;
-        refill_->slices += now;
-        if (refill_->slices == slices) {
-            refill_->slices = 0;
-            ++refill_->layer;
-        }
-    }
-    if (refill_->layer < refill_->layers.size())
-        return;
-    depth_ = std::move(refill_->depth);
-    packed_ = false;
-    depth_lights_ = std::move(refill_->lights);
-    refill_.reset();
-    ++depth_refills_;
-    const bool done =
-        std::equal(depth_lights_.begin(), depth_lights_.end(), wanted_lights_.begin(),
-                   [&](const LightPosition& a, const LightPosition& b) { return is_same(a, b); });
-    if (!done)
-        begin_refill();
-    else
-        extinction_ = {};
-}
-
 bool LightVolumes::go_on(medium::MediaSet& media, const surface::SurfaceSet& surfaces,
                          LightSet& lights)
 {
     const FieldScene scene{media, surfaces, lights};
-    const int depths = depth_refills_;
-    if (refill_) {
-        const glm::dvec3 eye = centre_of(depth_lattice_);
-        media.bind(eye);
-        continue_refill(eye);
-    }
-    const bool has_depths = depth_refills_ != depths;
+    const bool has_depths = depths_.go_on(media);
     const WorldPlan& last = fill_ ? fill_->to.plan : light_.plan;
     if (has_depths && last.field != FieldKey()) {  // which dims what it is filled from
         WorldPlan plan = fill_ && fill_->outdated ? wanted_ : last;
-        plan.field.depths = depth_refills_;
+        plan.field.depths = depths_.refills();
         set_plan(std::move(plan), scene);
     }
     if (fill_)
@@ -847,7 +633,7 @@ bool LightVolumes::is_same_fire(const WorldPlan& then, const WorldPlan& now)
         return false;
     const glm::dvec3 moved = lattice.origin - lattice_then.origin;
     const double tolerance = tolerance_of(lattice);
-    return light::are_moved(then.world.media, now.world.media, moved, tolerance) &&
+    return medium::are_moved(then.world.media, now.world.media, moved, tolerance) &&
            are_moved(then.world.surfaces, now.world.surfaces, moved, tolerance) &&
            std::equal(then.fire.places.begin(), then.fire.places.end(), now.fire.places.begin(),
                       now.fire.places.end(), [&](glm::dvec3 before, glm::dvec3 after) {
@@ -865,7 +651,7 @@ bool LightVolumes::may_spread(const medium::MediaSet& media) const
 {
     const medium::MediaTraits& traits = media.traits();
     // The extinction that lights are marched through is not kept from frame to frame.
-    const bool has_depths = depth_ || traits.marched == 0;
+    const bool has_depths = depths_ || traits.marched == 0;
     return field_frames_ > 1 && !part_ && traits.islands == 0 && has_depths;
 }
 
@@ -1178,9 +964,9 @@ void LightVolumes::fill_fire(WorldFill& fill)
     to.fire = std::make_shared<FireLight>(device_, programs_);
     to.fire->place(glow, media.bounds(), bounds_of(lattice),
                    1 / std::cbrt(std::abs(glm::determinant(voxels))), media.extinction_color());
-    params_.samples = to.fire->samples();
+    tools_.params.samples = to.fire->samples();
     write_block(centre_of(lattice), to);
-    to.fire->fill(fill_defines(media, write_lights({})), fill.scene.surfaces);
+    to.fire->fill(extinction_.fill_defines(media, write_lights({})), fill.scene.surfaces);
     field_on_surfaces_.see_fire(to.on_surfaces, to.fire->make_seen(lattice.count));
 }
 
@@ -1235,8 +1021,8 @@ Steps LightVolumes::fill_media(WorldFill& fill)
     const FieldScene& scene = fill.scene;
     const WorldPlan& plan = fill.to.plan;
     const medium::MediaTraits& traits = scene.media.traits();
-    if (fill.of_media && traits.marched > 0 && plan.world.dims && !depth_ && !extinction_)
-        fill_extinction(scene.media, scene.lights);
+    if (fill.of_media && traits.marched > 0 && plan.world.dims && !depths_ && !extinction_)
+        extinction_.fill(frame_of(scene.media), scene.media, scene.lights);
     if (fill.of_media && plan.field.orders.coarse_first)
         co_await guess_coarsely(fill);
     begin_fill(centre_of(plan.in_media), fill);
@@ -1351,7 +1137,7 @@ Steps LightVolumes::turn_surfaces(WorldFill& fill, int turns, bool noted)
     const bool has_dimmed = static_cast<bool>(to.on_surfaces_dimmed);
     const gl::Texture& dimmed = has_dimmed ? to.on_surfaces_dimmed : to.on_surfaces;
     for (int i = 0; i < turns; ++i) {
-        depth_.bind(DEPTH_VOLUME_UNIT);
+        depths_.bind();
         dimmed.bind(WORLD_ON_SURFACES_UNIT);
         if (to.fire)
             to.fire->bind();
@@ -1398,13 +1184,6 @@ std::string LightVolumes::further_turn() const
     return fmt::format(", a further one would add {:.2g} % of it", 100 * next / sums[n - 1]);
 }
 
-void LightVolumes::begin_fill(glm::dvec3 eye, medium::MediaSet& media, LightSet& lights)
-{
-    media.bind(eye, true);
-    lights.bind(eye);
-    write_block(eye);
-}
-
 void LightVolumes::begin_fill(glm::dvec3 eye, const WorldFill& fill)
 {
     fill.scene.media.bind(eye, true);
@@ -1412,227 +1191,27 @@ void LightVolumes::begin_fill(glm::dvec3 eye, const WorldFill& fill)
     write_block(eye, fill.to);
 }
 
-void LightVolumes::set_depth_params(glm::dvec3 eye)
-{
-    params_.depth = to_shared(depth_lattice_, 1, eye);
-    params_.depth_period = glm::vec3(depth_lattice_.count + kBeyondLattice - 1);
-    const glm::ivec3 texels = depth_lattice_.count + kBeyondLattice;
-    params_.depth.inverse_size =
-        1.0f / glm::vec3(texels * glm::ivec3(1, 1, static_cast<int>(depth_lights_.size())));
-    const auto packs = static_cast<int>(depth_packs().size());
-    params_.packed_scale = 1.0f / static_cast<float>(texels.z * std::max(packs, 1));
-    for (std::size_t i = 0; i < std::min<std::size_t>(depth_lights_.size(), MAX_LIGHTS); ++i)
-        if (depth_lights_[i].far)
-            params_.suns[i] = lookup_of(columns_of(depth_lights_[i]), static_cast<int>(i), eye);
-    params_.period_size = params_.depth_period * params_.depth.inverse_size;
-    params_.packed_period_z = params_.depth_period.z * params_.packed_scale;
-}
-
-shared::SunLookup LightVolumes::lookup_of(const shared::SunColumns& columns, int layer,
-                                          glm::dvec3 eye) const
-{
-    constexpr double kLeastShear = 1e-6;  // of the lattice's width: far less than a float shows
-    const int axis = columns.axis;
-    const double towards = columns.to_last != 0 ? 1 : -1;
-    const glm::dvec3 period(params_.depth_period), last(depth_lattice_.count - 1);
-    const glm::dmat4 rows =
-        glm::transpose(depth_lattice_.node_from_world * glm::translate(glm::dmat4(1.0), eye));
-    glm::dmat4 column_from_world(0.0);
-    shared::SunLookup lookup{};
-    for (int i = 0; i < 3; ++i) {
-        const double shear = i == axis ? 0 : static_cast<double>(columns.shear[i]);
-        column_from_world[i] = (rows[i] - shear * rows[axis]) / period[i];
-        // From one side of the lattice to the other the column is inside while its planes are
-        // between 0 and `across`, from where it stands on.
-        double across = towards * last[i] / period[i];
-        if (i != axis) {
-            const double a_plane = towards * shear * period[axis] / period[i];
-            const double slope = std::copysign(std::max(std::abs(a_plane), kLeastShear), a_plane);
-            lookup.per_period[i] = static_cast<float>(-1 / slope);
-            across = last[i] / period[i] / slope;
-        }
-        lookup.enters[i] = static_cast<float>(std::min(across, 0.0));
-        lookup.across[i] = static_cast<float>(std::abs(across));
-    }
-    column_from_world[3] = towards * rows[axis] / period[axis];
-    lookup.column_from_world = glm::mat4(glm::transpose(column_from_world));
-    lookup.towards[axis] = static_cast<float>(towards);
-    lookup.first = 0.5f * params_.depth.inverse_size;
-    const float z = 0.5f + static_cast<float>(layer) * (params_.depth_period.z + 1);
-    lookup.first.z = z * params_.depth.inverse_size.z;
-    lookup.first_z = z * params_.packed_scale;
-    return lookup;
-}
-
 void LightVolumes::write_block(glm::dvec3 eye, const WorldLight& surfaces)
 {
     if (extinction_)
-        params_.extinction = to_shared(extinction_lattice_, 1, eye);
-    if (depth_)
-        set_depth_params(eye);
+        extinction_.write_params(eye);
+    if (depths_)
+        depths_.write_params(eye);
     if (world_ && light_.in_media())
-        params_.world =
+        tools_.params.world =
             to_shared(light_.plan.in_media, world_.size().z / light_.plan.in_media.count.z, eye);
     if (surfaces.on_surfaces)
-        params_.surfaces = to_shared(surfaces.plan.on_surfaces, kSurfaceBands * kSurfaceBands, eye);
+        tools_.params.surfaces =
+            to_shared(surfaces.plan.on_surfaces, kSurfaceBands * kSurfaceBands, eye);
     if (surfaces.fire)
-        params_.fire = surfaces.fire->params(eye);
-    block_.write(params_);
-    device_->BindBufferBase(GL_UNIFORM_BUFFER, LIGHT_VOLUMES_BLOCK, block_.id());
-}
-
-gl::Defines LightVolumes::fill_defines(const medium::MediaSet& media, const gl::Defines& own) const
-{
-    gl::Defines defines = media.defines();
-    defines += own;
-    if (rgb_)
-        defines.emplace_back("VOLUME_RGB", "");
-    return defines;
-}
-
-void LightVolumes::dispatch(const char* file, const gl::Defines& defines, const gl::Texture& image,
-                            GLenum format, int group, glm::ivec3 nodes) const
-{
-    device_->UseProgram(programs_.get({file}, defines).id());
-    device_->BindImageTexture(0, image.id(), 0, GL_TRUE, 0, GL_WRITE_ONLY, format);
-    const glm::uvec3 groups((nodes + group - 1) / group);
-    device_->DispatchCompute(groups.x, groups.y, groups.z);
-    device_->MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);  // for whoever samples it next
-}
-
-Lattice LightVolumes::extinction_lattice(const medium::VoxelFrame& frame) const
-{
-    return make_lattice(frame.voxel_from_world, frame.marched, 1.0,
-                        clamp_to(kExtinctionNodes, 1, device_));
-}
-
-void LightVolumes::fill_extinction(medium::MediaSet& media, LightSet& lights)
-{
-    const medium::VoxelFrame frame = frame_of(media);
-    extinction_lattice_ = extinction_lattice(frame);
-    const GLenum format = rgb_ ? GL_RGBA32F : GL_R32F;
-    extinction_ = make_volume(device_, "marched extinction", extinction_lattice_, 1, format);
-    const glm::dvec3 voxels =
-        (frame.marched.max - frame.marched.min) / glm::dvec3(extinction_lattice_.count - 1);
-    const double coarsest = std::max({voxels.x, voxels.y, voxels.z});
-    // Two at least, or a node on the face of what is constant would hold nothing.
-    const int least = frame.tiles ? 2 : 1;
-    params_.samples = std::clamp(static_cast<int>(coarsest), least, kMostSamples);
-    begin_fill(centre_of(extinction_lattice_), media, lights);
-    dispatch("light/extinction.comp", fill_defines(media, write_lights({})), extinction_, format,
-             VOLUME_GROUP, extinction_lattice_.count);
-    ++fills_.extinction;
-}
-
-gl::Texture LightVolumes::make_depth(const char* label, int layers) const
-{
-    Lattice texels = depth_lattice_;
-    texels.count += kBeyondLattice;
-    gl::Texture depth = make_volume(device_, label, texels, layers, rgb_ ? GL_RGBA16F : GL_R16F);
-    // A fetch on the last node of a layer that is not a sun's takes the texel behind it too, times
-    // 0.
-    device_->ClearTexImage(depth.id(), 0, rgb_ ? GL_RGBA : GL_RED, GL_FLOAT, nullptr);
-    return depth;
-}
-
-std::vector<glm::ivec2> LightVolumes::depth_packs() const
-{
-    constexpr int kChannels = 4;
-    std::vector<glm::ivec2> packs;
-    const int lights = static_cast<int>(depth_lights_.size());
-    int suns = 0;
-    while (suns < lights && depth_lights_[static_cast<std::size_t>(suns)].far)
-        packs.emplace_back(suns++, 1);
-    if (rgb_ || placed_ < 2)
-        return {};
-    // The points of an area are asked four at a time: they begin a texel of their own.
-    const int areas = suns + static_cast<int>(placed_);
-    for (int first = suns; first < lights;) {
-        const int end = std::min(first + kChannels, first < areas ? areas : lights);
-        packs.emplace_back(first, end - first);
-        first = end;
-    }
-    return packs;
-}
-
-void LightVolumes::pack_depths(glm::dvec3 eye)
-{
-    const std::vector<glm::ivec2> packs = depth_packs();
-    packed_ = true;
-    if (packs.empty()) {
-        packed_depth_ = {};
-        return;
-    }
-    Lattice texels = depth_lattice_;
-    texels.count += kBeyondLattice;
-    const int layers = static_cast<int>(packs.size());
-    if (packed_depth_.size() != texels.count * glm::ivec3(1, 1, layers))
-        packed_depth_ =
-            make_volume(device_, "packed optical depth to lights", texels, layers, GL_RGBA16F);
-    depth_.bind(DEPTH_VOLUME_UNIT);
-    for (int layer = 0; layer < layers; ++layer) {
-        const glm::ivec2& pack = packs[static_cast<std::size_t>(layer)];
-        params_.layer = layer;
-        params_.first_slice = pack.x;
-        params_.samples = pack.y;
-        write_block(eye);
-        dispatch("light/pack_depths.comp", {}, packed_depth_, GL_RGBA16F, VOLUME_GROUP,
-                 texels.count);
-    }
-}
-
-shared::SunColumns LightVolumes::columns_of(const LightPosition& sun) const
-{
-    const glm::dvec3 way = glm::dmat3(depth_lattice_.node_from_world) * sun.at;
-    const glm::dvec3 along = glm::abs(way);
-    const int axis = along.x >= std::max(along.y, along.z) ? 0 : along.y >= along.z ? 1 : 2;
-    shared::SunColumns columns{};
-    columns.shear = glm::vec3(way / way[axis]);
-    columns.shear[axis] = 0;
-    columns.axis = axis;
-    columns.normal[axis] = 1;
-    columns.to_last = way[axis] > 0 ? 1 : 0;
-    return columns;
-}
-
-int LightVolumes::depth_slices(const LightPosition& light) const
-{
-    if (!light.far)
-        return depth_lattice_.count.z;
-    return depth_lattice_.count[(columns_of(light).axis + 2) % 3] + kBeyondLattice - 1;
-}
-
-void LightVolumes::fill_depth(const gl::Texture& depth, int layer, const LightPosition& light,
-                              int first_slice, int slices, glm::dvec3 eye)
-{
-    params_.layer = layer;
-    params_.first_slice = first_slice;
-    if (first_slice == 0)
-        ++fills_.depth_layers;
-    const GLenum format = rgb_ ? GL_RGBA16F : GL_R16F;
-    if (!light.far) {
-        params_.light = glm::vec3(light.at + (place_of(depth_lattice_).origin - eye));
-        write_block(eye);
-        extinction_.bind(EXTINCTION_VOLUME_UNIT);
-        dispatch("light/depth.comp", depth_defines_, depth, format, VOLUME_GROUP,
-                 {depth_lattice_.count.x, depth_lattice_.count.y, slices});
-        return;
-    }
-    params_.filled = columns_of(light);
-    const glm::dvec3 way = params_.filled.shear + params_.filled.normal;
-    params_.samples = static_cast<int>(std::ceil(std::clamp(
-        kSamplesPerVoxel * glm::length(voxels_from_depth_ * way) - 1e-6, 1.0, kMostColumnSamples)));
-    write_block(eye);
-    const int columns = depth_lattice_.count[(params_.filled.axis + 1) % 3] + kBeyondLattice - 1;
-    dispatch("light/columns.comp", depth_defines_, depth, format, COLUMN_GROUP,
-             {columns, slices, 1});
+        tools_.params.fire = surfaces.fire->params(eye);
+    tools_.bind_block();
 }
 
 gl::Defines LightVolumes::field_defines(const FieldScene& scene) const
 {
-    gl::Defines defines = fill_defines(scene.media, scene.lights.defines());
-    if (depth_)
-        defines.emplace_back("kDepthVolume", "");
+    gl::Defines defines = extinction_.fill_defines(scene.media, scene.lights.defines());
+    defines += depths_.defines();
     return defines;
 }
 
@@ -1650,10 +1229,10 @@ void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice, con
     const bool in_voxels = traits.media == traits.marched;
     const int most =
         &field == &field_on_surfaces_ && in_voxels ? kMostSamplesOnSurfaces : kMostSamples;
-    params_.samples = std::clamp(static_cast<int>(std::round(voxels / 2)), 2, most);
+    tools_.params.samples = std::clamp(static_cast<int>(std::round(voxels / 2)), 2, most);
     write_block(eye, fill.to);
-    depth_.bind(DEPTH_VOLUME_UNIT);
-    const bool marches = task.scatters && key.dims && extinction_ && !depth_;
+    depths_.bind();
+    const bool marches = task.scatters && key.dims && extinction_ && !depths_;
     field.begin({to_shared(lattice, 1, eye), eye,
                  lattice.node_from_world * glm::translate(glm::dmat4(1.0), eye), lattice.count},
                 {.defines = field_defines(fill.scene),
@@ -1671,19 +1250,19 @@ void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice, con
                  .thick = task.orders.coarse_first,
                  .bounds = media.bounds(),
                  .world = task.world ? &key.world : nullptr,
-                 .extinction = marches ? &extinction_ : nullptr,
+                 .extinction = marches ? &extinction_.volume() : nullptr,
                  .sky_box = key.sky_in_parts ? task.sky_box : Bounds(),
                  .bind_again =
                      [this, eye, &fill] {
                          begin_fill(eye, fill);
-                         depth_.bind(DEPTH_VOLUME_UNIT);
+                         depths_.bind();
                      }},
                 fill.scene.surfaces, task.bounces);
 }
 
 gl::Defines LightVolumes::view_defines(const medium::MediaSet& media, int bands) const
 {
-    gl::Defines defines = fill_defines(media, write_lights({}));
+    gl::Defines defines = extinction_.fill_defines(media, write_lights({}));
     defines.emplace_back("kBands", fmt::format("{}", bands));
     return defines;
 }
@@ -1708,17 +1287,17 @@ void LightVolumes::project_to_view(const medium::MediaSet& media)
         defines.emplace_back("kFades", "");
         defines += fade_in_media_.bind({light_.in_media(), light_.plan.in_media});
     }
-    dispatch("light/world_view.comp", defines, world_, GL_RGBA16F, VOLUME_GROUP,
-             light_.plan.in_media.count);
+    tools_.dispatch("light/world_view.comp", defines, world_, GL_RGBA16F, VOLUME_GROUP,
+                    light_.plan.in_media.count);
 }
 
 void LightVolumes::bind(glm::dvec3 eye, glm::dvec3 forward, bool perspective,
                         const medium::MediaSet& media)
 {
-    if (!depth_ && !has_world())
+    if (!depths_ && !has_world())
         return;
-    params_.view_axis = perspective ? glm::vec3(0) : glm::vec3(forward);
-    params_.orthographic = perspective ? 0.0f : 1.0f;
+    tools_.params.view_axis = perspective ? glm::vec3(0) : glm::vec3(forward);
+    tools_.params.orthographic = perspective ? 0.0f : 1.0f;
     write_block(eye);
     const glm::dvec4 view = perspective ? glm::dvec4(eye, 0) : glm::dvec4(forward, 1);
     if (world_ && (!turned_ || (light_.plan.bands > 1 && view != turned_to_))) {
@@ -1727,9 +1306,8 @@ void LightVolumes::bind(glm::dvec3 eye, glm::dvec3 forward, bool perspective,
         turned_to_ = view;
         ++turns_to_eye_;
     }
-    if (depth_ && !packed_)
-        pack_depths(eye);
-    bind_depths(false);
+    depths_.pack(eye);
+    depths_.bind();
     world_.bind(WORLD_VOLUME_UNIT);
     if (!island_light_)
         return;
@@ -1737,11 +1315,6 @@ void LightVolumes::bind(glm::dvec3 eye, glm::dvec3 forward, bool perspective,
     write_block(eye);
     device_->BindBufferBase(GL_UNIFORM_BUFFER, ISLAND_LIGHT_BLOCK, island_block_.id());
     island_light_.bind(WORLD_VOLUME_UNIT);
-}
-
-void LightVolumes::bind_depths(bool packed) const
-{
-    (packed ? packed_depth_ : depth_).bind(DEPTH_VOLUME_UNIT);
 }
 
 void LightVolumes::bind_for_surfaces(glm::dvec3 eye, bool through_media)
@@ -1758,8 +1331,8 @@ void LightVolumes::bind_for_surfaces(glm::dvec3 eye, bool through_media)
     if (light_.fire)
         light_.fire->bind();
     if (light_.fire && !dimmed) {
-        params_.fire.is_seen = 0;
-        block_.write(params_);
+        tools_.params.fire.is_seen = 0;
+        tools_.bind_block();
     }
 }
 
@@ -1775,11 +1348,7 @@ gl::Defines LightVolumes::surface_defines() const
 
 gl::Defines LightVolumes::defines() const
 {
-    gl::Defines defines;
-    if (depth_)
-        defines.emplace_back("kDepthVolume", "");
-    if (depth_ && rgb_)
-        defines.emplace_back("VOLUME_RGB", "");
+    gl::Defines defines = depths_.defines();
     if (has_world())
         defines.emplace_back("kWorldVolume", "");
     if (island_light_)
@@ -1796,17 +1365,6 @@ std::optional<Bounds> LightVolumes::lit_on_surfaces() const
     return bounds_of(light_.plan.on_surfaces);
 }
 
-glm::dvec3 LightVolumes::depth_blur() const
-{
-    // The eight nodes around a place are one from each other along the lattice and, as columns
-    // stand askew, at most one more.
-    constexpr double kNodes = 2;
-    if (!depth_)
-        return glm::dvec3(0);
-    const glm::dmat3 edges = glm::inverse(glm::dmat3(depth_lattice_.node_from_world));
-    return kNodes * (glm::abs(edges[0]) + glm::abs(edges[1]) + glm::abs(edges[2]));
-}
-
 bool LightVolumes::splits_forward_peaks() const
 {
     return (light_.field_coefficients && light_.plan.field.orders.straight_on > 0) ||
@@ -1817,6 +1375,8 @@ bool LightVolumes::splits_forward_peaks() const
 LightVolumeFills LightVolumes::fills() const
 {
     LightVolumeFills sum = fills_;
+    sum.extinction = extinction_.fills();
+    sum.depth_layers = depths_.layers_filled();
     sum.lattices = field_.drawings() + field_on_surfaces_.drawings();
     for (const auto& island : islands_) {
         const LightVolumeFills own = island->fills();
@@ -1842,18 +1402,8 @@ std::vector<std::string> LightVolumes::describe() const
             islands_.size(), size_of(island_light_, 1, 8),
             filled_in(ms > 0 ? std::optional(ms) : std::nullopt)));
     }
-    if (depth_) {
-        const int layers = static_cast<int>(depth_lights_.size());
-        const std::size_t packs = depth_packs().size();
-        lines.push_back(fmt::format(
-            "optical depth to {} light{}: {}{}, filled{}: {} a sample", layers,
-            layers == 1 ? "" : "s", size_of(depth_, layers, rgb_ ? 8 : 2), rgb_ ? ", coloured" : "",
-            filled_in(depth_ms_),
-            packs == 0 || layers == 1
-                ? "one fetch"
-                : fmt::format("{} fetch{}, for a march of four far lights each, else one a light",
-                              packs, packs == 1 ? "" : "es")));
-    }
+    if (depths_)
+        lines.push_back(depths_.describe());
     if (world_)
         lines.push_back(
             fmt::format("world's light in the media: {} for {} harmonic{}",

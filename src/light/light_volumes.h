@@ -13,12 +13,15 @@
 #include "light/fire_light.h"
 #include "light/flames.h"
 #include "light/lattice.h"
+#include "light/light_depths.h"
 #include "light/light_fade.h"
 #include "light/light_set.h"
+#include "light/marched_extinction.h"
 #include "light/radiance_field.h"
 #include "light/shadow_views.h"
 #include "light/sky_seen.h"
 #include "light/surface_turns.h"
+#include "light/volume_tools.h"
 #include "light_fields.h"
 #include "medium/media_set.h"
 #include "shared/island_light_params.h"
@@ -42,7 +45,7 @@ struct LightVolumeFills {
 
 /// Volumes in front of what would be marched at each sample:
 ///
-/// the optical depth of the media that have no closed form from each node towards each light, and
+/// the optical depths towards the lights (LightDepths), and
 ///
 /// the world's light that reaches each node, dimmed by all media and hidden by surfaces, as
 /// spherical harmonics of bands 0 to 3 at most. Henyey-Greenstein scatters band l times g^l
@@ -92,14 +95,9 @@ public:
     bool go_on(medium::MediaSet& media, const surface::SurfaceSet& surfaces, LightSet& lights);
     [[nodiscard]] bool has_more() const
     {
-        return refill_ || fill_ || fade_in_media_.is_on() || fade_on_surfaces_.is_on() ||
+        return depths_.has_more() || fill_ || fade_in_media_.is_on() || fade_on_surfaces_.is_on() ||
                fade_dimmed_.is_on();
     }
-
-    /// Whether four lights' depths are in a texel too, for passes of kPackedDepths.
-    [[nodiscard]] bool has_packed() const { return static_cast<bool>(packed_depth_); }
-    /// Binds those instead of the depths light by light, or these again.
-    void bind_depths(bool packed) const;
 
     /// Binds the world's light on surfaces instead of that in the media.
     void bind_for_surfaces(glm::dvec3 eye, bool through_media);
@@ -110,9 +108,7 @@ public:
     [[nodiscard]] std::optional<Bounds> lit_on_surfaces() const;
 
     [[nodiscard]] LightVolumeFills fills() const;
-    [[nodiscard]] bool has_depth() const { return static_cast<bool>(depth_); }
-    /// Metres along the world's axes that a lookup of a sun's depths may mix places over; 0: none.
-    [[nodiscard]] glm::dvec3 depth_blur() const;
+    [[nodiscard]] const LightDepths& depths() const { return depths_; }
     [[nodiscard]] bool has_world() const { return world_ || island_light_; }
 
     /// Whether sky_seen() says so. It is asked once for the same surfaces.
@@ -125,13 +121,8 @@ private:
         std::shared_ptr<const Mesh> mesh;
         std::array<glm::dvec3, 2> place{};  ///< points that pin where it lies, metres, world
     };
-    /// What a volume was filled from. All of it may be moved as a whole with its lattice, and the
-    /// volume stays.
-    struct DepthKey {
-        std::vector<medium::Extinction> media;  ///< those that are marched
-        LatticePlace lattice;
-        bool rgb = false;
-    };
+    /// What the world's light was filled from. All of it may be moved as a whole with its lattice,
+    /// and it stays.
     struct WorldKey {
         std::vector<medium::Extinction> media;  ///< media that dim it
         std::vector<Obstacle> surfaces;
@@ -213,17 +204,6 @@ private:
         }
     };
 
-    /// Depths towards lights that have moved, and that take the place of depth_ once all are
-    /// filled.
-    struct Refill {
-        gl::Texture depth;
-        std::vector<LightPosition> lights;
-        std::vector<int> layers;  ///< layers of those lights that are to be filled
-        int a_frame = 0;          ///< slices that a frame fills
-        std::size_t layer = 0;    ///< into layers: the one that is being filled
-        int slices = 0;           ///< number of that layer's slices that are filled
-    };
-
     /// What volumes of one part of the media are of.
     struct Part {
         medium::VoxelFrame frame;
@@ -237,14 +217,9 @@ private:
     static FieldPlaces take_places(FieldKey& key, double time);
     static void take_places(Medium& medium, double time, std::vector<glm::dvec3>& places);
     static FireKey fire_key(const Scene& scene, const medium::MediaSet& media);
-    static bool is_moved(const DepthKey& then, const DepthKey& now);
     static bool is_moved(const WorldKey& then, const WorldKey& now);
     static bool are_moved(const std::vector<Obstacle>& then, const std::vector<Obstacle>& now,
                           glm::dvec3 moved, double tolerance);
-    [[nodiscard]] bool is_same(const LightPosition& a, const LightPosition& b) const;
-    void set_depth(const SceneSettings& settings, medium::MediaSet& media, LightSet& lights);
-    void begin_refill();
-    void continue_refill(glm::dvec3 eye);
     /// Of all media, or of our part.
     [[nodiscard]] medium::VoxelFrame frame_of(const medium::MediaSet& media) const;
     /// Whether the field, or that of a part, is without what is scattered straight on.
@@ -306,21 +281,6 @@ private:
     Steps fill_surfaces(WorldFill& fill);
     /// Makes room for what is turned to the eye.
     void make_view(const medium::MediaTraits& traits);
-    [[nodiscard]] Lattice extinction_lattice(const medium::VoxelFrame& frame) const;
-    void fill_extinction(medium::MediaSet& media, LightSet& lights);
-    [[nodiscard]] gl::Texture make_depth(const char* label, int layers) const;
-    void set_depth_params(glm::dvec3 eye);
-    [[nodiscard]] shared::SunColumns columns_of(const LightPosition& sun) const;
-    [[nodiscard]] shared::SunLookup lookup_of(const shared::SunColumns& columns, int layer,
-                                              glm::dvec3 eye) const;
-    [[nodiscard]] int depth_slices(const LightPosition& light) const;
-    void drop_depth();
-    /// The first light of each layer of packed depths, and how many it has; none where a fetch
-    /// would have one alone, or where depths are coloured.
-    [[nodiscard]] std::vector<glm::ivec2> depth_packs() const;
-    void pack_depths(glm::dvec3 eye);
-    void fill_depth(const gl::Texture& depth, int layer, const LightPosition& light,
-                    int first_slice, int slices, glm::dvec3 eye);
     void drop_world();
     void plan_world(WorldPlan& plan, const FieldScene& scene) const;
     [[nodiscard]] gl::Texture make_coefficients(const char* label, const WorldPlan& plan) const;
@@ -343,38 +303,24 @@ private:
     /// Compiles what fades need.
     void prepare_fades(const WorldFill& fill);
     void project_to_view(const medium::MediaSet& media);
-    void begin_fill(glm::dvec3 eye, medium::MediaSet& media, LightSet& lights);
     void begin_fill(glm::dvec3 eye, const WorldFill& fill);
     /// @param surfaces the light of theirs that is looked up
     void write_block(glm::dvec3 eye, const WorldLight& surfaces);
     void write_block(glm::dvec3 eye) { write_block(eye, light_); }
-    void dispatch(const char* file, const gl::Defines& defines, const gl::Texture& image,
-                  GLenum format, int group, glm::ivec3 nodes) const;
-    [[nodiscard]] gl::Defines fill_defines(const medium::MediaSet& media,
-                                           const gl::Defines& own) const;
 
     const gl::Device& device_;
     gl::ProgramCache& programs_;
     const gl::PassTimers& timers_;
+    VolumeTools tools_;
+    MarchedExtinction extinction_;
+    LightDepths depths_;
     RadianceField field_, field_on_surfaces_;
-    gl::UniformBuffer<shared::LightVolumesParams> block_;
-    shared::LightVolumesParams params_{};
-
-    bool rgb_ = false;
-    Lattice extinction_lattice_, depth_lattice_;
-    gl::Texture extinction_, depth_;
-    /// Depths as a frame looks them up where several lights have places: those share the lattice,
-    /// so that one fetch may have four. Made of depth_, which the lights that move go on to change.
-    gl::Texture packed_depth_;
-    bool packed_ = false;              ///< packed_depth_ is what depth_ is
-    std::size_t placed_ = 0;           ///< number of points and spots among the lights of depth_
     WorldLight light_;                 ///< as frames look it up
     bool keeps_world_ = false;         ///< WorldLight::coefficients stays
     std::unique_ptr<WorldFill> fill_;  ///< what takes its place once it is filled
     WorldPlan wanted_;                 ///< as the scene has it now, while that is filled
     int field_frames_ = 1;             ///< SceneSettings::field_fill
     int parts_ = 1;                    ///< number of parts, from pause to pause, of the last fill
-    int depth_refills_ = 0;            ///< FieldKey::depths
     /// From the light before to light_: WorldLight::in_media(), on_surfaces, on_surfaces_dimmed.
     LightFade fade_in_media_, fade_on_surfaces_, fade_dimmed_;
     /// light_ in the media, turned to the eye. Where surfaces send light on its last layers are
@@ -385,16 +331,6 @@ private:
     bool turned_ = false;
     float turned_g_ = 0;       ///< g that world_ was worked out with
     glm::dvec3 turned_at_{0};  ///< where its first node was then, metres, world
-
-    DepthKey depth_key_;
-    // Where lights are, from the lattice's first node, whatever their colour: one that flickers
-    // throws the same shadow.
-    std::vector<LightPosition> depth_lights_;   ///< the light of each layer of depths
-    std::vector<LightPosition> wanted_lights_;  ///< as the scene has them now
-    int refill_frames_ = 1;
-    gl::Defines depth_defines_;          ///< defines of the shaders that fill the depths
-    glm::dmat3 voxels_from_depth_{1.0};  ///< voxels of the largest grid, from its nodes
-    std::optional<Refill> refill_;
     /// What surface_turns() is asked of.
     struct TurnsKey {
         std::vector<Surface> surfaces;
@@ -421,8 +357,7 @@ private:
     std::vector<int> island_first_;  ///< texel along z where each begins; -1 if it has none
     std::vector<int> island_turns_;  ///< their turns_to_eye_ when they were copied
     gl::UniformBuffer<shared::IslandLightParams> island_block_;
-    int turns_to_eye_ = 0;            ///< number of times that world_ was turned to the eye
-    std::optional<double> depth_ms_;  ///< time that filling them took [ms], if it was measured
+    int turns_to_eye_ = 0;  ///< number of times that world_ was turned to the eye
     LightVolumeFills fills_;
 };
 

@@ -779,6 +779,14 @@ bool is_moved(const Extinction& then, const Extinction& now, glm::dvec3 moved, d
     return true;
 }
 
+bool are_moved(const std::vector<Extinction>& then, const std::vector<Extinction>& now,
+               glm::dvec3 moved, double tolerance)
+{
+    return std::equal(
+        then.begin(), then.end(), now.begin(), now.end(),
+        [&](const Extinction& a, const Extinction& b) { return is_moved(a, b, moved, tolerance); });
+}
+
 /// Optical depth of what lies in `around` (metres, world), from side to side, of the mean over it.
 static double mean_depth(const Occupied& occupied, const Bounds& around)
 {

@@ -76,6 +76,8 @@ bool is_same_place(glm::dvec3 a, glm::dvec3 b, double tolerance);
 
 /// Whether `now` is `then` moved by `moved` [m] as a whole, to within `tolerance` [m].
 bool is_moved(const Extinction& then, const Extinction& now, glm::dvec3 moved, double tolerance);
+bool are_moved(const std::vector<Extinction>& then, const std::vector<Extinction>& now,
+               glm::dvec3 moved, double tolerance);
 
 /// What of the world a part of a medium may fill, and how fine it is there.
 struct Occupied {

@@ -476,14 +476,14 @@ void StepTiles::run_march(const char* pass, const gl::Defines& defines) const
             if (far.value_or(false) && !computes_)
                 own.emplace_back("kShadedPoints", "");
             // Four fetches at once pay where the same place is asked of all lights.
-            const bool packed = far.value_or(false) && tools_.volumes.has_packed();
+            const bool packed = far.value_or(false) && tools_.volumes.depths().has_packed();
             if (packed) {
                 own.emplace_back("kPackedDepths", "");
-                tools_.volumes.bind_depths(true);
+                tools_.volumes.depths().bind_packed();
             }
             run(which, pass, own);
             if (packed)
-                tools_.volumes.bind_depths(false);
+                tools_.volumes.depths().bind();
         }
 }
 

@@ -136,8 +136,9 @@ std::vector<SurfacePainter::Share> SurfacePainter::shares_of(const Toolbox& tool
     if (dimmed) {
         const auto to_suns = suns_of(tools);
         Bounds media = frame.media;
-        media.min -= volumes.depth_blur();
-        media.max += volumes.depth_blur();
+        const glm::dvec3 blur = volumes.depths().blur();
+        media.min -= blur;
+        media.max += blur;
         add(through, [&](const Bounds& surface) {
             return to_suns ? dimmed_part(frame, media, surface, *to_suns) : std::nullopt;
         });
