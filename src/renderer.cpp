@@ -681,7 +681,7 @@ light::Flames Renderer::Parts::find_flames(const Scene& scene, const SceneSettin
     light::Flames flames;
     const std::size_t room = MAX_LIGHTS - std::min<std::size_t>(scene.lights.size(), MAX_LIGHTS);
     if (media.traits().emission && room > 0) {
-        const light::FlameScale scale = light::LightVolumes::flame_scale(settings, media, surfaces);
+        const light::FlameScale scale = light::flame_scale(settings, media, surfaces);
         flames = light::lights_of_flames(media.small_glows(scale.longest()), scale, scene.surfaces,
                                          room);
     }

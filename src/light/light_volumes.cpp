@@ -15,33 +15,15 @@ namespace fumarole::light {
 
 namespace {
 
-/// The world's light comes from all around and is smooth. On the same plume it is 0.5 % too bright
-/// with 32 nodes and 2.5 times as many cost 2 to 3 times the time.
-constexpr int kAutoWorldNodes = 32;
-/// Where media are so thick that an optical depth lies between two nodes: of smoke of optical depth
-/// 22 and albedo 0.995, all bounces, the relMSE is 1.5e-3 rather than 2.0e-3.
-constexpr int kAutoWorldNodesOfThick = 40;
-constexpr double kVoxelsPerWorldNode = 3;
 /// Where the orders of thick media start: on a lattice of so many nodes along its longest edge,
 /// then on one of twice as many.
 constexpr int kCoarsestNodes = 4;
-/// Of media whose parts lie far apart: so many have lattices of the size that one would have.
-constexpr double kPartsOfFullSize = 4;
 /// Of orders, on the coarsest lattice and on those between it and the last.
 constexpr int kMostCycles = 6, kFewerCycles = 3;
-/// The least of the extinction that, scattered straight on, is taken for none: g 0.5 of albedo 0.8.
-/// Below it what is scattered is told from light that goes on.
-constexpr float kLeastStraightOn = 0.05f;
 /// What a plume leaves of the light on surfaces is smooth: with 2 pictures have a relMSE of 2e-6
 /// against those with 4. What is cut off by a box, as of haze in a hall, is 0.5 % less with them.
 constexpr int kMostSamplesOnSurfaces = 2;
 
-/// Of the volume for surfaces: how far it goes beyond them and the media, in parts of their size.
-/// What smoke or a ball hides of the sky there is a few per cent.
-constexpr double kSurfaceMargin = 0.5;
-/// What flames throw on surfaces is all that is there at night.
-constexpr double kSurfaceMarginOfFire = 1;
-constexpr int kSurfaceBands = 3;
 constexpr int kWallLayers = 2;  ///< layers of a texture of walls between nodes
 /// Surfaces that send light on: a face has their number in 12 bits (glsl/light/faces.glsl).
 constexpr std::size_t kMostSenders = 4095;
@@ -66,98 +48,6 @@ TurnPlan plan_turns(int turns, int rounds)
         return {turns, again, std::vector<int>(static_cast<std::size_t>(rounds), again)};
     const int first = std::max(turns - again, std::min(turns, kNotedTurns));
     return {first, again, {first + again - turns, again}};
-}
-
-/// Metres, world: of the media and what stands amid them.
-Bounds with_details(const Bounds& media, const surface::SurfaceSet& surfaces)
-{
-    Bounds around = media;
-    for (const auto& instance : surfaces.instances())
-        if (is_detail(instance, media))
-            around.add(instance.bounds);
-    return around;
-}
-
-/// How often light that scatters is followed, and why so often.
-/// part: of the media that is asked about, or null.
-FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& media,
-                       const Bounds* part, std::string& why)
-{
-    why = "as asked";
-    if (settings.bounces != kAutomatic)
-        return {settings.bounces};
-    // A slab's light is scattered again by what of it does not get out: on the mean over where it
-    // starts, 1 - (1 - exp(-tau)) / tau of it meets the medium.
-    constexpr double kUnseen = 0.01;    // of a white picture
-    constexpr double kLeftOut = 0.005;  // of what the first orders left out
-    constexpr int kFewest = 3, kCyclesOfThick = 1;
-    // What a guess from more orders is out by is seen where little light gets: by 11 % behind a
-    // slab of optical depth 6, from 7 of them.
-    constexpr double kMostOfOneCycle = 6;
-    const glm::vec3 albedos = media.mean_albedo();
-    const double albedo = std::max({albedos.r, albedos.g, albedos.b});
-    const double tau = std::max(media.mean_optical_depth(part), 1e-9);
-    const double ratio = albedo * (1 + std::expm1(-tau) / tau);
-    const double added = albedo * -std::expm1(-tau) * ratio;
-    why =
-        fmt::format("optical depth about {:.2g}, albedo {:.2g}: the second adds {:.1g} of a white "
-                    "picture",
-                    tau, albedo, added);
-    if (added < kUnseen)
-        return {};
-    // The best guess from so many orders falls short by this a further one, if what is left out
-    // falls by no more than `ratio` from order to order (Saad 2003, "Iterative Methods for Sparse
-    // Linear Systems", sec. 6.11).
-    const double root = std::sqrt(1 - std::min(ratio, 0.9999));
-    const double asked = std::log(kLeftOut) / std::log((1 - root) / (1 + root));
-    if (asked > FIELD_KEPT_ORDERS)
-        return {FIELD_KEPT_ORDERS, kCyclesOfThick, true};
-    return {std::max(static_cast<int>(std::ceil(asked)), kFewest), asked > kMostOfOneCycle ? 2 : 1};
-}
-
-/// Whether suns bring media and surfaces so much more light than the sky that what 26 ways are out
-/// by of the sky's, 2 % in thick media, is not seen. What panes take of a sun's is not known.
-bool suns_outshine_the_sky(const Scene& scene)
-{
-    const auto casts = [](const Transparent& transparent) { return look_of(transparent).casts; };
-    if (std::any_of(scene.transparents.begin(), scene.transparents.end(), casts))
-        return false;
-    constexpr float kFewTimes = 3;
-    glm::vec3 suns(0);
-    for (const Light& light : scene.lights)
-        if (const auto* sun = std::get_if<SunLight>(&light))
-            suns += sun->irradiance;
-    const glm::vec3 sky = 4 * std::numbers::pi_v<float> * scene.world.radiance;
-    return kFewTimes * (sky.r + sky.g + sky.b) <= suns.r + suns.g + suns.b;
-}
-
-/// Of the light that reaches a surface as far from what glows as that is large, about how much is
-/// of that, if all else is of suns and the sky. With less than this it is not seen that a few ways
-/// bring a quarter more or less of what smoke scatters of it, which is less than half of it.
-constexpr double kGlowIsSeen = 0.1;
-
-double glow_on_surfaces(const Scene& scene, glm::vec3 world, medium::MediaSet& media)
-{
-    const auto sum = [](glm::dvec3 rgb) { return rgb.r + rgb.g + rgb.b; };
-    const medium::MediaSet::CarriedGlow& glow = media.carried_glow();
-    if (glow.bounds.empty())
-        return 0;
-    const glm::dvec3 size = glow.bounds.max - glow.bounds.min;
-    const double edge = std::max({size.x, size.y, size.z, 1e-9});
-    const double own = sum(glow.glow.power) / (edge * edge);
-    double others = std::numbers::pi * sum(glm::dvec3(world));
-    for (const Light& light : scene.lights)
-        if (const auto* sun = std::get_if<SunLight>(&light))
-            others += sum(glm::dvec3(sun->irradiance));
-    return own > 0 ? own / (own + others) : 0;
-}
-
-/// detailed: what comes from a part of the sky alone is to be told from the rest.
-int ways_for(const SceneSettings& settings, bool detailed)
-{
-    if (settings.world_directions != kAutomatic)
-        return settings.world_directions;
-    return detailed ? kAllWays : kNearWays;
 }
 
 }  // namespace
@@ -215,40 +105,6 @@ void LightVolumes::drop_world()
     field_on_surfaces_.forget();
 }
 
-bool LightVolumes::are_moved(const std::vector<Obstacle>& then, const std::vector<Obstacle>& now,
-                             glm::dvec3 moved, double tolerance)
-{
-    const auto is_there = [&](glm::dvec3 before, glm::dvec3 after) {
-        return medium::is_same_place(before + moved, after, tolerance);
-    };
-    return std::equal(then.begin(), then.end(), now.begin(), now.end(),
-                      [&](const Obstacle& a, const Obstacle& b) {
-                          return a.kind == b.kind && a.mesh == b.mesh &&
-                                 is_there(a.place[0], b.place[0]) &&
-                                 is_there(a.place[1], b.place[1]);
-                      });
-}
-
-bool LightVolumes::is_moved(const WorldKey& then, const WorldKey& now)
-{
-    if (then.world != now.world || then.nodes != now.nodes || then.ways != now.ways ||
-        then.ways_on_surfaces != now.ways_on_surfaces || then.bands != now.bands ||
-        then.dims != now.dims || then.scatters_again != now.scatters_again ||
-        then.straight_on != now.straight_on || then.sky_in_parts != now.sky_in_parts ||
-        !light::is_moved(then.in_media, now.in_media) ||
-        !light::is_moved(then.on_surfaces, now.on_surfaces))
-        return false;
-    const LatticePlace &lattice = now.bands > 0 ? now.in_media : now.on_surfaces,
-                       &lattice_then = now.bands > 0 ? then.in_media : then.on_surfaces;
-    const glm::dvec3 moved = lattice.origin - lattice_then.origin;
-    const double tolerance = tolerance_of(lattice);
-    return (now.on_surfaces.count == glm::ivec3(0) ||
-            medium::is_same_place(then.on_surfaces.origin + moved, now.on_surfaces.origin,
-                                  tolerance)) &&
-           medium::are_moved(then.media, now.media, moved, tolerance) &&
-           are_moved(then.surfaces, now.surfaces, moved, tolerance);
-}
-
 medium::VoxelFrame LightVolumes::frame_of(const medium::MediaSet& media) const
 {
     return part_ ? part_->frame : media.voxel_frame();
@@ -285,7 +141,8 @@ void LightVolumes::set_islands(const Scene& scene, const SceneSettings& settings
         LightVolumes& island = *islands_[i];
         const Bounds bounds =
             frames[i].marched.transformed(glm::inverse(frames[i].voxel_from_world));
-        island.part_ = {frames[i], bounds, frames.size(), this};
+        island.part_ = {frames[i], bounds, frames.size()};
+        island.whole_ = this;
         island.set_volumes(scene, settings, media, surfaces, lights);
         add(island);
     }
@@ -352,71 +209,15 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
         extinction_.drop();
         depths_.clear();
     }
-    const bool world = lights.world_radiance() != glm::vec3(0.0f);
-    WorldPlan plan;
-    FieldKey& field = plan.field;
     field_frames_ = settings.field_fill;
-    field.turns = turns_for(scene, settings);
-    if (field.turns > 0)
-        field.surfaces = scene.surfaces;
-    field.casters = casters_of(scene.transparents);
-    orders_why_.clear();
-    const bool glows = media.carries_glow();
-    if (settings.ambient_volume_size != 0 && (traits.scatters || glows)) {
-        if (traits.scatters)
-            field.orders =
-                orders_for(settings, media, part_ ? &part_->bounds : nullptr, orders_why_);
-        // Orders that are counted are the media's own.
-        const float straight_on = media.straight_on();
-        if (field.orders.cycles > 0 && straight_on > kLeastStraightOn)
-            field.orders.straight_on = straight_on;
-        media.split_forward_peaks(field.orders.straight_on > 0);
-        field.glows = glows;
-        field.filled =
-            traits.scatters && (field.glows || field.turns > 0 ||
-                                (field.orders.count > 0 && (world || lights.count() > 0)));
-        field.on_surfaces =
-            (field.filled || field.glows) && settings.volume_shadows && !surfaces.empty() && !part_;
-        field.media = scene.media;
-        field.lights.assign(lights.lights().begin(), lights.lights().end());
-    }
-    const bool has_field = field.filled;
-    const bool scatters = traits.scatters && (settings.world_light || has_field);
-    if (settings.ambient_volume_size != 0 && traits.media > 0 &&
-        ((world && (scatters || !surfaces.empty())) || has_field || field.on_surfaces ||
-         field.turns > 0) &&
-        (!part_ || scatters)) {
-        WorldKey& key = plan.world;
-        key.dims = settings.volume_shadows;
-        key.scatters_again = field.orders.count > 0;
-        key.thick = field.orders.coarse_first;
-        key.straight_on = field.orders.straight_on;
-        if (key.dims)
-            key.media = media.extinction();
-        for (const Surface& surface : scene.surfaces)
-            key.surfaces.push_back(obstacle_of(surface));
-        key.world = scene.world;
-        key.sky_in_parts = world && !part_ && is_sky_in_parts(scene, media.bounds());
-        key.nodes = settings.ambient_volume_size;
-        const bool detailed = scene.world.environment || !suns_outshine_the_sky(scene);
-        key.ways = ways_for(settings, detailed);
-        key.ways_on_surfaces = ways_for(settings, detailed || field.turns > 0);
-        if (scatters)
-            key.bands = traits.isotropic ? 1 : 4;
-        if (has_field || field.on_surfaces || field.turns > 0) {
-            field.depth_nodes = depths_.nodes();
-            field.depths = depths_.refills();
-        } else {
-            field = {};
-        }
-        if (field.on_surfaces && field.glows) {
-            plan.fire = fire_key(scene, media);
-            plan.glow_on_surfaces = glow_on_surfaces(scene, lights.world_radiance(), media);
-        }
-        plan.places = take_places(field, scene.time);
-        const FieldScene now{media, surfaces, lights};
-        plan_world(plan, now);
-        set_plan(std::move(plan), now);
+    std::optional<WorldPlan> plan =
+        plan_world({scene, settings, media, surfaces, lights, depths_, part_ ? &*part_ : nullptr,
+                    turns_.of(scene, settings).turns},
+                   device_, orders_why_);
+    if (plan) {
+        plan->world.sky_in_parts = lights.world_radiance() != glm::vec3(0.0f) && !part_ &&
+                                   is_sky_in_parts(scene, media.bounds());
+        set_plan(std::move(*plan), {media, surfaces, lights});
     } else {
         drop_world();
     }
@@ -424,109 +225,9 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
         extinction_.drop();
 }
 
-LightVolumes::FieldPlaces LightVolumes::take_places(FieldKey& key, double time)
-{
-    struct OfLights {
-        std::vector<glm::dvec3>& to;
-        void position(const LightField&, glm::dvec3& place) const
-        {
-            to.push_back(std::exchange(place, glm::dvec3(0)));
-        }
-        void to_light(const LightField&, const glm::dvec3&) const {}
-        void axis(const LightField&, const glm::dvec3&) const {}
-        void number(const LightField&, const double&) const {}
-        void flag(const LightField&, const bool&) const {}
-        void edges(const LightField&, const std::array<glm::dvec3, 2>&) const {}
-        void power(const LightField&, const glm::vec3&) const {}
-    };
-    FieldPlaces places;
-    for (Light& light : key.lights)
-        std::visit([&](auto& one) { visit_fields(OfLights{places.of_all}, one); }, light);
-    for (Medium& medium : key.media)
-        take_places(medium, time, places.of_all);
-    if (!key.surfaces.empty() || !key.casters.empty())
-        places.of_all.emplace_back(0);  // which stay where they are
-    return places;
-}
-
-void LightVolumes::take_places(Medium& medium, double time, std::vector<glm::dvec3>& places)
-{
-    const auto take = [&](glm::dvec3& place) {
-        places.push_back(std::exchange(place, glm::dvec3(0)));
-    };
-    std::visit(Overloaded{[&](GridMedium& grid) { take(grid.translate); },
-                          [&](BoxMedium& box) {
-                              take(box.min);
-                              take(box.max);
-                              if (auto* height = std::get_if<ExpHeightProfile>(&box.profile))
-                                  places.emplace_back(0, 0, std::exchange(height->z0, 0.0));
-                              if (auto* noise = std::get_if<NoiseProfile>(&box.profile))
-                                  places.push_back(time *
-                                                   std::exchange(noise->drift, glm::dvec3(0)));
-                          }},
-               medium);
-}
-
-LightVolumes::FireKey LightVolumes::fire_key(const Scene& scene, const medium::MediaSet& media)
-{
-    FireKey key{scene.media, {}, media.split_off()};
-    for (Medium& medium : key.media) {
-        take_places(medium, scene.time, key.places);
-        std::visit([](auto& one) { one.g = 0; }, medium);
-        std::visit(Overloaded{[](GridMedium& grid) {  // WorldKey has what these add up to
-                                  grid.sigma_s_per_density = glm::vec3(0);
-                                  grid.sigma_a_per_density = glm::vec3(0);
-                                  grid.color_grid.clear();
-                                  grid.color.reset();
-                              },
-                              [](BoxMedium& box) {
-                                  box.sigma_s = glm::vec3(0);
-                                  box.sigma_a = glm::vec3(0);
-                              }},
-                   medium);
-    }
-    return key;
-}
-
-int LightVolumes::turns_for(const Scene& scene, const SceneSettings& settings)
-{
-    // Media that move or change leave it as it is: frames of a sequence have one.
-    TurnsKey key{scene.surfaces, scene.media.size(), scene.probes.empty(),
-                 settings.ambient_volume_size == 0, settings.surface_bounces};
-    if (turns_key_ != key) {
-        turns_ = surface_turns(scene, settings);
-        turns_key_ = std::move(key);
-    }
-    return turns_.turns;
-}
-
 bool LightVolumes::is_sky_in_parts(const Scene& scene, const Bounds& media)
 {
-    // Media that move or change leave it as it is: frames of a sequence have one.
-    SkyKey key{scene.surfaces, scene.media.size()};
-    if (sky_key_ != key) {
-        sky_ = sky_seen(scene.surfaces, media);
-        sky_key_ = std::move(key);
-    }
-    return sky_.in_parts;
-}
-
-LightVolumes::Obstacle LightVolumes::obstacle_of(const Surface& surface)
-{
-    Obstacle obstacle;
-    obstacle.kind = surface.index();
-    std::visit(Overloaded{[&](const SphereSurface& sphere) {
-                              obstacle.place = {sphere.center, sphere.center + sphere.radius};
-                          },
-                          [&](const BoxSurface& box) {
-                              obstacle.place = {box.min, box.max};
-                          },
-                          [&](const MeshSurface& mesh) {
-                              obstacle.mesh = mesh.mesh;
-                              obstacle.place = {mesh.translate, mesh.translate + mesh.scale};
-                          }},
-               surface);
-    return obstacle;
+    return sky_.of(scene, media).in_parts;
 }
 
 bool LightVolumes::go_on(medium::MediaSet& media, const surface::SurfaceSet& surfaces,
@@ -546,105 +247,9 @@ bool LightVolumes::go_on(medium::MediaSet& media, const surface::SurfaceSet& sur
     return has_depths || fades;
 }
 
-FlameScale LightVolumes::flame_scale(const SceneSettings& settings, const medium::MediaSet& media,
-                                     const surface::SurfaceSet& surfaces)
-{
-    FlameScale scale;
-    const int nodes = settings.ambient_volume_size;
-    if (nodes == 0 || media.traits().islands > 0)
-        return scale;
-    const int most = nodes == kAutomatic ? kAutoWorldNodes : nodes;
-    const auto longest = [](glm::dvec3 size) { return std::max({size.x, size.y, size.z}); };
-    scale.scatters = media.traits().scatters;
-    if (scale.scatters) {
-        const medium::VoxelFrame frame = media.voxel_frame();
-        const double voxel =
-            1 / std::cbrt(std::abs(glm::determinant(glm::dmat3(frame.voxel_from_world))));
-        const double voxels = longest(frame.scattering.max - frame.scattering.min) / (most - 1);
-        scale.node = voxel * (nodes == kAutomatic ? std::max(voxels, kVoxelsPerWorldNode) : voxels);
-    }
-    if (!surfaces.empty()) {
-        const Bounds around = with_details(media.bounds(), surfaces);
-        scale.node = std::max(scale.node, (1 + 2 * kSurfaceMarginOfFire) *
-                                              longest(around.max - around.min) / (most - 1));
-    }
-    return scale;
-}
-
-void LightVolumes::plan_world(WorldPlan& plan, const FieldScene& scene) const
-{
-    const medium::MediaSet& media = scene.media;
-    WorldKey& key = plan.world;
-    const bool automatic = key.nodes == kAutomatic;
-    const int nodes = automatic ? kAutoWorldNodes : key.nodes;
-    if (key.bands > 0) {
-        plan.bands = key.bands;
-        const medium::VoxelFrame frame = frame_of(media);
-        int in_media = automatic && key.thick ? kAutoWorldNodesOfThick : nodes;
-        int layers = plan.bands * plan.bands;
-        if (part_) {  // as much in all as of a few parts, and in one texture
-            const double share = std::cbrt(std::min(1.0, kPartsOfFullSize / double(part_->of)));
-            in_media = std::max(2, static_cast<int>(std::lround(in_media * share)));
-            layers = std::max(layers, plan.bands * (static_cast<int>(part_->of) + 1));
-        }
-        plan.in_media =
-            make_cubes(frame.voxel_from_world, frame.scattering,
-                       automatic ? kVoxelsPerWorldNode : 1e-9, clamp_to(in_media, layers, device_));
-        key.in_media = place_of(plan.in_media);
-    }
-    if (!scene.surfaces.empty() && !part_) {
-        const bool fire = plan.field.on_surfaces && plan.field.glows;
-        Bounds around = with_details(media.bounds(), scene.surfaces);
-        const glm::dvec3 margin =
-            (fire ? kSurfaceMarginOfFire : kSurfaceMargin) * (around.max - around.min);
-        around.min -= margin;
-        around.max += margin;
-        constexpr int kLayers = kSurfaceBands * kSurfaceBands;
-        plan.on_surfaces =
-            make_cubes(glm::dmat4(1.0), around, 1e-9, clamp_to(nodes, kLayers, device_));
-        key.on_surfaces = place_of(plan.on_surfaces);
-    }
-    plan.places.origin = (key.bands > 0 ? key.in_media : key.on_surfaces).origin;
-}
-
 gl::Texture LightVolumes::make_coefficients(const char* label, const WorldPlan& plan) const
 {
     return make_volume(device_, label, plan.in_media, plan.bands * plan.bands, GL_RGBA16F);
-}
-
-bool LightVolumes::is_same_field(const WorldPlan& then, const WorldPlan& now)
-{
-    const LatticePlace& lattice = now.world.bands > 0 ? now.world.in_media : now.world.on_surfaces;
-    const double tolerance = tolerance_of(lattice);
-    const glm::dvec3 moved = now.places.origin - then.places.origin;
-    return then.field == now.field &&
-           std::equal(then.places.of_all.begin(), then.places.of_all.end(),
-                      now.places.of_all.begin(), now.places.of_all.end(),
-                      [&](glm::dvec3 before, glm::dvec3 after) {
-                          return medium::is_same_place(before + moved, after, tolerance);
-                      });
-}
-
-bool LightVolumes::is_same_fire(const WorldPlan& then, const WorldPlan& now)
-{
-    const LatticePlace &lattice_then = then.world.on_surfaces, &lattice = now.world.on_surfaces;
-    if (!light::is_moved(lattice_then, lattice) || then.fire.media != now.fire.media ||
-        then.fire.small != now.fire.small)
-        return false;
-    const glm::dvec3 moved = lattice.origin - lattice_then.origin;
-    const double tolerance = tolerance_of(lattice);
-    return medium::are_moved(then.world.media, now.world.media, moved, tolerance) &&
-           are_moved(then.world.surfaces, now.world.surfaces, moved, tolerance) &&
-           std::equal(then.fire.places.begin(), then.fire.places.end(), now.fire.places.begin(),
-                      now.fire.places.end(), [&](glm::dvec3 before, glm::dvec3 after) {
-                          return medium::is_same_place(before + moved, after, tolerance);
-                      });
-}
-
-bool LightVolumes::is_same_plan(const WorldPlan& then, const WorldPlan& now)
-{
-    return then.places.origin == now.places.origin && is_moved(then.world, now.world) &&
-           is_same_field(then, now);
 }
 
 bool LightVolumes::may_spread(const medium::MediaSet& media) const
@@ -673,13 +278,6 @@ void LightVolumes::set_plan(WorldPlan plan, const FieldScene& scene)
     }
     fill_->outdated |= !is_same_plan(fill_->to.plan, plan);
     wanted_ = std::move(plan);
-}
-
-bool LightVolumes::is_left_behind(const WorldPlan& then, const WorldPlan& now)
-{
-    const LatticePlace& lattice = now.world.bands > 0 ? now.world.in_media : now.world.on_surfaces;
-    return glm::length(now.places.origin - then.places.origin) > spacing_of(lattice) &&
-           is_moved(then.world, now.world);
 }
 
 void LightVolumes::follow(const WorldPlan& now)
@@ -972,7 +570,7 @@ void LightVolumes::fill_fire(WorldFill& fill)
 
 OtherLight LightVolumes::light_of_surfaces(const WorldFill& fill) const
 {
-    const WorldLight& from = part_ ? part_->whole->light_ : fill.on_surfaces ? fill.to : light_;
+    const WorldLight& from = part_ ? whole_->light_ : fill.on_surfaces ? fill.to : light_;
     const RadianceField& field = field_on_surfaces_;
     return {&from.bounced, field.is_open() ? &field.walls() : &from.walls,
             to_shared(from.plan.on_surfaces, kSurfaceBands * kSurfaceBands,
@@ -1420,7 +1018,7 @@ std::vector<std::string> LightVolumes::describe() const
             fmt::format("world's light: filled from {} directions, on surfaces {}{}{}",
                         light_.plan.world.ways, light_.plan.world.ways_on_surfaces,
                         light_.plan.world.sky_in_parts
-                            ? fmt::format(", of each what {} see ({})", SKY_MAPS, sky_.why)
+                            ? fmt::format(", of each what {} see ({})", SKY_MAPS, sky_.last().why)
                             : "",
                         filled_in(light_.ms)));
     if (light_.fire && light_.field_coefficients && light_.plan.field.turns == 0)
@@ -1433,13 +1031,13 @@ std::vector<std::string> LightVolumes::describe() const
     if (light_.bounced)
         lines.push_back(
             fmt::format("light that surfaces send on: {} turn{} ({}){}{}", light_.plan.field.turns,
-                        light_.plan.field.turns == 1 ? "" : "s", turns_.why, further_turn(),
+                        light_.plan.field.turns == 1 ? "" : "s", turns_.last().why, further_turn(),
                         light_.plan.field.surfaces.size() > kMostSenders
                             ? fmt::format("; of {} surfaces the first {}",
                                           light_.plan.field.surfaces.size(), kMostSenders)
                             : ""));
-    else if (!turns_.why.empty())
-        lines.push_back(fmt::format("light that surfaces send on: none ({})", turns_.why));
+    else if (!turns_.last().why.empty())
+        lines.push_back(fmt::format("light that surfaces send on: none ({})", turns_.last().why));
     if (!orders_why_.empty())
         lines.push_back(fmt::format(
             "light that scatters again: {} order{}{} ({}){}", light_.plan.field.orders.count,

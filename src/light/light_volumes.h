@@ -22,6 +22,7 @@
 #include "light/sky_seen.h"
 #include "light/surface_turns.h"
 #include "light/volume_tools.h"
+#include "light/world_plan.h"
 #include "light_fields.h"
 #include "medium/media_set.h"
 #include "shared/island_light_params.h"
@@ -71,11 +72,6 @@ public:
     void set(const Scene& scene, const SceneSettings& settings, medium::MediaSet& media,
              const surface::SurfaceSet& surfaces, LightSet& lights);
 
-    /// How flames compare with the nodes that light would be carried through.
-    [[nodiscard]] static FlameScale flame_scale(const SceneSettings& settings,
-                                                const medium::MediaSet& media,
-                                                const surface::SurfaceSet& surfaces);
-
     /// Leaves no volume: what is right after set() has thrown.
     void clear();
 
@@ -115,67 +111,6 @@ public:
     bool is_sky_in_parts(const Scene& scene, const Bounds& media);
 
 private:
-    /// A surface without its albedo.
-    struct Obstacle {
-        std::size_t kind = 0;  ///< into Surface
-        std::shared_ptr<const Mesh> mesh;
-        std::array<glm::dvec3, 2> place{};  ///< points that pin where it lies, metres, world
-    };
-    /// What the world's light was filled from. All of it may be moved as a whole with its lattice,
-    /// and it stays.
-    struct WorldKey {
-        std::vector<medium::Extinction> media;  ///< media that dim it
-        std::vector<Obstacle> surfaces;
-        World world;
-        int nodes = 0, bands = 0;            ///< bands: 0 where no medium scatters
-        int ways = 0, ways_on_surfaces = 0;  ///< directions that the world's light comes along
-        bool dims = true;                    ///< the media do
-        bool scatters_again = false;         ///< what they scatter is followed
-        float straight_on = 0;               ///< FieldMedium's
-        bool thick = false;                  ///< light hardly gets from node to node
-        bool sky_in_parts = false;  ///< each way sees a part of what of the sky it stands for
-        LatticePlace in_media, on_surfaces;  ///< their lattices
-    };
-    /// What the field of light was filled from besides the world's light, as if all of it lay at
-    /// the origin, and the places of it, which may be moved as a whole with the lattice.
-    struct FieldKey {
-        bool filled = false;       ///< light in the media
-        bool on_surfaces = false;  ///< what they emit and scatter onto surfaces
-        FieldOrders orders;
-        bool glows = false;
-        int turns = 0;                  ///< number of times that surfaces send light on
-        std::vector<Surface> surfaces;  ///< which, if they do
-        std::vector<Medium> media;
-        std::vector<Light> lights;
-        std::vector<Transparent> casters;  ///< transparents that filter the lights
-        glm::ivec3 depth_nodes{0};         ///< of the depths to lights, if there are any
-        int depths = 0;  ///< number of times that depths to moved lights came over several frames
-        bool operator==(const FieldKey&) const = default;
-    };
-    struct FieldPlaces {
-        std::vector<glm::dvec3> of_all;  ///< metres, world
-        glm::dvec3 origin{0};            ///< origin of the lattice's first node
-    };
-
-    /// What surfaces have of what media emit was filled from, besides WorldKey's media and
-    /// surfaces.
-    struct FireKey {
-        std::vector<Medium> media;       ///< without what doesn't matter, as FieldKey's
-        std::vector<glm::dvec3> places;  ///< metres, world
-        std::vector<bool> small;         ///< those whose glow is that of lights
-    };
-
-    /// What light that is not direct is filled from, and at which nodes.
-    struct WorldPlan {
-        WorldKey world;
-        FireKey fire;
-        FieldKey field;
-        FieldPlaces places;
-        Lattice in_media, on_surfaces;
-        int bands = 1;  ///< number of bands of the light in the media
-        /// Of the light that reaches surfaces near media, about how much is of what glows.
-        double glow_on_surfaces = 0;
-    };
     /// That light, as it was filled by one plan.
     struct WorldLight {
         WorldPlan plan;
@@ -204,22 +139,6 @@ private:
         }
     };
 
-    /// What volumes of one part of the media are of.
-    struct Part {
-        medium::VoxelFrame frame;
-        Bounds bounds;                        ///< metres, world
-        std::size_t of = 1;                   ///< number of parts
-        const LightVolumes* whole = nullptr;  ///< those of all media, which have the surfaces'
-    };
-
-    static Obstacle obstacle_of(const Surface& surface);
-    /// Takes the places out of a key.
-    static FieldPlaces take_places(FieldKey& key, double time);
-    static void take_places(Medium& medium, double time, std::vector<glm::dvec3>& places);
-    static FireKey fire_key(const Scene& scene, const medium::MediaSet& media);
-    static bool is_moved(const WorldKey& then, const WorldKey& now);
-    static bool are_moved(const std::vector<Obstacle>& then, const std::vector<Obstacle>& now,
-                          glm::dvec3 moved, double tolerance);
     /// Of all media, or of our part.
     [[nodiscard]] medium::VoxelFrame frame_of(const medium::MediaSet& media) const;
     /// Whether the field, or that of a part, is without what is scattered straight on.
@@ -239,8 +158,6 @@ private:
     struct WorldFill;
     /// Fills it by the plan, at once or over frames, or has what is being filled be filled again.
     void set_plan(WorldPlan plan, const FieldScene& scene);
-    /// Whether the scene has moved as a whole, by more than from a node to the next.
-    [[nodiscard]] static bool is_left_behind(const WorldPlan& then, const WorldPlan& now);
     /// Has what is shown be where the scene has moved to as a whole, if that is all that its
     /// lattices tell of.
     void follow(const WorldPlan& now);
@@ -250,11 +167,6 @@ private:
     void stop_filling();
     /// Whether it may be filled over frames, while the scene changes.
     [[nodiscard]] bool may_spread(const medium::MediaSet& media) const;
-    [[nodiscard]] static bool is_same_field(const WorldPlan& then, const WorldPlan& now);
-    /// Of what surfaces have of what media emit.
-    [[nodiscard]] static bool is_same_fire(const WorldPlan& then, const WorldPlan& now);
-    /// The same, and nothing has moved.
-    [[nodiscard]] static bool is_same_plan(const WorldPlan& then, const WorldPlan& now);
     /// What is to be filled of it, and room for that.
     void plan_fill(WorldFill& fill);
     Steps fill_all(WorldFill& fill);
@@ -282,7 +194,6 @@ private:
     /// Makes room for what is turned to the eye.
     void make_view(const medium::MediaTraits& traits);
     void drop_world();
-    void plan_world(WorldPlan& plan, const FieldScene& scene) const;
     [[nodiscard]] gl::Texture make_coefficients(const char* label, const WorldPlan& plan) const;
     /// What a lattice is filled for.
     struct FieldTask {
@@ -331,27 +242,11 @@ private:
     bool turned_ = false;
     float turned_g_ = 0;       ///< g that world_ was worked out with
     glm::dvec3 turned_at_{0};  ///< where its first node was then, metres, world
-    /// What surface_turns() is asked of.
-    struct TurnsKey {
-        std::vector<Surface> surfaces;
-        std::size_t media = 0;
-        bool no_probes = true, no_lattice = false;
-        int asked = kAutomatic;
-        bool operator==(const TurnsKey&) const = default;
-    };
-    /// What sky_seen() is asked of.
-    struct SkyKey {
-        std::vector<Surface> surfaces;
-        std::size_t media = 0;
-        bool operator==(const SkyKey&) const = default;
-    };
-    std::optional<SkyKey> sky_key_;
-    SkySeen sky_;
-    int turns_for(const Scene& scene, const SceneSettings& settings);
-    std::optional<TurnsKey> turns_key_;
-    SurfaceTurns turns_;
+    LastSkySeen sky_;
+    LastSurfaceTurns turns_;
     std::string orders_why_;  ///< light is followed as often as it is; empty: nothing scatters
-    std::optional<Part> part_;
+    std::optional<MediaPart> part_;        ///< the one that these are of; none: all media
+    const LightVolumes* whole_ = nullptr;  ///< those of all media, which have the surfaces' light
     std::vector<std::unique_ptr<LightVolumes>> islands_;
     gl::Texture island_light_;       ///< world_ of each island, and ours last, one behind the other
     std::vector<int> island_first_;  ///< texel along z where each begins; -1 if it has none

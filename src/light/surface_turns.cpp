@@ -133,4 +133,15 @@ SurfaceTurns surface_turns(const Scene& scene, const SceneSettings& settings)
     return {std::clamp(static_cast<int>(std::ceil(turns)), kFewest, kMost), why};
 }
 
+const SurfaceTurns& LastSurfaceTurns::of(const Scene& scene, const SceneSettings& settings)
+{
+    Key key{scene.surfaces, scene.media.size(), scene.probes.empty(),
+            settings.ambient_volume_size == 0, settings.surface_bounces};
+    if (key_ != key) {
+        last_ = surface_turns(scene, settings);
+        key_ = std::move(key);
+    }
+    return last_;
+}
+
 }  // namespace fumarole::light

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
 
 #include <fumarole/scene.h>
 #include <fumarole/settings.h>
@@ -15,5 +17,23 @@ struct SurfaceTurns {
 
 /// By the surfaces, and by where media are: a camera that moves changes nothing.
 SurfaceTurns surface_turns(const Scene& scene, const SceneSettings& settings);
+
+/// The last answer, which stays as LastSkySeen's does.
+class LastSurfaceTurns {
+public:
+    const SurfaceTurns& of(const Scene& scene, const SceneSettings& settings);
+    [[nodiscard]] const SurfaceTurns& last() const { return last_; }
+
+private:
+    struct Key {
+        std::vector<Surface> surfaces;
+        std::size_t media = 0;
+        bool no_probes = true, no_lattice = false;
+        int asked = kAutomatic;
+        bool operator==(const Key&) const = default;
+    };
+    std::optional<Key> key_;
+    SurfaceTurns last_;
+};
 
 }  // namespace fumarole::light

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "light/flames.h"
+#include "light/light_depths.h"
+#include "light/light_set.h"
+#include "light/world_keys.h"
+#include "medium/media_set.h"
+#include "surface/surface_set.h"
+#include <fumarole/settings.h>
+
+// How light that is not direct is filled for a scene: from what, how often it is followed, and at
+// which nodes.
+
+namespace fumarole::light {
+
+constexpr int kSurfaceBands = 3;  ///< bands of light on surfaces
+
+/// Of the light that reaches a surface as far from what glows as that is large, about how much is
+/// of that, if all else is of suns and the sky. With less than this it is not seen that a few ways
+/// bring a quarter more or less of what smoke scatters of it, which is less than half of it.
+constexpr double kGlowIsSeen = 0.1;
+
+/// What light that is not direct is filled from, and at which nodes.
+struct WorldPlan {
+    WorldKey world;
+    FireKey fire;
+    FieldKey field;
+    FieldPlaces places;
+    Lattice in_media, on_surfaces;
+    int bands = 1;  ///< number of bands of the light in the media
+    /// Of the light that reaches surfaces near media, about how much is of what glows.
+    double glow_on_surfaces = 0;
+};
+
+/// One of the parts of media that lie far apart.
+struct MediaPart {
+    medium::VoxelFrame frame;
+    Bounds bounds;       ///< metres, world
+    std::size_t of = 1;  ///< number of parts
+};
+
+/// What a plan is made of.
+struct PlannedScene {
+    const Scene& scene;
+    const SceneSettings& settings;
+    medium::MediaSet& media;
+    const surface::SurfaceSet& surfaces;
+    const LightSet& lights;
+    const LightDepths& depths;
+    const MediaPart* part = nullptr;  ///< null: of all media
+    int turns = 0;                    ///< number of times that surfaces send light on
+};
+
+/// None where there is no such light, or it isn't asked for. The media scatter from then on as the
+/// plan has it.
+/// @param orders_why light is followed as often as it is; empty: nothing scatters
+std::optional<WorldPlan> plan_world(const PlannedScene& from, const gl::Device& device,
+                                    std::string& orders_why);
+
+/// How flames compare with the nodes that light would be carried through.
+FlameScale flame_scale(const SceneSettings& settings, const medium::MediaSet& media,
+                       const surface::SurfaceSet& surfaces);
+
+/// Metres, world: of the media and what stands amid them.
+Bounds with_details(const Bounds& media, const surface::SurfaceSet& surfaces);
+
+/// The same field of light, but for where all of it lies.
+bool is_same_field(const WorldPlan& then, const WorldPlan& now);
+/// Likewise of what surfaces have of what media emit.
+bool is_same_fire(const WorldPlan& then, const WorldPlan& now);
+/// The same, and nothing has moved.
+bool is_same_plan(const WorldPlan& then, const WorldPlan& now);
+/// Whether the scene has moved as a whole, by more than from a node to the next.
+bool is_left_behind(const WorldPlan& then, const WorldPlan& now);
+
+}  // namespace fumarole::light
