@@ -1,4 +1,4 @@
-// Volumes of the world's light of media whose parts lie far apart: see src/light/light_volumes.h.
+// Volumes of the world's light of media whose parts lie far apart: see src/light/island_light.h.
 // World space is eye-centred: see frame_params.h.
 #pragma once
 #include "shared/bindings.h"

@@ -78,7 +78,7 @@ LightVolumes::LightVolumes(const gl::Device& device, gl::ProgramCache& programs,
     : device_{device}, programs_{programs}, timers_{timers}, tools_{device, programs, timers},
       extinction_{tools_}, depths_{tools_, extinction_}, field_{device, programs},
       field_on_surfaces_{device, programs}, fade_in_media_{device, programs},
-      fade_on_surfaces_{device, programs}, fade_dimmed_{device, programs}
+      fade_on_surfaces_{device, programs}, fade_dimmed_{device, programs}, island_light_{device}
 {
 }
 
@@ -90,7 +90,7 @@ void LightVolumes::clear()
     depths_.clear();
     drop_world();
     islands_.clear();
-    island_light_ = {};
+    island_light_.drop();
 }
 
 void LightVolumes::drop_world()
@@ -126,15 +126,6 @@ void LightVolumes::set_islands(const Scene& scene, const SceneSettings& settings
     if (media.traits().islands > 0)
         frames = media.island_frames();
     islands_.resize(frames.size());
-    glm::ivec3 size(0);
-    island_first_.clear();
-    const auto add = [&](const LightVolumes& volumes) {
-        island_first_.push_back(volumes.world_ ? size.z : -1);
-        if (!volumes.world_)
-            return;
-        const glm::ivec3 own = volumes.world_.size();
-        size = glm::ivec3(glm::max(size.x, own.x), glm::max(size.y, own.y), size.z + own.z);
-    };
     for (std::size_t i = 0; i < frames.size(); ++i) {
         if (!islands_[i])
             islands_[i] = std::make_unique<LightVolumes>(device_, programs_, timers_);
@@ -144,54 +135,26 @@ void LightVolumes::set_islands(const Scene& scene, const SceneSettings& settings
         island.part_ = {frames[i], bounds, frames.size()};
         island.whole_ = this;
         island.set_volumes(scene, settings, media, surfaces, lights);
-        add(island);
     }
-    if (size.z > 0)
-        add(*this);
-    if (size.z == 0) {
-        island_light_ = {};
-        return;
-    }
-    if (!island_light_ || island_light_.size() != size)
-        island_light_ = gl::Texture::make_3d(device_, "world's light in parts that lie far apart",
-                                             size, GL_RGBA16F, gl::Filter::linear);
-    island_turns_.assign(island_first_.size(), 0);  // where they stand may be new
-    if (island_block_.id() == 0)
-        island_block_ = {device_, "world's light in parts"};
+    const bool has_light = std::any_of(islands_.begin(), islands_.end(), [](const auto& island) {
+        return static_cast<bool>(island->world_);
+    });
+    if (has_light)
+        island_light_.set(parts_with_light());
+    else
+        island_light_.drop();
 }
 
-void LightVolumes::copy_island(std::size_t island, const LightVolumes& from)
+std::vector<IslandLight::Part> LightVolumes::parts_with_light() const
 {
-    if (island_first_[island] < 0 || island_turns_[island] == from.turns_to_eye_)
-        return;
-    island_turns_[island] = from.turns_to_eye_;
-    const glm::ivec3 size = from.world_.size();
-    device_->MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);  // after the stores that filled it
-    device_->CopyImageSubData(from.world_.id(), GL_TEXTURE_3D, 0, 0, 0, 0, island_light_.id(),
-                              GL_TEXTURE_3D, 0, 0, 0, island_first_[island], size.x, size.y,
-                              size.z);
-}
-
-void LightVolumes::bind_islands(glm::dvec3 eye, glm::dvec3 forward, bool perspective,
-                                const medium::MediaSet& media)
-{
-    shared::IslandLightParams params{};
-    params.count = static_cast<int>(island_first_.size());
-    params.inverse_size = 1.0f / glm::vec3(island_light_.size());
-    for (std::size_t i = 0; i < island_first_.size(); ++i) {
-        LightVolumes& from = i < islands_.size() ? *islands_[i] : *this;
-        if (&from != this)
-            from.bind(eye, forward, perspective, media);
-        copy_island(i, from);
-        shared::IslandLattice& lattice = params.lattices[i];
-        lattice.first = static_cast<float>(island_first_[i]);
-        // What has no light has a place all the same.
-        const Lattice& nodes = from.light_.plan.in_media;
-        lattice.node_from_world =
-            glm::mat4(nodes.node_from_world * glm::translate(glm::dmat4(1.0), eye));
-        lattice.last = glm::vec3(nodes.count - 1);
-    }
-    island_block_.write(params);
+    std::vector<IslandLight::Part> parts;
+    const auto add = [&](const LightVolumes& volumes) {
+        parts.push_back({volumes.world_, volumes.light_.plan.in_media, volumes.turns_to_eye_});
+    };
+    for (const auto& island : islands_)
+        add(*island);
+    add(*this);
+    return parts;
 }
 
 void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings,
@@ -909,10 +872,10 @@ void LightVolumes::bind(glm::dvec3 eye, glm::dvec3 forward, bool perspective,
     world_.bind(WORLD_VOLUME_UNIT);
     if (!island_light_)
         return;
-    bind_islands(eye, forward, perspective, media);
+    for (const auto& island : islands_)
+        island->bind(eye, forward, perspective, media);
     write_block(eye);
-    device_->BindBufferBase(GL_UNIFORM_BUFFER, ISLAND_LIGHT_BLOCK, island_block_.id());
-    island_light_.bind(WORLD_VOLUME_UNIT);
+    island_light_.bind(parts_with_light(), eye);
 }
 
 void LightVolumes::bind_for_surfaces(glm::dvec3 eye, bool through_media)
@@ -997,7 +960,7 @@ std::vector<std::string> LightVolumes::describe() const
             ms += island->light_.ms.value_or(0);
         lines.push_back(fmt::format(
             "world's light and what scatters again in {} parts that lie far apart: {}{}",
-            islands_.size(), size_of(island_light_, 1, 8),
+            islands_.size(), size_of(island_light_.light(), 1, 8),
             filled_in(ms > 0 ? std::optional(ms) : std::nullopt)));
     }
     if (depths_)

@@ -12,6 +12,7 @@
 #include "gl/timer.h"
 #include "light/fire_light.h"
 #include "light/flames.h"
+#include "light/island_light.h"
 #include "light/lattice.h"
 #include "light/light_depths.h"
 #include "light/light_fade.h"
@@ -25,7 +26,6 @@
 #include "light/world_plan.h"
 #include "light_fields.h"
 #include "medium/media_set.h"
-#include "shared/island_light_params.h"
 #include "shared/light_volume_params.h"
 #include <fumarole/settings.h>
 
@@ -147,9 +147,8 @@ private:
                      const surface::SurfaceSet& surfaces, LightSet& lights);
     void set_islands(const Scene& scene, const SceneSettings& settings, medium::MediaSet& media,
                      const surface::SurfaceSet& surfaces, LightSet& lights);
-    void bind_islands(glm::dvec3 eye, glm::dvec3 forward, bool perspective,
-                      const medium::MediaSet& media);
-    void copy_island(std::size_t island, const LightVolumes& from);
+    /// Of each island, and ours last.
+    [[nodiscard]] std::vector<IslandLight::Part> parts_with_light() const;
     struct FieldScene {
         medium::MediaSet& media;
         const surface::SurfaceSet& surfaces;
@@ -248,10 +247,7 @@ private:
     std::optional<MediaPart> part_;        ///< the one that these are of; none: all media
     const LightVolumes* whole_ = nullptr;  ///< those of all media, which have the surfaces' light
     std::vector<std::unique_ptr<LightVolumes>> islands_;
-    gl::Texture island_light_;       ///< world_ of each island, and ours last, one behind the other
-    std::vector<int> island_first_;  ///< texel along z where each begins; -1 if it has none
-    std::vector<int> island_turns_;  ///< their turns_to_eye_ when they were copied
-    gl::UniformBuffer<shared::IslandLightParams> island_block_;
+    IslandLight island_light_;
     int turns_to_eye_ = 0;  ///< number of times that world_ was turned to the eye
     LightVolumeFills fills_;
 };
