@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
-#include <numeric>
 
 #include "gl/stopwatch.h"
 #include "light/lattice_ways.h"
@@ -25,31 +24,6 @@ constexpr int kMostCycles = 6, kFewerCycles = 3;
 constexpr int kMostSamplesOnSurfaces = 2;
 
 constexpr int kWallLayers = 2;  ///< layers of a texture of walls between nodes
-/// Surfaces that send light on: a face has their number in 12 bits (glsl/light/faces.glsl).
-constexpr std::size_t kMostSenders = 4095;
-/// The last turns, which are made anew once it is known what the media throw on surfaces.
-constexpr int kTurnsAgain = 2;
-/// The last of those before, whose differences are a series.
-constexpr int kNotedTurns = 3;
-
-/// How surfaces send light on so often in all, some of it once the media's own is there.
-struct TurnPlan {
-    int first = 0;                ///< number of turns without that
-    int again = 0;                ///< number each time it is there
-    std::vector<int> taken_back;  ///< each time, number of turns before that don't count
-};
-
-/// @param rounds that it is there anew, 0 to 2. The media are filled anew before the second, by all
-///        of the turns.
-TurnPlan plan_turns(int turns, int rounds)
-{
-    const int again = std::min(turns, kTurnsAgain);
-    if (rounds < 2)
-        return {turns, again, std::vector<int>(static_cast<std::size_t>(rounds), again)};
-    const int first = std::max(turns - again, std::min(turns, kNotedTurns));
-    return {first, again, {first + again - turns, again}};
-}
-
 }  // namespace
 
 /// One filling of light that is not direct, and what its steps give each other.
@@ -724,27 +698,6 @@ Steps LightVolumes::turn_surfaces(WorldFill& fill, int turns, bool noted)
     }
 }
 
-std::string LightVolumes::further_turn() const
-{
-    // What turns add falls by one ratio at last.
-    std::vector<double> sums;
-    for (const gl::Texture& mean : light_.bounced_means) {
-        const std::vector<float> values = mean.read(3);
-        sums.push_back(std::accumulate(values.begin(), values.end(), 0.0));
-    }
-    if (light_.plan.field.turns < static_cast<int>(light_.bounced_means.size()) || sums.size() < 2)
-        return "";
-    if (sums.size() < std::size_t{kNotedTurns})
-        sums.insert(sums.begin(), 0.0);
-    const std::size_t n = sums.size();
-    const double before = sums[n - 2] - sums[n - 3], now = sums[n - 1] - sums[n - 2];
-    if (!(before > 0) || !(sums[n - 1] > 0))
-        return "";
-    const double last = std::max(now, 0.0),
-                 next = last * std::pow(last / before, 1 + light_.turns_after_noted);
-    return fmt::format(", a further one would add {:.2g} % of it", 100 * next / sums[n - 1]);
-}
-
 void LightVolumes::begin_fill(glm::dvec3 eye, const WorldFill& fill)
 {
     fill.scene.media.bind(eye, true);
@@ -965,76 +918,10 @@ std::vector<std::string> LightVolumes::describe() const
     }
     if (depths_)
         lines.push_back(depths_.describe());
-    if (world_)
-        lines.push_back(
-            fmt::format("world's light in the media: {} for {} harmonic{}",
-                        size_of(light_.in_media(), light_.plan.bands * light_.plan.bands, 8),
-                        light_.plan.bands * light_.plan.bands,
-                        light_.plan.bands == 1 ? "" : "s, turned to the eye"));
-    if (light_.on_surfaces)
-        lines.push_back(
-            fmt::format("world's light on surfaces: {}{}, 9 harmonics",
-                        size_of(light_.on_surfaces, kSurfaceBands * kSurfaceBands, 8),
-                        light_.on_surfaces_dimmed ? ", and again through the media" : ""));
-    if (world_ || light_.on_surfaces)
-        lines.push_back(
-            fmt::format("world's light: filled from {} directions, on surfaces {}{}{}",
-                        light_.plan.world.ways, light_.plan.world.ways_on_surfaces,
-                        light_.plan.world.sky_in_parts
-                            ? fmt::format(", of each what {} see ({})", SKY_MAPS, sky_.last().why)
-                            : "",
-                        filled_in(light_.ms)));
-    if (light_.fire && light_.field_coefficients && light_.plan.field.turns == 0)
-        lines.push_back(fmt::format(
-            "what media scatter onto surfaces: along {} (of what reaches those, {:.1g} is of what "
-            "glows)",
-            light_.plan.glow_on_surfaces >= kGlowIsSeen ? "rays to all of them"
-                                                        : fmt::format("{} directions", kNearWays),
-            light_.plan.glow_on_surfaces));
-    if (light_.bounced)
-        lines.push_back(
-            fmt::format("light that surfaces send on: {} turn{} ({}){}{}", light_.plan.field.turns,
-                        light_.plan.field.turns == 1 ? "" : "s", turns_.last().why, further_turn(),
-                        light_.plan.field.surfaces.size() > kMostSenders
-                            ? fmt::format("; of {} surfaces the first {}",
-                                          light_.plan.field.surfaces.size(), kMostSenders)
-                            : ""));
-    else if (!turns_.last().why.empty())
-        lines.push_back(fmt::format("light that surfaces send on: none ({})", turns_.last().why));
-    if (!orders_why_.empty())
-        lines.push_back(fmt::format(
-            "light that scatters again: {} order{}{} ({}){}", light_.plan.field.orders.count,
-            light_.plan.field.orders.count == 1 ? "" : "s",
-            light_.plan.field.orders.coarse_first
-                ? " and a guess at the rest, from where a coarser lattice gets"
-            : light_.plan.field.orders.cycles > 0 ? " and a guess at the rest"
-                                                  : "",
-            orders_why_,
-            light_.plan.field.orders.straight_on > 0
-                ? fmt::format("; {:.0f} % of the extinction scatters straight on, and "
-                              "counts as light that goes on",
-                              100 * light_.plan.field.orders.straight_on)
-                : ""));
-    if (light_.field_coefficients && !fill_) {
-        const std::vector<glm::vec3> sums = field_.sums();
-        const glm::vec3 all = std::accumulate(sums.begin(), sums.end(), glm::vec3(0));
-        const auto mean = [](glm::vec3 rgb) { return (rgb.r + rgb.g + rgb.b) / 3; };
-        std::string line;
-        if (light_.plan.field.orders.coarse_first) {
-            line = fmt::format("mean of all orders over what scatters: {:.2e} W/m^2/sr", mean(all));
-        } else {
-            line = "mean of each order over what scatters [W/m^2/sr]:";
-            for (const glm::vec3& sum : sums)
-                line += fmt::format(" {:.2e}", mean(sum));
-            if (sums.size() > 1)
-                line +=
-                    fmt::format("; the last is {:.1g} % of all",
-                                100 * std::abs(mean(sums.back())) / std::max(mean(all), 1e-30f));
-        }
-        if (const std::optional<float> left = field_.left_over())
-            line += fmt::format("; one more would change {:.1g} % of the guess", 100 * *left);
-        lines.push_back(line);
-    }
+    for (std::string& line : light_.describe({sky_.last().why, turns_.last().why, orders_why_}))
+        lines.push_back(std::move(line));
+    if (light_.field_coefficients && !fill_)
+        lines.push_back(describe_orders(field_, light_.plan.field.orders));
     return lines;
 }
 

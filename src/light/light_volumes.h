@@ -10,7 +10,7 @@
 #include "gl/program.h"
 #include "gl/texture.h"
 #include "gl/timer.h"
-#include "light/fire_light.h"
+#include "light/filled_light.h"
 #include "light/flames.h"
 #include "light/island_light.h"
 #include "light/lattice.h"
@@ -111,34 +111,6 @@ public:
     bool is_sky_in_parts(const Scene& scene, const Bounds& media);
 
 private:
-    /// That light, as it was filled by one plan.
-    struct WorldLight {
-        WorldPlan plan;
-        /// Coefficients of the world's light. Where there is a field they are kept from the first
-        /// time on that lights change, and not what dims it: a scene that stays as it is has no use
-        /// for them.
-        gl::Texture coefficients;
-        gl::Texture field_coefficients;  ///< coefficients of all light that is not direct
-        gl::Texture bounced;             ///< light that surfaces send on, at their nodes
-        std::vector<gl::Texture>
-            bounced_means;  ///< its mean at the nodes after each of the turns that were noted
-        int turns_after_noted = 0;
-        gl::Texture walls;        ///< walls between the surfaces' nodes
-        gl::Texture sights;       ///< how far each of these sees
-        gl::Texture world_walls;  ///< walls between the media's nodes, where surfaces send light on
-        gl::Texture on_surfaces, on_surfaces_dimmed;  ///< coefficients of the world's light
-        /// What media emit, on surfaces; null: nothing. What is being filled has that which is
-        /// shown, where it is the same.
-        std::shared_ptr<FireLight> fire;
-        std::optional<double> ms;  ///< time that filling it took [ms], if it was measured
-
-        /// Coefficients of all that reaches the media but what is direct.
-        [[nodiscard]] const gl::Texture& in_media() const
-        {
-            return field_coefficients ? field_coefficients : coefficients;
-        }
-    };
-
     /// Of all media, or of our part.
     [[nodiscard]] medium::VoxelFrame frame_of(const medium::MediaSet& media) const;
     /// Whether the field, or that of a part, is without what is scattered straight on.
@@ -208,7 +180,6 @@ private:
                      const FieldTask& task);
     /// @param noted what each of the last turns brought is kept, to tell what a further one would
     Steps turn_surfaces(WorldFill& fill, int turns, bool noted);
-    [[nodiscard]] std::string further_turn() const;
     [[nodiscard]] gl::Defines view_defines(const medium::MediaSet& media, int bands) const;
     /// Compiles what fades need.
     void prepare_fades(const WorldFill& fill);

@@ -133,6 +133,16 @@ SurfaceTurns surface_turns(const Scene& scene, const SceneSettings& settings)
     return {std::clamp(static_cast<int>(std::ceil(turns)), kFewest, kMost), why};
 }
 
+TurnPlan plan_turns(int turns, int rounds)
+{
+    constexpr int kAgain = 2;  // of the last turns, once it is known what media throw on surfaces
+    const int again = std::min(turns, kAgain);
+    if (rounds < 2)
+        return {turns, again, std::vector<int>(static_cast<std::size_t>(rounds), again)};
+    const int first = std::max(turns - again, std::min(turns, kNotedTurns));
+    return {first, again, {first + again - turns, again}};
+}
+
 const SurfaceTurns& LastSurfaceTurns::of(const Scene& scene, const SceneSettings& settings)
 {
     Key key{scene.surfaces, scene.media.size(), scene.probes.empty(),
