@@ -4,7 +4,6 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
-#include <numbers>
 
 #include "gl/stopwatch.h"
 #include "light/lattice_ways.h"

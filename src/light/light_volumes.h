@@ -1,32 +1,25 @@
 #pragma once
 
-#include <array>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "gl/buffer.h"
 #include "gl/program.h"
 #include "gl/texture.h"
 #include "gl/timer.h"
 #include "light/filled_light.h"
-#include "light/flames.h"
 #include "light/island_light.h"
-#include "light/lattice.h"
 #include "light/light_depths.h"
 #include "light/light_fade.h"
 #include "light/light_set.h"
 #include "light/marched_extinction.h"
 #include "light/radiance_field.h"
-#include "light/shadow_views.h"
 #include "light/sky_seen.h"
 #include "light/surface_turns.h"
 #include "light/volume_tools.h"
 #include "light/world_plan.h"
-#include "light_fields.h"
 #include "medium/media_set.h"
-#include "shared/light_volume_params.h"
 #include <fumarole/settings.h>
 
 // Light on its way through the media, worked out once for many points and kept while nothing it
