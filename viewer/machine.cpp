@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <fstream>
+#include <malloc.h>
 #include <sys/utsname.h>
 #include <thread>
 
@@ -31,6 +32,17 @@ std::string system_name()
     utsname system{};
     ::uname(&system);
     return fmt::format("{} {}, {}", system.sysname, system.release, system.machine);
+}
+
+void keep_freed_memory()
+{
+#ifdef __GLIBC__
+    constexpr int kOfItsOwn = 32 << 20;  // bytes: larger blocks are handed back; glibc's most
+    constexpr int kMostKept = 256 << 20, kAhead = 16 << 20;
+    mallopt(M_MMAP_THRESHOLD, kOfItsOwn);
+    mallopt(M_TRIM_THRESHOLD, kMostKept);
+    mallopt(M_TOP_PAD, kAhead);
+#endif
 }
 
 }  // namespace fumarole::command

@@ -14,6 +14,7 @@
 #include "command.h"
 #include "help_text.h"
 #include "kept_programs.h"
+#include "machine.h"
 #include "pictures/ahead.h"
 #include "settings_input.h"
 #include "shell_words.h"
@@ -127,6 +128,7 @@ int main(int argc, char** argv)
     namespace command = fumarole::command;
     // A file over its limit (ulimit -f) is an error like a full disk, and no end of the process.
     std::signal(SIGXFSZ, SIG_IGN);
+    command::keep_freed_memory();
     const fumarole::pictures::AtEnd pictures;
     const std::vector<std::string> words = command::with_present_names({argv + 1, argv + argc});
     CLI::App app{"Fumarole: lit smoke, fire, cloud and fog from OpenVDB files, on OpenGL"};

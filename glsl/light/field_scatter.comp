@@ -8,12 +8,13 @@
 #include "light/forward_peak.glsl"
 
 // Variant
-const bool kFirst = false;  // no way has brought anything yet
-const bool kMean = false;   // what is scattered is not asked for
-const bool kKeeps = false;  // orders are kept
-const bool kOwn = false;    // nothing is scattered: what a guess has is kept
-const bool kTail = false;   // in place of the last order the guess is taken
-const bool kAhead = false;  // what a node keeps of its own light is taken as if it had gone on for ever
+const bool kFirst = false;   // no way has brought anything yet
+const bool kMean = false;    // what is scattered is not asked for
+const bool kKeeps = false;   // orders are kept
+const bool kOwn = false;     // nothing is scattered: what a guess has is kept
+const bool kBefore = false;  // light of an earlier filling is added, from its own lattice
+const bool kTail = false;    // in place of the last order the guess is taken
+const bool kAhead = false;   // what a node keeps of its own light is taken as if it had gone on for ever
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
 layout(binding = 0) writeonly uniform uimage3D u_source_img;
@@ -23,6 +24,7 @@ layout(binding = FIELD_LIGHT_UNIT) uniform sampler3D u_first_tx;
 layout(binding = FIELD_ALBEDO_UNIT) uniform sampler3D u_albedo_tx;
 layout(binding = FIELD_SUMS_UNIT) uniform sampler3D u_weights_tx;
 layout(binding = FIELD_EMISSION_UNIT) uniform sampler3D u_own_tx;  // nothing is emitted here
+layout(binding = FIELD_ORDER_UNIT) uniform sampler3D u_before_tx;
 
 const float kMean0 = 0.28209479;  // the first harmonic: a coefficient times it is the mean over all directions
 
@@ -74,6 +76,16 @@ vec3 guess(ivec3 node)
     return max(sum, vec3(0.0));
 }
 
+// Light that arrived at a node when another lattice was filled; alpha of the first: 0 in nodes inside of surfaces, which
+// are left out of the mean of eight.
+void add_before(ivec3 node)
+{
+    vec3 uvw = first_layer_at(u_field.other, node_position(u_field.nodes, node));
+    float seen = max(textureLod(u_before_tx, in_layer(u_field.other, uvw, 0), 0.0).a, 1e-6);
+    for (int i = 0; i < kCount; ++i)
+        g_light[i] += textureLod(u_before_tx, in_layer(u_field.other, uvw, i), 0.0).rgb / seen;
+}
+
 void main()
 {
     ivec3 node = own_node();
@@ -84,6 +96,8 @@ void main()
     if (!kFirst) {
         FOR_PAIRS_OF_26(GATHER, 0)
     }
+    if (kBefore)
+        add_before(node);
     if (kOwn) {
         imageStore(u_kept_img, node, vec4(g_light[0] * kMean0, 0.0));
         return;

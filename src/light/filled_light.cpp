@@ -40,13 +40,13 @@ std::string further_turn(const WorldLight& light)
 
 }  // namespace
 
-std::string describe_orders(const RadianceField& field, const FieldOrders& orders)
+std::string describe_orders(const RadianceField& field, bool in_all)
 {
     const std::vector<glm::vec3> sums = field.sums();
     const glm::vec3 all = std::accumulate(sums.begin(), sums.end(), glm::vec3(0));
     const auto mean = [](glm::vec3 rgb) { return (rgb.r + rgb.g + rgb.b) / 3; };
     std::string line;
-    if (orders.coarse_first) {
+    if (in_all) {
         line = fmt::format("mean of all orders over what scatters: {:.2e} W/m^2/sr", mean(all));
     } else {
         line = "mean of each order over what scatters [W/m^2/sr]:";
@@ -97,14 +97,15 @@ std::vector<std::string> WorldLight::describe(const PlanReasons& why) const
                                         : ""));
     else if (!why.turns.empty())
         lines.push_back(fmt::format("light that surfaces send on: none ({})", why.turns));
+    const FieldOrders orders = goes_on ? orders_to_go(plan.field.orders, true) : plan.field.orders;
     if (!why.orders.empty())
         lines.push_back(
-            fmt::format("light that scatters again: {} order{}{} ({}){}", plan.field.orders.count,
-                        plan.field.orders.count == 1 ? "" : "s",
-                        plan.field.orders.coarse_first
-                            ? " and a guess at the rest, from where a coarser lattice gets"
-                        : plan.field.orders.cycles > 0 ? " and a guess at the rest"
-                                                       : "",
+            fmt::format("light that scatters again: {} order{}{}{} ({}){}", orders.count,
+                        orders.count == 1 ? "" : "s",
+                        orders.cycles > 0 ? " and a guess at the rest" : "",
+                        goes_on               ? ", from the light that was there before"
+                        : orders.coarse_first ? ", from where a coarser lattice gets"
+                                              : "",
                         why.orders,
                         plan.field.orders.straight_on > 0
                             ? fmt::format("; {:.0f} % of the extinction scatters straight on, and "

@@ -19,8 +19,9 @@ struct PlanReasons {
     const std::string& orders;  ///< plan_world()'s
 };
 
-/// What each order brought, as the field that was filled last has it. Waits for the GPU.
-std::string describe_orders(const RadianceField& field, const FieldOrders& orders);
+/// What each order brought, or all of them where they started from other light, as the field that
+/// was filled last has it. Waits for the GPU.
+std::string describe_orders(const RadianceField& field, bool in_all);
 
 /// Light that is not direct, as it was filled by one plan.
 struct WorldLight {
@@ -41,6 +42,7 @@ struct WorldLight {
     /// What media emit, on surfaces; null: nothing. What is being filled has that which is
     /// shown, where it is the same.
     std::shared_ptr<FireLight> fire;
+    bool goes_on = false;      ///< orders in the media started from what was shown before
     std::optional<double> ms;  ///< time that filling it took [ms], if it was measured
 
     /// Coefficients of all that reaches the media but what is direct.

@@ -23,6 +23,14 @@ constexpr int kMostCycles = 6, kFewerCycles = 3;
 constexpr int kMostSamplesOnSurfaces = 2;
 
 constexpr int kWallLayers = 2;  ///< layers of a texture of walls between nodes
+
+/// A field that was filled by one plan, as another's takes it.
+OtherLight field_at(const gl::Texture& field, const WorldPlan& of, const WorldPlan& from)
+{
+    return {&field, nullptr,
+            to_shared(of.in_media, of.bands * of.bands, centre_of(from.in_media)), of.bands};
+}
+
 }  // namespace
 
 /// One filling of light that is not direct, and what its steps give each other.
@@ -39,6 +47,8 @@ struct LightVolumes::WorldFill {
     TurnPlan turns = {};
     gl::Texture guessed = {};    ///< what the media scatter, as a coarser lattice has it
     OtherLight guess = {};       ///< that, if there is any
+    gl::Texture before = {};     ///< what was shown, if this takes its place
+    OtherLight arrived = {};     ///< that, if orders start from it
     gl::Texture scattered = {};  ///< what they scatter, as RadianceField::fill() gives it
     const gl::Texture* of_world = nullptr;  ///< WorldLight::coefficients, of this or of before
     bool outdated = false;                  ///< the scene has changed meanwhile
@@ -324,6 +334,13 @@ void LightVolumes::plan_fill(WorldFill& fill)
         light_.fire && field.on_surfaces && field.glows && is_same_fire(light_.plan, plan) &&
         (!fill.is_spread || plan.world.on_surfaces.origin == light_.plan.world.on_surfaces.origin);
     std::shared_ptr<FireLight> fire = light_.fire;
+    // What is filled over frames has them to follow all orders.
+    if (!fill.is_spread && fill.of_media && light_.field_coefficients &&
+        is_like(light_.plan, plan)) {
+        fill.before = std::move(light_.field_coefficients);
+        fill.arrived = field_at(fill.before, light_.plan, plan);
+    }
+    const bool goes_on = fill.of_media ? fill.arrived.light != nullptr : light_.goes_on;
     if (!fill.is_spread) {  // in the place of what was there
         WorldPlan own = std::move(fill.to.plan);
         fill.to = fill.anew ? WorldLight() : std::move(light_);
@@ -331,6 +348,7 @@ void LightVolumes::plan_fill(WorldFill& fill)
         light_ = {};
     }
     WorldLight& to = fill.to;
+    to.goes_on = goes_on;
     if (fill.on_surfaces)
         to.fire = keeps_fire ? std::move(fire) : nullptr;
     if (to.fire)
@@ -519,9 +537,15 @@ Steps LightVolumes::fill_lattice(WorldFill& fill, int ways, FieldOrders orders,
                                  gl::Texture* scattered)
 {
     const OtherLight bounced = light_of_surfaces(fill);
+    OrdersStart start;
+    if (fill.arrived.light != nullptr)
+        start = {.arrived = &fill.arrived,
+                 .again = fill.arrived.light == &fill.to.field_coefficients};
+    else if (fill.guess.light != nullptr)
+        start.scattered = &fill.guess;
     co_await field_.fill(ways, fill.to.plan.bands, orders, world, to, scattered,
                          fill.to.plan.field.turns > 0 ? &bounced : nullptr,
-                         fill.guess.light != nullptr ? &fill.guess : nullptr);
+                         start);
 }
 
 Steps LightVolumes::guess_coarsely(WorldFill& fill)
@@ -581,7 +605,11 @@ Steps LightVolumes::fill_field(WorldFill& fill)
     const WorldPlan& plan = fill.to.plan;
     begin_fill(centre_of(plan.in_media), fill);
     fill.scattered = {};
-    co_await fill_lattice(fill, fill.shines ? plan.world.ways : kNearWays, plan.field.orders,
+    const FieldOrders orders =
+        fill.arrived.light == nullptr
+            ? plan.field.orders
+            : orders_to_go(plan.field.orders, fill.arrived.light == &fill.before);
+    co_await fill_lattice(fill, fill.shines ? plan.world.ways : kNearWays, orders,
                           fill.shines ? fill.of_world : nullptr, fill.to.field_coefficients,
                           plan.field.on_surfaces ? &fill.scattered : nullptr);
     if (fill.scattered)
@@ -615,6 +643,8 @@ Steps LightVolumes::fill_surfaces(WorldFill& fill)
         const std::vector<int>& rounds = fill.turns.taken_back;
         for (std::size_t i = 0; i < rounds.size(); ++i) {
             if (i > 0) {  // what surfaces send back of the media's own light
+                if (field.orders.cycles > 0)
+                    fill.arrived = field_at(to.field_coefficients, plan, plan);
                 co_await fill_field(fill);
                 begin_fill(eye, fill);
             }
@@ -920,7 +950,8 @@ std::vector<std::string> LightVolumes::describe() const
     for (std::string& line : light_.describe({sky_.last().why, turns_.last().why, orders_why_}))
         lines.push_back(std::move(line));
     if (light_.field_coefficients && !fill_)
-        lines.push_back(describe_orders(field_, light_.plan.field.orders));
+        lines.push_back(
+            describe_orders(field_, light_.goes_on || light_.plan.field.orders.coarse_first));
     return lines;
 }
 

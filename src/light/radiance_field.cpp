@@ -1219,11 +1219,13 @@ void RadianceField::finish(int bands, const gl::Texture& light, const gl::Textur
 
 Steps RadianceField::fill(int ways, int bands, FieldOrders orders, const gl::Texture* world,
                           const gl::Texture& field, gl::Texture* given, const OtherLight* bounced,
-                          const OtherLight* guess)
+                          OrdersStart start)
 {
-    sums_ = {};
     guess_ = {};
-    orders_ = 0;
+    if (!start.again) {
+        sums_ = {};
+        orders_ = 0;
+    }
     const FieldMedium& medium = filling_->medium;
     const gl::Texture first = make("field: what comes first", bands * bands);
     clear_unlisted(first);
@@ -1240,6 +1242,11 @@ Steps RadianceField::fill(int ways, int bands, FieldOrders orders, const gl::Tex
     dispatch_listed("light/field_direct.comp", direct);
     if (co_await Pause{})
         bind_again();
+    gl::Texture direct_alone;
+    if (start.arrived != nullptr && orders.count > 0) {
+        direct_alone = make("field: straight from lights", bands * bands);
+        copy(first, direct_alone);
+    }
     const Batch near{kNearWays, 0, kNearWays};
     if (medium.world != nullptr) {
         carry_world(near, true);
@@ -1254,7 +1261,7 @@ Steps RadianceField::fill(int ways, int bands, FieldOrders orders, const gl::Tex
         take_over(*bounced, bands, first);
     gl::Texture source, scattered;
     if (orders.count > 0)
-        co_await scatter(bands, orders, first, guess, source);
+        co_await scatter(bands, orders, first, direct_alone, start, source);
     if (source && (given != nullptr || ways != kNearWays)) {
         scattered = make("field: what is scattered", bands * bands);
         const std::array<GLfloat, 4> none{};
@@ -1321,26 +1328,28 @@ void RadianceField::weigh(const gl::Texture& kept, int orders)
 }
 
 Steps RadianceField::scatter(int bands, FieldOrders orders, const gl::Texture& first,
-                             const OtherLight* guess, gl::Texture& source)
+                             const gl::Texture& direct, OrdersStart start, gl::Texture& source)
 {
     const Filling& filling = *filling_;
     const int slices_z = filling.lattice.count.z;
     const bool guesses = orders.cycles > 0, ahead = guesses && orders.coarse_first;
     // Of those asked for, the last is what comes of the light that is gathered for good.
     const int steps = guesses ? orders.count : orders.count - 1;
-    orders_ = 1 + steps * (guesses ? orders.cycles : 1);
+    const int count = 1 + steps * (guesses ? orders.cycles : 1);
     source = make_sources(kNearWays);
     const gl::Texture mean =
         gl::Texture::make_3d(device_, "field: mean radiance", filling.lattice.count, light_format(),
                              gl::Filter::nearest);
     const GLuint dark = 0;
     mean.clear(GL_RED_INTEGER, GL_UNSIGNED_INT, &dark);
-    const gl::Texture slices =
-        gl::Texture::make_3d(device_, "field: slices' sums", {2 * slices_z, orders_, 1}, GL_RGBA32F,
-                             gl::Filter::nearest);
-    sums_ = gl::Texture::make_3d(device_, "field: sums", {FIELD_MOST_ORDERS + 1, 1, 1}, GL_RGBA32F,
-                                 gl::Filter::nearest);
-    gl::Texture kept, own;
+    gl::Texture slices, kept, own;
+    if (!start.again) {
+        orders_ = count;
+        slices = gl::Texture::make_3d(device_, "field: slices' sums", {2 * slices_z, count, 1},
+                                      GL_RGBA32F, gl::Filter::nearest);
+        sums_ = gl::Texture::make_3d(device_, "field: sums", {FIELD_MOST_ORDERS + 1, 1, 1},
+                                     GL_RGBA32F, gl::Filter::nearest);
+    }
     if (guesses) {
         const std::array<GLfloat, 4> none{};
         kept = make("field: orders", 2 * steps);
@@ -1352,13 +1361,14 @@ Steps RadianceField::scatter(int bands, FieldOrders orders, const gl::Texture& f
     }
     if (ahead)
         own = own_light();
-    const auto pass = [&](const gl::Defines& what, const gl::Texture& ways) {
+    const auto pass_of = [&](const gl::Texture& light, const gl::Defines& what,
+                             const gl::Texture& ways) {
         gl::Defines defines{{"kBands", fmt::format("{}", bands)}};
         for (const auto& [name, value] : what.entries())
             defines.emplace_back(name, value);
         if (guesses)
             defines.emplace_back("kKeeps", "");
-        first.bind(FIELD_LIGHT_UNIT);
+        light.bind(FIELD_LIGHT_UNIT);
         filling.albedo.bind(FIELD_ALBEDO_UNIT);
         ways.bind(FIELD_WAYS_UNIT);
         guess_.bind(FIELD_SUMS_UNIT);
@@ -1369,7 +1379,12 @@ Steps RadianceField::scatter(int bands, FieldOrders orders, const gl::Texture& f
             bind_image(2, kept, GL_READ_WRITE);
         dispatch_listed("light/field_scatter.comp", defines);
     };
+    const auto pass = [&](const gl::Defines& what, const gl::Texture& ways) {
+        pass_of(first, what, ways);
+    };
     const auto sum = [&](int order) {
+        if (start.again)
+            return;
         params_.order = order;
         write_block();
         mean.bind(FIELD_WAYS_UNIT);
@@ -1379,16 +1394,22 @@ Steps RadianceField::scatter(int bands, FieldOrders orders, const gl::Texture& f
         dispatch("light/field_sum.comp", {}, {64, 1, slices_z}, {64, 1, 1});
     };
     gl::Defines of_first{{"kFirst", ""}};
-    if (guess != nullptr)  // which is scattered in its place
+    if (start.arrived != nullptr) {
+        params_.other = start.arrived->at;
+        write_block();
+        start.arrived->light->bind(FIELD_ORDER_UNIT);
+        pass_of(direct, {{"kFirst", ""}, {"kBefore", ""}}, filling.light_ways);
+    }
+    if (start.arrived != nullptr || start.scattered != nullptr)  // is scattered in its place
         of_first.emplace_back("kMean", "");
     pass(of_first, filling.light_ways);
     sum(0);
-    if (guess != nullptr) {
-        source = spread(*guess, kNearWays);
+    if (start.scattered != nullptr) {
+        source = spread(*start.scattered, kNearWays);
         if (guesses)
             pass({{"kOwn", ""}}, source);
     }
-    for (int order = 1; order < orders_; ++order) {
+    for (int order = 1; order < count; ++order) {
         params_.slot = guesses ? (order - 1) % steps : 0;
         const bool ends = guesses && params_.slot + 1 == steps;
         gl::Defines defines;
@@ -1407,6 +1428,8 @@ Steps RadianceField::scatter(int bands, FieldOrders orders, const gl::Texture& f
         if (co_await Pause{})
             bind_again();
     }
+    if (start.again)
+        co_return;
     slices.bind(FIELD_LIGHT_UNIT);
     bind_image(0, sums_, GL_WRITE_ONLY);
     dispatch("light/field_sum.comp", {{"kFinish", ""}}, {64, 1, 1}, {64, 1, 1});

@@ -77,6 +77,16 @@ struct OtherLight {
     int bands = 0;
 };
 
+/// What orders of scattering start from, in the place of what is scattered of the light that comes
+/// first: nested iteration (Briggs and others 2000, "A Multigrid Tutorial", ch. 3).
+struct OrdersStart {
+    /// What is scattered, as RadianceField::fill() gave it.
+    const OtherLight* scattered = nullptr;
+    /// Or all that arrived by an earlier filling but what came straight from lights.
+    const OtherLight* arrived = nullptr;
+    bool again = false;  ///< that was this lattice's own: sums() stay as they are
+};
+
 /// Light of the media's own that a lattice's nodes are to have besides the world's.
 struct FieldLight {
     int ways = 0;             ///< kNearWays or kAllWays, that it comes along
@@ -142,13 +152,12 @@ public:
     /// there is any, of what media emit, and of what they scatter again, and of `bounced`, what
     /// surfaces send on. Gives as `given`, unless null, what they scatter at the nodes, as
     /// coefficients of the radiance that a thick medium would have; empty where no order is
-    /// followed. `guess`, of the same kind, is where orders start from: nested iteration (Briggs
-    /// and others 2000, "A Multigrid Tutorial", ch. 3). It is gathered along `ways`, kNearWays or
+    /// followed. It is gathered along `ways`, kNearWays or
     /// kAllWays, directions, as the world's was: what a set of them takes from the one is what it
     /// gives to the other.
     Steps fill(int ways, int bands, FieldOrders orders, const gl::Texture* world,
                const gl::Texture& field, gl::Texture* given, const OtherLight* bounced = nullptr,
-               const OtherLight* guess = nullptr);
+               OrdersStart start = {});
 
     /// Makes what fill() gave of what is scattered that of the whole phase function and extinction,
     /// where it was without what is scattered straight on. Before end().
@@ -260,8 +269,9 @@ private:
     [[nodiscard]] gl::Defines extinction_defines() const;
     void sweep(bool emits, const gl::Texture* source, bool means);
     /// What is scattered into each of the kNearWays directions once `orders` have been followed.
-    Steps scatter(int bands, FieldOrders orders, const gl::Texture& first, const OtherLight* guess,
-                  gl::Texture& source);
+    /// @param direct what comes straight from lights, where orders start from what arrived before
+    Steps scatter(int bands, FieldOrders orders, const gl::Texture& first,
+                  const gl::Texture& direct, OrdersStart start, gl::Texture& source);
     [[nodiscard]] gl::Texture own_light();
     /// Weights of the orders that are kept, as light/field_rest.comp gives them.
     void weigh(const gl::Texture& kept, int orders);

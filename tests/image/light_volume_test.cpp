@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fmt/format.h>
 #include <functional>
 #include <glm/gtc/matrix_transform.hpp>
@@ -16,7 +17,9 @@
 #include "study/metrics.h"
 #include "study/reference.h"
 #include "support/tile_bench.h"
+#include <fumarole/asset/auto_scene.h>
 #include <fumarole/asset/scene_file.h>
+#include <fumarole/asset/vdb_file.h>
 #include <fumarole/live_scene.h>
 
 namespace fumarole::test {
@@ -1036,6 +1039,69 @@ INSTANTIATE_TEST_SUITE_P(Scenes, LightVolumeChange, testing::ValuesIn(kChanges),
                          [](const auto& change) { return std::string(change.param.name); });
 
 // What a host that edits its scene by ids pays for.
+// Half of the orders: what they leave out is to be of what changed from frame to frame, not of all.
+TEST_F(LightVolume, OrdersOfAPlayingSequenceStartFromTheFrameBefore)
+{
+    const std::filesystem::path folder = std::filesystem::path(FUM_TEST_DATA) / "smoke_seq";
+    Scene of_sequence =
+        asset::make_auto_scene(folder / "smoke_0005.vdb", asset::AutoSceneOptions{}).scene;
+    of_sequence.resolution = {48, 27};
+    const auto frame = [&](int number) {
+        Scene scene = of_sequence;
+        auto& smoke = std::get<GridMedium>(scene.media[0]);
+        smoke.density = std::make_shared<const VoxelGrid>(
+            asset::load_grid(folder / fmt::format("smoke_{:04}.vdb", number), "density").grid);
+        return scene;
+    };
+    Settings settings;
+    HostPicture host(gl(), glm::ivec2(48, 27));
+    const auto draw = [&](Renderer& renderer, const Scene& scene) {
+        renderer.set_scene(scene, settings);
+        renderer.wait_until_ready();
+        View view = renderer.make_view();
+        host.look(scene.camera);
+        host.fill(glm::vec3(0), scene.camera.near, [](int, int) { return 0.0; });
+        renderer.composite(view, host.frame, settings);
+        return host.read();
+    };
+    const auto draw_fresh = [&](const Scene& scene) {
+        Renderer fresh(get_proc());
+        return draw(fresh, scene);
+    };
+    const auto starts_from_before = [&](const Renderer& renderer) {
+        const std::vector<std::string> lines = renderer.explain(settings);
+        return std::any_of(lines.begin(), lines.end(), [](const std::string& line) {
+            return line.find("from the light that was there before") != std::string::npos;
+        });
+    };
+    Renderer renderer(get_proc());
+    draw(renderer, frame(3));
+    EXPECT_FALSE(starts_from_before(renderer)) << "nothing was there";
+    draw(renderer, frame(4));
+    Scene scene = frame(5);
+    const Image played = draw(renderer, scene), alone = draw_fresh(scene);
+    EXPECT_TRUE(starts_from_before(renderer));
+    const study::Metrics apart = study::compare(played.pixels, alone.pixels);
+    figure("relMSE", apart.relmse);
+    EXPECT_LT(apart.relmse, 2e-6);
+    EXPECT_LT(std::abs(apart.bias), 1.5e-3);
+    EXPECT_GT(apart.relmse, 0);
+
+    // Of so much more light what is left would be seen; in thick media, of any.
+    std::get<SunLight>(scene.lights[0]).irradiance *= 1e-3f;
+    EXPECT_TRUE(images_near(draw(renderer, scene), draw_fresh(scene), 0, 0, "sun went down"));
+    EXPECT_FALSE(starts_from_before(renderer));
+    for (const int number : {4, 5}) {
+        scene = frame(number);
+        std::get<GridMedium>(scene.media[0]).sigma_s_per_density *= 8;
+        EXPECT_TRUE(images_near(draw(renderer, scene), draw_fresh(scene), 0, 0, "thick"));
+    }
+    // A number of orders that is asked for is that number.
+    settings.bounces = 3;
+    draw(renderer, frame(4));
+    EXPECT_TRUE(images_near(draw(renderer, frame(5)), draw_fresh(frame(5)), 0, 0, "three orders"));
+}
+
 TEST_F(LightVolume, TheFieldOfTheSampleTakesLessThan8MB)
 {
     const Scene scene = asset::load_scene(std::string(FUM_TEST_DATA) + "/smoke_plume.json").scene;
