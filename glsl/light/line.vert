@@ -1,5 +1,6 @@
 // A surface as the lines along ways of a batch meet it: each instance is of one way, a line a pixel. z grows from slice
-// to slice; all that may hide the world from the first is held, and what lies behind the last is clipped.
+// to slice; all that may hide the world from the first is held, and what lies behind the last is clipped, as are the
+// pixels beyond the way's own lines: there are as many for all ways as the one with the most has.
 #include "light/field.glsl"
 #include "shared/draw_params.h"
 
@@ -9,6 +10,7 @@ layout(location = 1) in vec3 in_normal;
 out vec3 p_world;
 out vec3 normal;  // scaled evenly or along its axes alone, so it needs no other matrix
 flat out int k;   // of the way
+out float gl_ClipDistance[2];
 
 void main()
 {
@@ -21,6 +23,9 @@ void main()
     float last = along_axes(way.axis, u_field.nodes.last).x;
     float slice = way.forward > 0.0 ? q.x : last - q.x;
     vec2 line = q.yz - way.slope * slice - u_field.tilt * (slice - 0.5 * last) - vec2(way.first_line);
+    vec2 own = along_axes(way.axis, u_field.nodes.last).yz + ceil(abs(way.slope) * last) + 4.0;
+    for (int i = 0; i < 2; ++i)
+        gl_ClipDistance[i] = own[i] - line[i] - 0.5;
     gl_Position =
         vec4(2.0 * (line + 0.5) / vec2(u_field.lines) - 1.0, 1.0 - 2.0 * (last + 1.0 - slice) / kFarthest, 1.0);
 }

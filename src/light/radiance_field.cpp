@@ -508,6 +508,8 @@ void RadianceField::draw_lines(const surface::SurfaceSet& surfaces,
     params_.lines = lines;
     write_block();
     target.bind(parts * lines);
+    for (const int i : {0, 1})
+        device_->Enable(GL_CLIP_DISTANCE0 + i);
     for (const auto& instance : drawn) {
         const glm::dvec3 nodes = glm::dmat3(filling_->lattice.node_from_eye) *
                                  (instance.bounds.max - instance.bounds.min);
@@ -522,6 +524,8 @@ void RadianceField::draw_lines(const surface::SurfaceSet& surfaces,
         draw_block_.write(params);
         surfaces.draw(instance, small ? Detail::coarsest : Detail::coarse, ways);
     }
+    for (const int i : {0, 1})
+        device_->Disable(GL_CLIP_DISTANCE0 + i);
 }
 
 void RadianceField::draw_along_axes(const surface::SurfaceSet& surfaces, const gl::Texture& to,

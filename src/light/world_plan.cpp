@@ -8,6 +8,7 @@
 
 #include "light/lattice_ways.h"
 #include "light/light_filters.h"
+#include "light/lit_box.h"
 
 namespace fumarole::light {
 
@@ -213,9 +214,12 @@ void place_lattices(WorldPlan& plan, const PlannedScene& from, const gl::Device&
             (fire ? kSurfaceMarginOfFire : kSurfaceMargin) * (around.max - around.min);
         around.min -= margin;
         around.max += margin;
-        constexpr int kLayers = kSurfaceBands * kSurfaceBands;
-        plan.on_surfaces =
-            make_cubes(glm::dmat4(1.0), around, 1e-9, clamp_to(nodes, kLayers, device));
+        const int most = clamp_to(nodes, kSurfaceBands * kSurfaceBands, device);
+        const glm::dvec3 size = around.max - around.min;
+        const double spacing = std::max({size.x, size.y, size.z}) / (most - 1);
+        if (!fire && plan.field.turns == 0)
+            around = lit_box(around, media.bounds(), from.surfaces.instances(), spacing);
+        plan.on_surfaces = make_cubes(glm::dmat4(1.0), around, spacing, most);
         key.on_surfaces = place_of(plan.on_surfaces);
     }
     plan.places.origin = key.lattice().origin;
