@@ -99,19 +99,18 @@ std::vector<std::string> WorldLight::describe(const PlanReasons& why) const
         lines.push_back(fmt::format("light that surfaces send on: none ({})", why.turns));
     const FieldOrders orders = goes_on ? orders_to_go(plan.field.orders, true) : plan.field.orders;
     if (!why.orders.empty())
-        lines.push_back(
-            fmt::format("light that scatters again: {} order{}{}{} ({}){}", orders.count,
-                        orders.count == 1 ? "" : "s",
-                        orders.cycles > 0 ? " and a guess at the rest" : "",
-                        goes_on               ? ", from the light that was there before"
-                        : orders.coarse_first ? ", from where a coarser lattice gets"
-                                              : "",
-                        why.orders,
-                        plan.field.orders.straight_on > 0
-                            ? fmt::format("; {:.0f} % of the extinction scatters straight on, and "
-                                          "counts as light that goes on",
-                                          100 * plan.field.orders.straight_on)
-                            : ""));
+        lines.push_back(fmt::format(
+            "light that scatters again: {} order{}{}{} ({}){}", orders.count,
+            orders.count == 1 ? "" : "s", orders.cycles > 0 ? " and a guess at the rest" : "",
+            goes_on               ? ", from the light that was there before"
+            : orders.coarse_first ? ", from where a coarser lattice gets"
+                                  : "",
+            why.orders,
+            plan.field.orders.straight_on > 0
+                ? fmt::format("; {:.0f} % of the extinction scatters straight on, and "
+                              "counts as light that goes on",
+                              100 * plan.field.orders.straight_on)
+                : ""));
     return lines;
 }
 

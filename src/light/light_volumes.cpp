@@ -28,8 +28,8 @@ constexpr int kWallLayers = 2;  ///< layers of a texture of walls between nodes
 /// A field that was filled by one plan, as another's takes it.
 OtherLight field_at(const gl::Texture& field, const WorldPlan& of, const WorldPlan& from)
 {
-    return {&field, nullptr,
-            to_shared(of.in_media, of.bands * of.bands, centre_of(from.in_media)), of.bands};
+    return {&field, nullptr, to_shared(of.in_media, of.bands * of.bands, centre_of(from.in_media)),
+            of.bands};
 }
 
 }  // namespace
@@ -545,8 +545,7 @@ Steps LightVolumes::fill_lattice(WorldFill& fill, int ways, FieldOrders orders,
     else if (fill.guess.light != nullptr)
         start.scattered = &fill.guess;
     co_await field_.fill(ways, fill.to.plan.bands, orders, world, to, scattered,
-                         fill.to.plan.field.turns > 0 ? &bounced : nullptr,
-                         start);
+                         fill.to.plan.field.turns > 0 ? &bounced : nullptr, start);
 }
 
 Steps LightVolumes::guess_coarsely(WorldFill& fill)

@@ -331,8 +331,9 @@ bool is_like(const WorldPlan& then, const WorldPlan& now)
         return std::span(places.of_all).first(places.of_lights);
     };
     const auto lights_then = of_lights(then.places), lights = of_lights(now.places);
-    return std::equal(lights_then.begin(), lights_then.end(), lights.begin(), lights.end(),
-                      [&](glm::dvec3 a, glm::dvec3 b) { return glm::length(a - b) <= tolerance; }) &&
+    return std::equal(
+               lights_then.begin(), lights_then.end(), lights.begin(), lights.end(),
+               [&](glm::dvec3 a, glm::dvec3 b) { return glm::length(a - b) <= tolerance; }) &&
            part_in_common(bounds_of(then.in_media), bounds_of(now.in_media)) >= kLeastInCommon;
 }
 
