@@ -8,7 +8,6 @@
 #include "gl/stopwatch.h"
 #include "light/lattice_ways.h"
 #include "light/light_source.h"
-#include "light/lit_box.h"
 
 namespace fumarole::light {
 
