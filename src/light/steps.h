@@ -70,11 +70,11 @@ struct Steps::promise_type {
         [[nodiscard]] bool await_ready() const noexcept { return false; }
         std::coroutine_handle<> await_suspend(Handle ended) const noexcept
         {
-            const Handle caller = ended.promise().caller;
-            if (!caller)
+            const Handle next = ended.promise().caller;
+            if (!next)
                 return std::noop_coroutine();
-            ended.promise().whole->innermost = caller;
-            return caller;
+            ended.promise().whole->innermost = next;
+            return next;
         }
         void await_resume() const noexcept {}
     };
