@@ -74,8 +74,12 @@ struct Pixels {
     std::vector<std::uint8_t> rgb;
 
     /// A part as a picture of its own.
+    /// @throws std::out_of_range if it is not within the picture, which may have failed to be taken
     [[nodiscard]] Pixels part(int left, int top, int w, int h) const
     {
+        if (left + w > width || top + h > height)
+            throw std::out_of_range(fmt::format("a picture of {} x {} has no part {} {} {} {}",
+                                                width, height, left, top, w, h));
         Pixels out{w, h, {}};
         for (int y = top; y < top + h; ++y) {
             const auto row = rgb.begin() + (static_cast<std::ptrdiff_t>(y) * width + left) * 3;
