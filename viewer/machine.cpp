@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 #include <fstream>
-#include <malloc.h>
 #include <sys/utsname.h>
 #include <thread>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 namespace fumarole::command {
 

@@ -77,7 +77,7 @@ vec3 guess(ivec3 node)
 }
 
 // Light that arrived at a node when another lattice was filled; alpha of the first: 0 in nodes inside of surfaces, which
-// are left out of the mean of eight.
+// are left out of the mean of eight. Those that no medium was near to are dark.
 void add_before(ivec3 node)
 {
     vec3 uvw = first_layer_at(u_field.other, node_position(u_field.nodes, node));

@@ -97,7 +97,8 @@ std::vector<std::string> WorldLight::describe(const PlanReasons& why) const
                                         : ""));
     else if (!why.turns.empty())
         lines.push_back(fmt::format("light that surfaces send on: none ({})", why.turns));
-    const FieldOrders orders = goes_on ? orders_to_go(plan.field.orders, true) : plan.field.orders;
+    const FieldOrders orders = orders_to_go(plan.field.orders, goes_on ? OrdersStart::From::arrived
+                                                                       : OrdersStart::From::lights);
     if (!why.orders.empty())
         lines.push_back(fmt::format(
             "light that scatters again: {} order{}{}{} ({}){}", orders.count,

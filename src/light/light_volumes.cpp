@@ -45,11 +45,9 @@ struct LightVolumes::WorldFill {
     bool on_surfaces = false;  ///< what they and the surfaces throw on surfaces is, or is no more
     bool shines = false;       ///< the world does
     TurnPlan turns = {};
-    gl::Texture guessed = {};    ///< what the media scatter, as a coarser lattice has it
-    OtherLight guess = {};       ///< that, if there is any
-    gl::Texture before = {};     ///< what was shown, if this takes its place
-    OtherLight arrived = {};     ///< that, if orders start from it
-    gl::Texture scattered = {};  ///< what they scatter, as RadianceField::fill() gives it
+    OrdersStart start = {};         ///< of the orders in the media
+    gl::Texture started_from = {};  ///< its light, if that is kept nowhere else
+    gl::Texture scattered = {};     ///< what they scatter, as RadianceField::fill() gives it
     const gl::Texture* of_world = nullptr;  ///< WorldLight::coefficients, of this or of before
     bool outdated = false;                  ///< the scene has changed meanwhile
     int frames = 0;                         ///< that it was filled over
@@ -337,10 +335,11 @@ void LightVolumes::plan_fill(WorldFill& fill)
     // What is filled over frames has them to follow all orders.
     if (!fill.is_spread && fill.of_media && light_.field_coefficients &&
         is_like(light_.plan, plan)) {
-        fill.before = std::move(light_.field_coefficients);
-        fill.arrived = field_at(fill.before, light_.plan, plan);
+        fill.started_from = std::move(light_.field_coefficients);
+        fill.start = {OrdersStart::From::arrived, field_at(fill.started_from, light_.plan, plan)};
     }
-    const bool goes_on = fill.of_media ? fill.arrived.light != nullptr : light_.goes_on;
+    const bool goes_on =
+        fill.of_media ? fill.start.from == OrdersStart::From::arrived : light_.goes_on;
     if (!fill.is_spread) {  // in the place of what was there
         WorldPlan own = std::move(fill.to.plan);
         fill.to = fill.anew ? WorldLight() : std::move(light_);
@@ -537,14 +536,8 @@ Steps LightVolumes::fill_lattice(WorldFill& fill, int ways, FieldOrders orders,
                                  gl::Texture* scattered)
 {
     const OtherLight bounced = light_of_surfaces(fill);
-    OrdersStart start;
-    if (fill.arrived.light != nullptr)
-        start = {.arrived = &fill.arrived,
-                 .again = fill.arrived.light == &fill.to.field_coefficients};
-    else if (fill.guess.light != nullptr)
-        start.scattered = &fill.guess;
     co_await field_.fill(ways, fill.to.plan.bands, orders, world, to, scattered,
-                         fill.to.plan.field.turns > 0 ? &bounced : nullptr, start);
+                         fill.to.plan.field.turns > 0 ? &bounced : nullptr, fill.start);
 }
 
 Steps LightVolumes::guess_coarsely(WorldFill& fill)
@@ -567,9 +560,10 @@ Steps LightVolumes::guess_coarsely(WorldFill& fill)
         co_await fill_lattice(fill, kNearWays, {FIELD_KEPT_ORDERS, cycles, true}, nullptr, light,
                               &finer);
         field_.end();
-        fill.guessed = std::move(finer);
-        fill.guess = {&fill.guessed, nullptr, to_shared(coarse, layers, centre_of(plan.in_media)),
-                      plan.bands};
+        fill.started_from = std::move(finer);
+        fill.start = {OrdersStart::From::scattered,
+                      {&fill.started_from, nullptr,
+                       to_shared(coarse, layers, centre_of(plan.in_media)), plan.bands}};
     }
 }
 
@@ -604,13 +598,11 @@ Steps LightVolumes::fill_field(WorldFill& fill)
     const WorldPlan& plan = fill.to.plan;
     begin_fill(centre_of(plan.in_media), fill);
     fill.scattered = {};
-    const FieldOrders orders =
-        fill.arrived.light == nullptr
-            ? plan.field.orders
-            : orders_to_go(plan.field.orders, fill.arrived.light == &fill.before);
+    const FieldOrders orders = orders_to_go(plan.field.orders, fill.start.from);
     co_await fill_lattice(fill, fill.shines ? plan.world.ways : kNearWays, orders,
                           fill.shines ? fill.of_world : nullptr, fill.to.field_coefficients,
                           plan.field.on_surfaces ? &fill.scattered : nullptr);
+    fill.started_from = {};
     if (fill.scattered)
         field_.make_whole(plan.bands, fill.scattered);
 }
@@ -643,7 +635,8 @@ Steps LightVolumes::fill_surfaces(WorldFill& fill)
         for (std::size_t i = 0; i < rounds.size(); ++i) {
             if (i > 0) {  // what surfaces send back of the media's own light
                 if (field.orders.cycles > 0)
-                    fill.arrived = field_at(to.field_coefficients, plan, plan);
+                    fill.start = {OrdersStart::From::arrived_here,
+                                  field_at(to.field_coefficients, plan, plan)};
                 co_await fill_field(fill);
                 begin_fill(eye, fill);
             }

@@ -1225,8 +1225,10 @@ Steps RadianceField::fill(int ways, int bands, FieldOrders orders, const gl::Tex
                           const gl::Texture& field, gl::Texture* given, const OtherLight* bounced,
                           OrdersStart start)
 {
+    using From = OrdersStart::From;
+    const bool has_arrived = start.from == From::arrived || start.from == From::arrived_here;
     guess_ = {};
-    if (!start.again) {
+    if (start.from != From::arrived_here) {
         sums_ = {};
         orders_ = 0;
     }
@@ -1247,7 +1249,7 @@ Steps RadianceField::fill(int ways, int bands, FieldOrders orders, const gl::Tex
     if (co_await Pause{})
         bind_again();
     gl::Texture direct_alone;
-    if (start.arrived != nullptr && orders.count > 0) {
+    if (has_arrived && orders.count > 0) {
         direct_alone = make("field: straight from lights", bands * bands);
         copy(first, direct_alone);
     }
@@ -1334,6 +1336,9 @@ void RadianceField::weigh(const gl::Texture& kept, int orders)
 Steps RadianceField::scatter(int bands, FieldOrders orders, const gl::Texture& first,
                              const gl::Texture& direct, OrdersStart start, gl::Texture& source)
 {
+    using From = OrdersStart::From;
+    const bool has_arrived = start.from == From::arrived || start.from == From::arrived_here;
+    const bool notes = start.from != From::arrived_here;
     const Filling& filling = *filling_;
     const int slices_z = filling.lattice.count.z;
     const bool guesses = orders.cycles > 0, ahead = guesses && orders.coarse_first;
@@ -1347,7 +1352,7 @@ Steps RadianceField::scatter(int bands, FieldOrders orders, const gl::Texture& f
     const GLuint dark = 0;
     mean.clear(GL_RED_INTEGER, GL_UNSIGNED_INT, &dark);
     gl::Texture slices, kept, own;
-    if (!start.again) {
+    if (notes) {
         orders_ = count;
         slices = gl::Texture::make_3d(device_, "field: slices' sums", {2 * slices_z, count, 1},
                                       GL_RGBA32F, gl::Filter::nearest);
@@ -1387,7 +1392,7 @@ Steps RadianceField::scatter(int bands, FieldOrders orders, const gl::Texture& f
         pass_of(first, what, ways);
     };
     const auto sum = [&](int order) {
-        if (start.again)
+        if (!notes)
             return;
         params_.order = order;
         write_block();
@@ -1398,18 +1403,18 @@ Steps RadianceField::scatter(int bands, FieldOrders orders, const gl::Texture& f
         dispatch("light/field_sum.comp", {}, {64, 1, slices_z}, {64, 1, 1});
     };
     gl::Defines of_first{{"kFirst", ""}};
-    if (start.arrived != nullptr) {
-        params_.other = start.arrived->at;
+    if (has_arrived) {
+        params_.other = start.light.at;
         write_block();
-        start.arrived->light->bind(FIELD_ORDER_UNIT);
+        start.light.light->bind(FIELD_ORDER_UNIT);
         pass_of(direct, {{"kFirst", ""}, {"kBefore", ""}}, filling.light_ways);
     }
-    if (start.arrived != nullptr || start.scattered != nullptr)  // is scattered in its place
+    if (start.from != From::lights)  // that is scattered in its place
         of_first.emplace_back("kMean", "");
     pass(of_first, filling.light_ways);
     sum(0);
-    if (start.scattered != nullptr) {
-        source = spread(*start.scattered, kNearWays);
+    if (start.from == From::scattered) {
+        source = spread(start.light, kNearWays);
         if (guesses)
             pass({{"kOwn", ""}}, source);
     }
@@ -1432,7 +1437,7 @@ Steps RadianceField::scatter(int bands, FieldOrders orders, const gl::Texture& f
         if (co_await Pause{})
             bind_again();
     }
-    if (start.again)
+    if (!notes)
         co_return;
     slices.bind(FIELD_LIGHT_UNIT);
     bind_image(0, sums_, GL_WRITE_ONLY);

@@ -77,14 +77,17 @@ struct OtherLight {
     int bands = 0;
 };
 
-/// What orders of scattering start from, in the place of what is scattered of the light that comes
-/// first: nested iteration (Briggs and others 2000, "A Multigrid Tutorial", ch. 3).
+/// What orders of scattering start from.
 struct OrdersStart {
-    /// What is scattered, as RadianceField::fill() gave it.
-    const OtherLight* scattered = nullptr;
-    /// Or all that arrived by an earlier filling but what came straight from lights.
-    const OtherLight* arrived = nullptr;
-    bool again = false;  ///< that was this lattice's own: sums() stay as they are
+    enum class From {
+        lights,     ///< what is scattered of the light that comes first
+        scattered,  ///< what is scattered elsewhere, as RadianceField::fill() gave it: nested
+                    ///< iteration (Briggs and others 2000, "A Multigrid Tutorial", ch. 3)
+        arrived,    ///< all that arrived by an earlier filling but what came straight from lights
+        arrived_here,  ///< that, as this lattice has it: sums() stay as they are
+    };
+    From from = From::lights;
+    OtherLight light = {};  ///< of all but the first
 };
 
 /// Light of the media's own that a lattice's nodes are to have besides the world's.

@@ -66,7 +66,6 @@ FieldPlaces take_places(FieldKey& key, double time)
     FieldPlaces places;
     for (Light& light : key.lights)
         std::visit([&](auto& one) { visit_fields(OfLights{places.of_all}, one); }, light);
-    places.of_lights = places.of_all.size();
     for (Medium& medium : key.media)
         take_places(medium, time, places.of_all);
     if (!key.surfaces.empty() || !key.casters.empty())

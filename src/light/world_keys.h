@@ -60,7 +60,6 @@ struct FieldKey {
 
 struct FieldPlaces {
     std::vector<glm::dvec3> of_all;  ///< metres, world
-    std::size_t of_lights = 0;       ///< how many of them are lights', which come first
     glm::dvec3 origin{0};            ///< origin of the lattice's first node
 };
 

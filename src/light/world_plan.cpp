@@ -4,7 +4,6 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <numbers>
-#include <span>
 
 #include "light/lattice_ways.h"
 #include "light/light_filters.h"
@@ -184,6 +183,18 @@ double part_in_common(const Bounds& a, const Bounds& b)
     return both / std::max(volume(a.max - a.min) + volume(b.max - b.min) - both, 1e-300);
 }
 
+/// The media as all frames of a sequence have them.
+std::vector<Medium> but_for_grids(std::vector<Medium> media)
+{
+    for (Medium& medium : media)
+        if (auto* grid = std::get_if<GridMedium>(&medium)) {
+            grid->file.clear();
+            for (auto* held : {&grid->density, &grid->emission, &grid->color, &grid->temperature})
+                held->reset();
+        }
+    return media;
+}
+
 /// The nodes, and where they lie.
 void place_lattices(WorldPlan& plan, const PlannedScene& from, const gl::Device& device)
 {
@@ -314,35 +325,37 @@ bool is_same_fire(const WorldPlan& then, const WorldPlan& now)
 
 bool is_like(const WorldPlan& then, const WorldPlan& now)
 {
-    // What glows may go out from one time to the next, as a lamp may or get out of the smoke: what
-    // is left of so much more light would be seen. In media of eight times the sequence's density
-    // 0.3 % is left out of what is scattered, where orders from a coarser lattice's leave 0.03 %.
-    constexpr double kMostOfANode = 0.25, kLeastInCommon = 0.5;
+    // What of the light before is no more would be left as a ghost: of what has gone out, of a lamp
+    // that has left, or behind a shutter that has closed. What glows may go out at any time. In
+    // media of eight times the sequence's density 0.3 % is left out of what is scattered, where
+    // orders from a coarser lattice's leave 0.03 %.
+    constexpr double kLeastInCommon = 0.75;
     const FieldKey &before = then.field, &field = now.field;
-    if (!before.filled || before.glows || field.glows || before.orders.cycles == 0 ||
-        field.orders.cycles == 0 || field.orders.coarse_first ||
-        before.orders.straight_on != field.orders.straight_on || then.bands != now.bands ||
-        before.lights != field.lights || then.world.world != now.world.world ||
-        before.turns != field.turns || before.surfaces != field.surfaces ||
-        before.casters != field.casters || before.media.size() != field.media.size())
-        return false;
-    const double tolerance = kMostOfANode * spacing_of(now.world.in_media);
-    const auto of_lights = [](const FieldPlaces& places) {
-        return std::span(places.of_all).first(places.of_lights);
+    const auto follows = [](const FieldKey& key) {
+        return key.filled && !key.glows && key.orders.cycles > 0 && !key.orders.coarse_first;
     };
-    const auto lights_then = of_lights(then.places), lights = of_lights(now.places);
-    return std::equal(
-               lights_then.begin(), lights_then.end(), lights.begin(), lights.end(),
-               [&](glm::dvec3 a, glm::dvec3 b) { return glm::length(a - b) <= tolerance; }) &&
+    if (!follows(before) || !follows(field) || before.orders.cycles != field.orders.cycles ||
+        std::abs(before.orders.count - field.orders.count) > 1 ||
+        before.orders.straight_on != field.orders.straight_on || then.bands != now.bands ||
+        then.world.dims != now.world.dims || then.world.world != now.world.world ||
+        before.lights != field.lights || before.turns != field.turns ||
+        before.surfaces != field.surfaces || before.casters != field.casters ||
+        but_for_grids(before.media) != but_for_grids(field.media))
+        return false;
+    const double tolerance = tolerance_of(now.world.in_media);
+    const glm::dvec3 nowhere(0);
+    return are_moved(then.places.of_all, now.places.of_all, nowhere, tolerance) &&
+           are_moved(then.world.surfaces, now.world.surfaces, nowhere, tolerance) &&
            part_in_common(bounds_of(then.in_media), bounds_of(now.in_media)) >= kLeastInCommon;
 }
 
-FieldOrders orders_to_go(FieldOrders orders, bool from_frame_before)
+FieldOrders orders_to_go(FieldOrders orders, OrdersStart::From from)
 {
     constexpr int kFewest = 3;
-    if (from_frame_before)
+    if (from == OrdersStart::From::arrived)
         orders.count = std::min(orders.count, std::max((orders.count + 1) / 2, kFewest));
-    orders.cycles = 1;
+    if (from == OrdersStart::From::arrived || from == OrdersStart::From::arrived_here)
+        orders.cycles = 1;
     return orders;
 }
 

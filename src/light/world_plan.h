@@ -73,12 +73,13 @@ bool is_same_field(const WorldPlan& then, const WorldPlan& now);
 bool is_same_fire(const WorldPlan& then, const WorldPlan& now);
 /// The same, and nothing has moved.
 bool is_same_plan(const WorldPlan& then, const WorldPlan& now);
-/// Whether the media's light is so much like what it was that orders may start from that.
+/// Whether the media's light is so much like what it was that orders may start from that, as from
+/// frame to frame of a sequence.
 bool is_like(const WorldPlan& then, const WorldPlan& now);
-/// What is left to follow of the orders from light that is much like what they come to. From that
-/// of a sequence's frame before half as many leave out less than 0.1 % of what is scattered; what
-/// surfaces send back changes more of it.
-FieldOrders orders_to_go(FieldOrders orders, bool from_frame_before);
+/// What of the orders is followed from there. From the frame before one cycle of half the orders
+/// leaves 0.1 % out of what the sample sequence scatters. What surfaces send back changes more of
+/// it, and a cycle of all is followed from the round before.
+FieldOrders orders_to_go(FieldOrders orders, OrdersStart::From from);
 /// Whether the scene has moved as a whole, by more than from a node to the next.
 bool is_left_behind(const WorldPlan& then, const WorldPlan& now);
 

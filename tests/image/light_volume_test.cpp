@@ -1038,7 +1038,6 @@ TEST_P(LightVolumeChange, FillsWhatDependsOnIt)
 INSTANTIATE_TEST_SUITE_P(Scenes, LightVolumeChange, testing::ValuesIn(kChanges),
                          [](const auto& change) { return std::string(change.param.name); });
 
-// What a host that edits its scene by ids pays for.
 // Half of the orders: what they leave out is to be of what changed from frame to frame, not of all.
 TEST_F(LightVolume, OrdersOfAPlayingSequenceStartFromTheFrameBefore)
 {
@@ -1096,12 +1095,27 @@ TEST_F(LightVolume, OrdersOfAPlayingSequenceStartFromTheFrameBefore)
         std::get<GridMedium>(scene.media[0]).sigma_s_per_density *= 8;
         EXPECT_TRUE(images_near(draw(renderer, scene), draw_fresh(scene), 0, 0, "thick"));
     }
+    // Behind a shutter that has closed, or in smoke that is another or has moved, there is none of
+    // it.
+    const std::vector<std::function<void(Scene&)>> changes{
+        [](Scene& changed) {
+            changed.surfaces.emplace_back(SphereSurface{.center = {0, 0, 9}, .radius = 2});
+        },
+        [](Scene& changed) { std::get<GridMedium>(changed.media[0]).sigma_s_per_density *= 1.01f; },
+        [](Scene& changed) { std::get<GridMedium>(changed.media[0]).translate.x += 0.1; }};
+    for (std::size_t i = 0; i < changes.size(); ++i) {
+        draw(renderer, frame(4));
+        scene = frame(5);
+        changes[i](scene);
+        EXPECT_TRUE(images_near(draw(renderer, scene), draw_fresh(scene), 0, 0, "changed")) << i;
+    }
     // A number of orders that is asked for is that number.
     settings.bounces = 3;
     draw(renderer, frame(4));
     EXPECT_TRUE(images_near(draw(renderer, frame(5)), draw_fresh(frame(5)), 0, 0, "three orders"));
 }
 
+// What a host that edits its scene by ids pays for.
 TEST_F(LightVolume, TheFieldOfTheSampleTakesLessThan8MB)
 {
     const Scene scene = asset::load_scene(std::string(FUM_TEST_DATA) + "/smoke_plume.json").scene;
