@@ -204,6 +204,10 @@ std::vector<SettingInfo> make_table()
                "number of frames over which light that scatters again, the world's and that of "
                "flames and surfaces are filled after a change; the last serve until then, and fade "
                "over as many"),
+        choice("field-start", "light", "first|before", &S::field_from_before,
+               {{"first", 0}, {"before", 1}},
+               "what light that scatters again starts from: what scatters first, or, in a playing "
+               "sequence, what there was in the frame before"),
         automatic("ambient-volume-size", "auto|0..128", "nodes", &S::ambient_volume_size, 0, 128,
                   "longest edge of the volume of the world's light; 0: that light reaches media "
                   "undimmed"),

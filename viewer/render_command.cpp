@@ -796,6 +796,10 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
         renderer.emplace(context->get_proc(), library_log(), kept_programs());
         cover.emplace(options, files, context->get_proc());
     }
+    // A frame that is resumed has the same bits by whichever process.
+    const bool from_before = options.words.changed.contains("field-start")
+                                 ? settings.field_from_before
+                                 : !options.resume;
     Progress progress;
     std::vector<std::string> notes = opened.notes;
     std::vector<double> volume;
@@ -831,6 +835,7 @@ void run_moving(RenderOptions options, PictureFiles files, Settings settings,
             wanted.layers = needs_layers(files);
             wanted.moving_frame = static_cast<std::uint64_t>(i);
             StillReport report;
+            settings.field_from_before = from_before;
             drawn->still = renderer->render(now.scene, settings, wanted, &report);
             if (!report.passes.empty())
                 volume.push_back(report.volume.median_ms);

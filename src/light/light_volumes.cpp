@@ -154,6 +154,7 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
         depths_.clear();
     }
     field_frames_ = settings.field_fill;
+    field_from_before_ = settings.field_from_before;
     std::optional<WorldPlan> plan =
         plan_world({scene, settings, media, surfaces, lights, depths_, part_ ? &*part_ : nullptr,
                     turns_.of(scene, settings).turns},
@@ -333,7 +334,7 @@ void LightVolumes::plan_fill(WorldFill& fill)
         (!fill.is_spread || plan.world.on_surfaces.origin == light_.plan.world.on_surfaces.origin);
     std::shared_ptr<FireLight> fire = light_.fire;
     // What is filled over frames has them to follow all orders.
-    if (!fill.is_spread && fill.of_media && light_.field_coefficients &&
+    if (field_from_before_ && !fill.is_spread && fill.of_media && light_.field_coefficients &&
         is_like(light_.plan, plan)) {
         fill.started_from = std::move(light_.field_coefficients);
         fill.start = {OrdersStart::From::arrived, field_at(fill.started_from, light_.plan, plan)};

@@ -194,6 +194,7 @@ private:
     std::unique_ptr<WorldFill> fill_;  ///< what takes its place once it is filled
     WorldPlan wanted_;                 ///< as the scene has it now, while that is filled
     int field_frames_ = 1;             ///< SceneSettings::field_fill
+    bool field_from_before_ = false;   ///< SceneSettings'
     int parts_ = 1;                    ///< number of parts, from pause to pause, of the last fill
     /// From the light before to light_: WorldLight::in_media(), on_surfaces, on_surfaces_dimmed.
     LightFade fade_in_media_, fade_on_surfaces_, fade_dimmed_;

@@ -43,11 +43,11 @@ TEST(Chart, SweepsNameSettingsAndValuesThatAre)
 
 TEST(Chart, EverySettingThatTradesSpeedIsSwept)
 {
-    // Two guard against extremes, on which a scene may need them, and buy no time; two are of
-    // lights that move, and one of probes while they do, and a chart's stand still; and what passes
+    // Two guard against extremes, on which a scene may need them, and buy no time; three are of
+    // what moves, and one of probes while it does, and a chart's stand still; and what passes
     // run as makes no other picture, and is the device's choice.
-    std::set<std::string_view> missing{"g-clamp",    "min-extinction", "shadow-fill",
-                                       "field-fill", "probe-update",   "passes"};
+    std::set<std::string_view> missing{"g-clamp",     "min-extinction", "shadow-fill", "field-fill",
+                                       "field-start", "probe-update",   "passes"};
     for (const SettingInfo& info : setting_table()) {
         bool swept = false;
         for (const Sweep& sweep : sweep_table())

@@ -1053,6 +1053,7 @@ TEST_F(LightVolume, OrdersOfAPlayingSequenceStartFromTheFrameBefore)
         return scene;
     };
     Settings settings;
+    settings.field_from_before = true;
     HostPicture host(gl(), glm::ivec2(48, 27));
     const auto draw = [&](Renderer& renderer, const Scene& scene) {
         renderer.set_scene(scene, settings);
@@ -1109,6 +1110,11 @@ TEST_F(LightVolume, OrdersOfAPlayingSequenceStartFromTheFrameBefore)
         changes[i](scene);
         EXPECT_TRUE(images_near(draw(renderer, scene), draw_fresh(scene), 0, 0, "changed")) << i;
     }
+    // Nor where it is not asked for.
+    settings.field_from_before = false;
+    draw(renderer, frame(4));
+    EXPECT_TRUE(images_near(draw(renderer, frame(5)), draw_fresh(frame(5)), 0, 0, "not asked for"));
+    settings.field_from_before = true;
     // A number of orders that is asked for is that number.
     settings.bounces = 3;
     draw(renderer, frame(4));
