@@ -25,16 +25,6 @@ constexpr double kHidden = 0.1, kBeside = 0.75;
 /// And so many off that they tell nothing of its form.
 constexpr double kFar = 3;
 
-/// What gets out of a ball of optical depth `tau` from its middle to its rim that glows evenly,
-/// over what would from its middle (Case, de Hoffmann and Placzek 1953, sec. 10.1).
-double escapes(double tau)
-{
-    const double share = tau < 0.05 ? 1 - 0.75 * tau + 0.4 * tau * tau
-                                    : 3 / (8 * tau * tau * tau) *
-                                          (2 * tau * tau - 1 + (1 + 2 * tau) * std::exp(-2 * tau));
-    return share * std::exp(tau);
-}
-
 /// Places of equal parts, whose spread and that of a ball around each are the flame's.
 struct Parts {
     std::vector<glm::dvec3> at;
@@ -87,8 +77,9 @@ double FlameScale::longest() const
     return scatters ? kMostNodes * node : node > 0 ? std::numeric_limits<double>::max() : 0;
 }
 
-Flames lights_of_flames(const std::vector<std::optional<Glow>>& glows, const FlameScale& scale,
-                        const std::vector<Surface>& surfaces, std::size_t room)
+Flames lights_of_flames(const std::vector<std::optional<medium::SmallGlow>>& glows,
+                        const FlameScale& scale, const std::vector<Surface>& surfaces,
+                        std::size_t room)
 {
     /// A disc whose light falls off beside it as a ball's of radius 1, where a line sees them.
     constexpr double kDiscOfBall = 0.87;
@@ -96,7 +87,8 @@ Flames lights_of_flames(const std::vector<std::optional<Glow>>& glows, const Fla
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::erase_if(order, [&](std::size_t i) { return !glows[i]; });
     const auto power = [&](std::size_t i) {
-        return glows[i]->power.r + glows[i]->power.g + glows[i]->power.b;
+        const glm::dvec3 all = glows[i]->glow.power;
+        return all.r + all.g + all.b;
     };
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return power(a) > power(b); });
@@ -106,7 +98,7 @@ Flames lights_of_flames(const std::vector<std::optional<Glow>>& glows, const Fla
         return flames;
     const SurfaceRays rays(surfaces);
     for (const std::size_t i : order) {
-        const Glow& glow = *glows[i];
+        const Glow& glow = glows[i]->glow;
         const auto is_near = [&](const Parts& parts, double radii) {
             return std::any_of(parts.at.begin(), parts.at.end(),
                                [&](glm::dvec3 at) { return rays.is_near(at, radii * parts.ball); });
@@ -122,9 +114,9 @@ Flames lights_of_flames(const std::vector<std::optional<Glow>>& glows, const Fla
             continue;
         room -= parts.at.size();
         flames.split_off[i] = true;
-        glm::dvec3 part = glow.power / static_cast<double>(parts.at.size());
-        for (int c = 0; c < 3; ++c)
-            part[c] *= escapes(glow.sigma_t[c] * parts.ball);
+        // Its own smoke is more in a light's way than in that of what glows at a flame's rim.
+        const glm::dvec3 part =
+            glow.power * glows[i]->cells.escapes(parts.at) / static_cast<double>(parts.at.size());
         for (const glm::dvec3& at : parts.at)
             flames.lights.push_back({{at, glm::vec3(part)}, kDiscOfBall * parts.ball});
     }

@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "medium/glow.h"
+#include "medium/glow_cells.h"
 #include <fumarole/scene.h>
 
 // Flames that are small beside the nodes that light is carried through: lights of their own.
@@ -31,7 +31,7 @@ struct FlameScale {
 
 /// One light for each that may be, or two or four of one that is longer than it is thick.
 /// @param room lights that there may be
-Flames lights_of_flames(const std::vector<std::optional<medium::Glow>>& glows,
+Flames lights_of_flames(const std::vector<std::optional<medium::SmallGlow>>& glows,
                         const FlameScale& scale, const std::vector<Surface>& surfaces,
                         std::size_t room);
 

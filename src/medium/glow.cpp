@@ -113,7 +113,7 @@ Glow::Axes Glow::axes() const
     return out;
 }
 
-Glow glow_of(const VoxelGrid& grid, const std::function<glm::dvec3(glm::vec3)>& radiance,
+Glow glow_of(const VoxelGrid& grid, const std::function<glm::dvec3(glm::dvec3)>& radiance,
              const std::function<glm::dvec3(glm::dvec3)>& sigma_t_at)
 {
     constexpr int kDim = VoxelGrid::kBrickDim;
@@ -128,8 +128,8 @@ Glow glow_of(const VoxelGrid& grid, const std::function<glm::dvec3(glm::vec3)>& 
         for (int z = 0; z < kDim; ++z)
             for (int y = 0; y < kDim; ++y)
                 for (int x = 0; x < kDim; ++x, value += channels) {
-                    const glm::vec3 v = channels == 1 ? glm::vec3(*value, 0, 0)
-                                                      : glm::vec3(value[0], value[1], value[2]);
+                    const glm::vec3 v =
+                        channels == 1 ? glm::vec3(*value) : glm::vec3(value[0], value[1], value[2]);
                     if (v != glm::vec3(0))
                         sum.add(radiance(v), glm::dvec3(first + glm::ivec3(x, y, z)),
                                 glm::dvec3(0));
@@ -151,8 +151,8 @@ Glow glow_of(const VoxelGrid& grid, const std::function<glm::dvec3(glm::vec3)>& 
         const glm::dvec3 voxels(kDim * (tile.brick_max - tile.brick_min + 1));
         const glm::dvec3 middle = glm::dvec3(kDim * tile.brick_min) + 0.5 * (voxels - 1.0);
         Moments part;
-        part.add(radiance(tile.value) * (voxels.x * voxels.y * voxels.z), middle,
-                 extinction_at(middle));
+        const glm::vec3 value = grid.channels == 1 ? glm::vec3(tile.value.x) : tile.value;
+        part.add(radiance(value) * (voxels.x * voxels.y * voxels.z), middle, extinction_at(middle));
         part.second += part.weight * spread_of_box(voxels);
         sum = sum + part;
     }

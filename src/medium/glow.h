@@ -26,9 +26,10 @@ struct Glow {
     [[nodiscard]] Axes axes() const;
 };
 
-/// Of a grid, in its index space: the sum over its voxels of the radiance that each value adds.
+/// Of a grid, in its index space: the sum over its voxels of the radiance that each value adds
+/// (a scalar's value in all three channels).
 /// sigma_t_at: extinction at a place of index space; null: none
-Glow glow_of(const VoxelGrid& grid, const std::function<glm::dvec3(glm::vec3)>& radiance,
+Glow glow_of(const VoxelGrid& grid, const std::function<glm::dvec3(glm::dvec3)>& radiance,
              const std::function<glm::dvec3(glm::dvec3)>& sigma_t_at);
 
 /// Of both: in the same space.

@@ -950,64 +950,113 @@ Bounds MediaSet::glow_bounds(const Entry& medium) const
     return bounds;
 }
 
+/// A grid where a medium has placed it, read by places of the world.
+class MediaSet::WorldLookup {
+public:
+    WorldLookup(const MediaSet& media, int placed)
+        : lookup_(media.grid_of(placed)), is_scalar_(media.grid_of(placed).channels == 1)
+    {
+        const glm::dvec3 first(media.layout_of(placed).origin);
+        index_from_world_ = glm::translate(glm::dmat4(1.0), first) *
+                            media.placed_[static_cast<std::size_t>(placed)].index_from_world;
+    }
+    [[nodiscard]] const glm::dmat4& index_from_world() const { return index_from_world_; }
+    /// A scalar in all three channels.
+    [[nodiscard]] glm::dvec3 at(glm::dvec3 place) const
+    {
+        const glm::dvec3 value = lookup_.sample(index_from_world_ * glm::dvec4(place, 1.0));
+        return is_scalar_ ? glm::dvec3(value.x) : value;
+    }
+
+private:
+    VoxelLookup lookup_;
+    bool is_scalar_;
+    glm::dmat4 index_from_world_{1.0};
+};
+
+std::vector<MediaSet::GlowingGrid> MediaSet::glowing_grids(const Entry& medium) const
+{
+    const glm::dvec3 emission(medium.params.emission);
+    const auto flame = [emission](glm::dvec3 value) { return emission * value; };
+    std::vector<GlowingGrid> grids;
+    if (medium.is_box)
+        grids.push_back({medium.density, flame});
+    else if (medium.emission >= 0)
+        grids.push_back({medium.emission, flame});
+    if (!medium.is_box && medium.temperature >= 0)
+        grids.push_back({medium.temperature, [params = medium.params](glm::dvec3 value) {
+                             const auto kilokelvin = static_cast<float>(value.x);
+                             return glm::dvec3(
+                                 params.blackbody *
+                                 shared::blackbody(params.kilokelvin_per_unit * kilokelvin));
+                         }});
+    return grids;
+}
+
 Glow MediaSet::glow_of_entry(const Entry& medium) const
 {
     const glm::dvec3 emission(medium.params.emission), sigma_t(glm::vec3(medium.params.sigma_t));
-    if (medium.is_box && medium.density < 0) {
-        const double per_height = static_cast<double>(medium.params.inverse_scale_height);
-        return glow_of(medium.bounds, emission, sigma_t, [&](double z) {
-            return std::exp(-(z - medium.height) * per_height);  // even where per_height is 0
-        });
-    }
+    if (medium.is_box && medium.density < 0)
+        return glow_of(medium.bounds, emission, sigma_t,
+                       [&](double z) { return medium.at_height(z); });
     // Where a medium only glows its flame is its density too, of coefficients of 0.
-    std::optional<VoxelLookup> density;
+    std::optional<WorldLookup> density;
     if (sigma_t != glm::dvec3(0))
-        density.emplace(grid_of(medium.density));
-    const auto of = [&](int placed, const std::function<glm::dvec3(glm::vec3)>& radiance) {
-        const VoxelGrid& grid = grid_of(placed);
-        const auto& own = placed_[static_cast<std::size_t>(placed)];
-        const auto& dims = placed_[static_cast<std::size_t>(medium.density)];
-        const auto shift = [&](int one) {
-            return glm::translate(glm::dmat4(1.0), glm::dvec3(layout_of(one).origin));
-        };
-        const glm::dmat4 world_from_index = glm::inverse(shift(placed) * own.index_from_world);
-        const glm::dmat4 density_from_index =
-            shift(medium.density) * dims.index_from_world * world_from_index;
+        density.emplace(*this, medium.density);
+    Glow all;
+    for (const GlowingGrid& glowing : glowing_grids(medium)) {
+        const glm::dmat4 world_from_index =
+            glm::inverse(WorldLookup(*this, glowing.placed).index_from_world());
         std::function<glm::dvec3(glm::dvec3)> extinction;
         if (density)
             extinction = [&](glm::dvec3 at) {
-                const glm::dvec3 there =
-                    density->sample(glm::dvec3(density_from_index * glm::dvec4(at, 1.0)));
-                const bool scalar = grid_of(medium.density).channels == 1;
-                return sigma_t * (scalar ? glm::dvec3(there.x) : there);
+                return sigma_t * density->at(world_from_index * glm::dvec4(at, 1.0));
             };
-        return glow_of(grid, radiance, extinction).transformed(world_from_index);
-    };
-    if (medium.is_box)
-        return of(medium.density, [&](glm::vec3 v) { return emission * double(v.x); });
-    Glow flame, hot;
-    if (medium.emission >= 0) {
-        const bool scalar = grid_of(medium.emission).channels == 1;
-        flame = of(medium.emission,
-                   [&](glm::vec3 v) { return emission * glm::dvec3(scalar ? glm::vec3(v.x) : v); });
+        all = together(all, glow_of(grid_of(glowing.placed), glowing.radiance, extinction)
+                                .transformed(world_from_index));
     }
-    if (medium.temperature >= 0)
-        hot = of(medium.temperature, [&](glm::vec3 v) {
-            return glm::dvec3(medium.params.blackbody *
-                              shared::blackbody(medium.params.kilokelvin_per_unit * v.x));
-        });
-    return together(flame, hot);
+    return all;
 }
 
-const std::vector<std::optional<Glow>>& MediaSet::small_glows(double most)
+GlowCells MediaSet::glow_cells_of(const Entry& medium, const Bounds& bounds) const
+{
+    const glm::dvec3 emission(medium.params.emission), sigma_t(glm::vec3(medium.params.sigma_t));
+    if (sigma_t == glm::dvec3(0))
+        return {};
+    if (medium.is_box && medium.density < 0) {
+        const auto there = [&](glm::dvec3 place) {
+            const glm::dvec3 at(medium.bounds_from_world * glm::dvec4(place, 1.0));
+            const bool inside = glm::all(glm::greaterThanEqual(at, medium.bounds.min)) &&
+                                glm::all(glm::lessThanEqual(at, medium.bounds.max));
+            return inside ? medium.at_height(at.z) : 0.0;
+        };
+        return glow_cells(
+            bounds, [&](glm::dvec3 place) { return emission * there(place); },
+            [&](glm::dvec3 place) { return sigma_t * there(place); });
+    }
+    const WorldLookup density(*this, medium.density);
+    std::vector<std::pair<WorldLookup, std::function<glm::dvec3(glm::dvec3)>>> grids;
+    for (const GlowingGrid& glowing : glowing_grids(medium))
+        grids.emplace_back(WorldLookup(*this, glowing.placed), glowing.radiance);
+    const auto radiance = [&](glm::dvec3 place) {
+        glm::dvec3 sum(0);
+        for (const auto& [grid, of_value] : grids)
+            sum += of_value(grid.at(place));
+        return sum;
+    };
+    return glow_cells(bounds, radiance,
+                      [&](glm::dvec3 place) { return sigma_t * density.at(place); });
+}
+
+const std::vector<std::optional<SmallGlow>>& MediaSet::small_glows(double most)
 {
     if (small_glows_ && small_glows_->first == most)
         return small_glows_->second;
     // A flame's faint rim counts for little.
     constexpr double kRim = 2;
-    std::vector<std::optional<Glow>> glows;
+    std::vector<std::optional<SmallGlow>> glows;
     for (const Entry& medium : media_) {
-        std::optional<Glow>& glow = glows.emplace_back();
+        std::optional<SmallGlow>& small = glows.emplace_back();
         const bool evaluated = medium.is_noise() && medium.density < 0;
         if (!medium.glows() || evaluated || most == 0)
             continue;
@@ -1015,9 +1064,9 @@ const std::vector<std::optional<Glow>>& MediaSet::small_glows(double most)
         const glm::dvec3 size = bounds.max - bounds.min;
         if (bounds.empty() || std::max({size.x, size.y, size.z}) / kRim > most)
             continue;
-        glow = glow_of_entry(medium);
-        if (glow->power == glm::dvec3(0) || glow->axes().edges.x > most)
-            glow.reset();
+        const Glow glow = glow_of_entry(medium);
+        if (glow.power != glm::dvec3(0) && glow.axes().edges.x <= most)
+            small = {glow, glow_cells_of(medium, bounds)};
     }
     return small_glows_.emplace(most, std::move(glows)).second;
 }

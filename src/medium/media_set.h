@@ -12,6 +12,7 @@
 #include "gl/program.h"
 #include "gl/texture.h"
 #include "medium/glow.h"
+#include "medium/glow_cells.h"
 #include "medium/grid_layout.h"
 #include "medium/media_source.h"
 #include "medium/occupancy.h"
@@ -152,7 +153,7 @@ public:
     [[nodiscard]] bool marched_alone() const;
     /// Of each medium what it glows, if all of that comes from a place that is no longer than
     /// `most` [m]; none for others. Kept until the next set().
-    [[nodiscard]] const std::vector<std::optional<Glow>>& small_glows(double most);
+    [[nodiscard]] const std::vector<std::optional<SmallGlow>>& small_glows(double most);
     /// Leaves what these media glow out where media are bound for light that is carried: it is
     /// that of lights. In the order of small_glows(); empty: none.
     void split_off(std::vector<bool> media)
@@ -262,6 +263,11 @@ private:
         /// Share of its extinction that is scattered straight on, in the channel that scatters the
         /// least.
         [[nodiscard]] float straight_on() const;
+        /// Of a box without a grid: what of its coefficients it has at a height of its own space.
+        [[nodiscard]] double at_height(double z) const
+        {
+            return std::exp(-(z - height) * static_cast<double>(params.inverse_scale_height));
+        }
         /// The value of its temperature grid up to which nothing is seen of it.
         [[nodiscard]] float dark() const
         {
@@ -293,7 +299,15 @@ private:
     [[nodiscard]] const VoxelGrid& grid_of(int placed) const;
     /// Metres, world: beyond which a medium doesn't glow.
     [[nodiscard]] Bounds glow_bounds(const Entry& medium) const;
+    /// A grid that glows, and what a metre adds where it has a value.
+    struct GlowingGrid {
+        int placed = -1;
+        std::function<glm::dvec3(glm::dvec3)> radiance;
+    };
+    class WorldLookup;
+    [[nodiscard]] std::vector<GlowingGrid> glowing_grids(const Entry& medium) const;
     [[nodiscard]] Glow glow_of_entry(const Entry& medium) const;
+    [[nodiscard]] GlowCells glow_cells_of(const Entry& medium, const Bounds& bounds) const;
     /// The voxel that shaders count from in a grid whose pages are a tree: the first of the page
     /// that the eye is in. 0 for others.
     [[nodiscard]] glm::dvec3 base_voxel(int placed, glm::dvec3 eye) const;
@@ -319,7 +333,7 @@ private:
     std::vector<NoiseGrid>
         old_noise_grids_;  ///< old noise grids of the scene before, while set() runs
     /// What small_glows() found, of what length.
-    std::optional<std::pair<double, std::vector<std::optional<Glow>>>> small_glows_;
+    std::optional<std::pair<double, std::vector<std::optional<SmallGlow>>>> small_glows_;
     std::vector<bool> split_off_;  ///< media whose glow is that of lights
     std::optional<CarriedGlow> carried_glow_;
     MediaTraits traits_;

@@ -264,7 +264,7 @@ TEST_F(Flames, OfGridsLightAFloor)
     };
     for (const Case& c :
          {Case{"flame", 0, false, 0.03}, Case{"blackbody", 0, true, 0.03},
-          Case{"flame in thin soot", 1.5, false, 0.06}, Case{"flame in soot", 8, false, 0.25}}) {
+          Case{"flame in thin soot", 1.5, false, 0.03}, Case{"flame in soot", 8, false, 0.15}}) {
         Scene scene = empty_scene(16);
         scene.camera.position = {0.4, 0.3, 9};
         scene.camera.look_at = {0.4, 0.301, 0};
