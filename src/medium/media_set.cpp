@@ -828,6 +828,27 @@ double MediaSet::mean_optical_depth(const Bounds* part) const
     return tau;
 }
 
+double MediaSet::voxel_optical_depth(const VoxelFrame& frame) const
+{
+    const std::vector<Occupied> boxes = kept_boxes();
+    double all = 0, weighed = 0;
+    for (std::size_t i = 0; i < media_.size(); ++i) {
+        if (!media_[i].is_marched())
+            continue;
+        const double scale = std::abs(glm::determinant(glm::dmat3(boxes[i].world_from_box)));
+        for (const OccupiedBox& box : boxes[i].boxes) {
+            const glm::dvec3 extent = box.bounds.max - box.bounds.min;
+            const double sigma_t = box.most;
+            const double held = sigma_t * scale * extent.x * extent.y * extent.z;
+            all += held;
+            weighed += held * sigma_t;
+        }
+    }
+    const double edge =
+        std::cbrt(std::abs(glm::determinant(glm::inverse(glm::dmat3(frame.voxel_from_world)))));
+    return all > 0 ? weighed / all * edge : 0;
+}
+
 float MediaSet::Entry::straight_on() const
 {
     const float g = std::max(params.g, 0.0f);

@@ -182,6 +182,9 @@ public:
     /// Optical depth through their bounds, the mean of the three axes, from what their boxes hold
     /// at most. @param part metres, world: of what lies there alone
     [[nodiscard]] double mean_optical_depth(const Bounds* part = nullptr) const;
+    /// Optical depth along the edge of a voxel of the marched media where they dim, the mean of the
+    /// channels, from what their boxes hold at most, weighed by it.
+    [[nodiscard]] double voxel_optical_depth(const VoxelFrame& frame) const;
 
     /// The lines that glsl/scene/media.glsl needs.
     [[nodiscard]] gl::Defines defines() const;

@@ -1121,6 +1121,59 @@ TEST_F(LightVolume, OrdersOfAPlayingSequenceStartFromTheFrameBefore)
     EXPECT_TRUE(images_near(draw(renderer, frame(5)), draw_fresh(frame(5)), 0, 0, "three orders"));
 }
 
+/// A cloud of 56 voxels along its edges, of waves a few voxels long.
+Scene wavy_cloud(float sigma_t)
+{
+    Scene scene = empty_scene(64);
+    scene.camera.position = {0, -9, 0};
+    scene.lights = {SunLight{{0.4, -0.5, 0.7}, glm::vec3(4)}};
+    GridMedium cloud;
+    cloud.density =
+        make_grid(glm::ivec3(7), study::voxels(0.05, {-1.4, -1.4, -1.4}), [](glm::ivec3 at) {
+            const glm::dvec3 p = (glm::dvec3(at) - 27.5) / 27.5;
+            const double wave = std::sin(0.9 * at.x) * std::cos(1.1 * at.y + 0.4 * at.z);
+            return std::max(0.0, (1 - glm::length(p)) * (1 + 0.7 * wave));
+        });
+    cloud.sigma_s_per_density = glm::vec3(sigma_t);
+    scene.media = {cloud};
+    return scene;
+}
+
+// Thin voxels need no two nodes each, and thick ones do.
+TEST_F(LightVolume, ThinVoxelsHaveFewerNodesEach)
+{
+    struct Case {
+        const char* name;
+        float sigma_t;
+        double least_saved;  ///< of the bytes
+    };
+    for (const Case& c : {Case{"thin", 3, 0.6}, Case{"thick", 60, 0}}) {
+        const Scene scene = wavy_cloud(c.sigma_t);
+        Settings settings = plain_settings();
+        settings.world_light = false;
+        const auto bytes = [&](int nodes) {
+            settings.shadow_volume_size = nodes;
+            Renderer renderer(get_proc());
+            renderer.set_scene(scene, settings);
+            return static_cast<double>(renderer.take_report().gpu_bytes);
+        };
+        const double none = bytes(0), own = bytes(kAutomatic) - none, most = bytes(96) - none;
+        settings.shadow_volume_size = 256;
+        const Still fine = render(scene, settings);
+        settings.shadow_volume_size = kAutomatic;
+        const double error =
+            study::compare(render(scene, settings).scattering, fine.scattering).relmse;
+        figure(fmt::format("{} voxels: bytes of 96 nodes'", c.name), own / most);
+        figure(fmt::format("{} voxels: relMSE", c.name), error);
+        EXPECT_LE(own, (1 - c.least_saved) * most) << c.name;
+        EXPECT_LT(error, 1e-4) << c.name;
+        // Two nodes a voxel would be more than there may be.
+        if (c.least_saved == 0) {
+            EXPECT_EQ(own, most);
+        }
+    }
+}
+
 // What a host that edits its scene by ids pays for.
 TEST_F(LightVolume, TheFieldOfTheSampleTakesLessThan8MB)
 {
