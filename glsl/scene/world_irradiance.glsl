@@ -9,6 +9,9 @@
 
 #include "scene/fire_irradiance.glsl"
 
+// Variant. A box is all that stands in the volume: nothing hides a node in front of one of its sides.
+const bool kOneBox = false;
+
 layout(binding = WORLD_ON_SURFACES_UNIT) uniform sampler3D u_world_on_surfaces_tx;
 layout(binding = WALLS_UNIT) uniform usampler3D u_sights_tx;
 
@@ -69,6 +72,10 @@ Counts node_counts(Sight sight, vec3 from, vec3 heights)
     const float kOther = 0.8;    // a wall that comes before this part of the way to the surface itself is another's
     const float kSharp = 64.0;   // a wall along an axis hides by parts within 1 / this of the way
     float height = dot(from, heights);
+    float above = clamp(kHalfWay * height, 0.0, 1.0);
+    float outside = above * sight.outside;
+    if (kOneBox)
+        return Counts(above, outside, outside, outside);
     Hidden by = hidden_by_others(sight, heights * sign(from) / max(kOther * height, 1e-3));
     // The way to the place is made up of three ways that are next to each other: one along an axis, one between two.
     vec3 d = abs(from);
@@ -80,8 +87,6 @@ Counts node_counts(Sight sight, vec3 from, vec3 heights)
     vec3 along = d * by.axes, across = lower * by.faces;
     float by_axes = max(along.x, max(along.y, along.z));
     hidden = min(hidden, max(max(by_axes, least * by.middle), max(across.x, max(across.y, across.z))));
-    float above = clamp(kHalfWay * height, 0.0, 1.0);
-    float outside = above * sight.outside;
     return Counts(above, outside * exp2(-3.0 * min(hidden * hidden * hidden, 20.0)),
                   outside * clamp(3.0 - 2.0 * hidden, 0.0, 1.0),
                   outside * clamp(1.0 + kSharp * (1.0 - by_axes), 0.0, 1.0));
@@ -90,6 +95,8 @@ Counts node_counts(Sight sight, vec3 from, vec3 heights)
 // Whether nothing stands over a node before the next one, by the axis that n goes along most.
 float is_open(Sight sight, vec3 from, vec3 n)
 {
+    if (kOneBox)
+        return 1.0;
     vec3 size = abs(n);
     vec3 open = mix(step(1.001, sight.axes), sight.behind, step(0.0, from * n));
     return dot(open, step(max(size.yzx, size.zxy), size));

@@ -877,6 +877,8 @@ gl::Defines LightVolumes::surface_defines() const
     gl::Defines defines;
     if (light_.on_surfaces)
         defines.emplace_back("kWorldIrradiance", "");
+    if (light_.on_surfaces && light_.plan.one_box)
+        defines.emplace_back("kOneBox", "");
     if (light_.on_surfaces && light_.fire)
         defines.emplace_back("kFireOnSurfaces", "");
     return defines;

@@ -228,6 +228,7 @@ void place_lattices(WorldPlan& plan, const PlannedScene& from, const gl::Device&
         const int most = clamp_to(nodes, kSurfaceBands * kSurfaceBands, device);
         const glm::dvec3 size = around.max - around.min;
         const double spacing = std::max({size.x, size.y, size.z}) / (most - 1);
+        plan.one_box = lone_box(around, from.surfaces.instances()) != nullptr;
         if (!fire && plan.field.turns == 0)
             around = lit_box(around, media.bounds(), from.surfaces.instances(), spacing);
         plan.on_surfaces = make_cubes(glm::dmat4(1.0), around, spacing, most);

@@ -30,7 +30,8 @@ struct WorldPlan {
     FieldKey field;
     FieldPlaces places;
     Lattice in_media, on_surfaces;
-    int bands = 1;  ///< number of bands of the light in the media
+    int bands = 1;         ///< number of bands of the light in the media
+    bool one_box = false;  ///< a box is all that stands where surfaces are lit
     /// Of the light that reaches surfaces near media, about how much is of what glows.
     double glow_on_surfaces = 0;
 };

@@ -27,6 +27,20 @@ Bounds lit(const std::vector<surface::SurfaceSet::Instance>& surfaces)
     return lit_box(kAround, kMedia, surfaces, kSpacing);
 }
 
+TEST(LitBox, ABoxIsAloneWhereNothingElseStandsAround)
+{
+    std::vector<surface::SurfaceSet::Instance> surfaces{box({-50, -50, -1}, {50, 50, 0})};
+    EXPECT_EQ(lone_box(kAround, surfaces), &surfaces.front());
+    surfaces.push_back(box({30, 30, 0}, {32, 32, 2}));  // beyond
+    EXPECT_EQ(lone_box(kAround, surfaces), &surfaces.front());
+    surfaces.push_back(box({3, 3, 0}, {5, 5, 2}));
+    EXPECT_EQ(lone_box(kAround, surfaces), nullptr);
+    surfaces = {box({-1, -1, 0}, {1, 1, 2})};
+    surfaces.front().is_box = false;
+    EXPECT_EQ(lone_box(kAround, surfaces), nullptr);
+    EXPECT_EQ(lone_box(kAround, {}), nullptr);
+}
+
 TEST(LitBox, OverAGroundNobodyAsksWhatIsAboveTheMedia)
 {
     const surface::SurfaceSet::Instance ground = box({-50, -50, -1}, {50, 50, 0});
