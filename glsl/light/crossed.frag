@@ -20,7 +20,7 @@ flat in int k;
 void main()
 {
     FieldWay way = u_field.ways[k];
-    ivec2 line = ivec2(gl_FragCoord.xy);
+    ivec2 line = ivec2(gl_FragCoord.xy) - ivec2(first_pixel(k), 0);
     Meeting meeting = meeting_at(way, p_world, kParts ? line / FACE_PARTS : line);
     if (meeting.beyond != kBeyond || !meeting.is_met)
         return;

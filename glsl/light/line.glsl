@@ -1,6 +1,10 @@
 // The lines along a way as surfaces are drawn along them, a pixel a line.
 #include "light/field.glsl"
 
+// A software rasteriser's threads take squares of 64 pixels each, and the lines of most lattices lie within one: those
+// of other ways have others.
+int first_pixel(int way) { return way % FIELD_WAYS_BESIDE * u_field.apart; }
+
 bool is_within(FieldWay way, ivec2 start, int slice, ivec3 last)
 {
     ivec2 across = start + across_at(way, slice);

@@ -1,7 +1,7 @@
 // A surface as the lines along ways of a batch meet it: each instance is of one way, a line a pixel. z grows from slice
 // to slice; all that may hide the world from the first is held, and what lies behind the last is clipped, as are the
 // pixels beyond the way's own lines: there are as many for all ways as the one with the most has.
-#include "light/field.glsl"
+#include "light/line.glsl"
 #include "shared/draw_params.h"
 
 layout(std140, binding = DRAW_BLOCK) uniform Draw { DrawParams u_draw; };
@@ -10,7 +10,7 @@ layout(location = 1) in vec3 in_normal;
 out vec3 p_world;
 out vec3 normal;  // scaled evenly or along its axes alone, so it needs no other matrix
 flat out int k;   // of the way
-out float gl_ClipDistance[2];
+out float gl_ClipDistance[3];
 
 void main()
 {
@@ -26,6 +26,8 @@ void main()
     vec2 own = along_axes(way.axis, u_field.nodes.last).yz + ceil(abs(way.slope) * last) + 4.0;
     for (int i = 0; i < 2; ++i)
         gl_ClipDistance[i] = own[i] - line[i] - 0.5;
+    gl_ClipDistance[2] = line.x + 0.5;
+    line.x += float(first_pixel(k));
     gl_Position =
         vec4(2.0 * (line + 0.5) / vec2(u_field.lines) - 1.0, 1.0 - 2.0 * (last + 1.0 - slice) / kFarthest, 1.0);
 }

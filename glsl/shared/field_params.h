@@ -9,6 +9,7 @@ FUM_SHARED_BEGIN
 
 #define FIELD_BATCH 74         // ways that are walked at once
 #define FIELD_WAYS_A_ROW 4     // beside each other in an image of them
+#define FIELD_WAYS_BESIDE 4    // as surfaces are drawn along their lines
 #define WALL_STEPS 65535       // of the way from a node to the next that surfaces are told apart by
 #define FIELD_CROSSED_WORDS 3  // of 32 ways each that surfaces cross
 #define FACE_PARTS 4           // along each edge of what a face stands for
@@ -40,11 +41,12 @@ struct FUM_STD140 FieldParams {
     int first;          // of the ways among all
     vec3 media_high;    // likewise
     int order;          // of scattering that is summed up: 0 the lights' and the world's own light
-    ivec2 lines;        // that surfaces are drawn along, across: pixels
+    ivec2 lines;        // that surfaces are drawn along, across, of ways beside each other: pixels
     float tilt;         // of them: nodes across a slice, about where they cross the middle one
     int slot;           // of the order that is kept, among those that the rest is guessed from
     int slots;          // how many those are
     float straight_on;  // share of the extinction that is scattered straight on: taken for none
+    int apart;          // pixels from the first line of a way to that of the next beside it
 };
 
 FUM_SHARED_END

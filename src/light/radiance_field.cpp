@@ -107,10 +107,21 @@ Lines lines_of(const shared::FieldWay& way, glm::dvec3 last)
 /// for what lies beyond it.
 constexpr std::array kTilts{0.0f, 0.2f, -0.2f};
 
-/// That takes the lines along any way.
-glm::ivec2 framebuffer_size(glm::ivec3 nodes)
+/// Pixels from the first line of a way to that of the one beside it: whole squares that a software
+/// rasteriser hands to its threads.
+int apart(int lines)
 {
-    return glm::ivec2(2 * std::max({nodes.x, nodes.y, nodes.z}) + 4);
+    constexpr int kSquare = 64;
+    return (lines + kSquare - 1) / kSquare * kSquare;
+}
+
+/// That takes the lines along any way, or so many parts of each.
+glm::ivec2 framebuffer_size(glm::ivec3 nodes, int parts)
+{
+    const int lines = 2 * std::max({nodes.x, nodes.y, nodes.z}) + 4;
+    if (parts > 1)
+        return glm::ivec2(parts * lines);
+    return {lines + (FIELD_WAYS_BESIDE - 1) * apart(lines), lines};
 }
 
 /// Ways that walls are looked for along: the axes, and the diagonals too.
@@ -420,7 +431,7 @@ void RadianceField::draw(const surface::SurfaceSet& surfaces)
         framebuffer_ = {device_, "field: surfaces"};
     // Of the lines along any way: of one size, since another would have a GPU or a rasteriser end
     // what it draws.
-    framebuffer_.set_empty(framebuffer_size(count));
+    framebuffer_.set_empty(framebuffer_size(count, 1));
     device_->BindBufferBase(GL_UNIFORM_BUFFER, DRAW_BLOCK, draw_block_.id());
     bind_image(0, crossed, GL_READ_WRITE, GL_R32UI);
     glm::ivec2 lines(0);
@@ -505,10 +516,13 @@ void RadianceField::draw_lines(const surface::SurfaceSet& surfaces,
     // A ball of so few nodes across is drawn coarsely: what bits tell of it is as coarse.
     constexpr double kFewNodes = 12;
     using Detail = surface::SurfaceSet::Detail;
-    params_.lines = lines;
+    // Parts of faces take several squares as they are.
+    const int beside = parts == 1 ? std::min(ways, FIELD_WAYS_BESIDE) : 1;
+    params_.apart = beside > 1 ? apart(lines.x) : 0;
+    params_.lines = lines + glm::ivec2((beside - 1) * params_.apart, 0);
     write_block();
-    target.bind(parts * lines);
-    for (const int i : {0, 1})
+    target.bind(parts * params_.lines);
+    for (const int i : {0, 1, 2})
         device_->Enable(GL_CLIP_DISTANCE0 + i);
     for (const auto& instance : drawn) {
         const glm::dvec3 nodes = glm::dmat3(filling_->lattice.node_from_eye) *
@@ -524,7 +538,7 @@ void RadianceField::draw_lines(const surface::SurfaceSet& surfaces,
         draw_block_.write(params);
         surfaces.draw(instance, small ? Detail::coarsest : Detail::coarse, ways);
     }
-    for (const int i : {0, 1})
+    for (const int i : {0, 1, 2})
         device_->Disable(GL_CLIP_DISTANCE0 + i);
 }
 
@@ -544,6 +558,7 @@ void RadianceField::draw_along_axes(const surface::SurfaceSet& surfaces, const g
     for (int way = 0; way < ways; ++way)
         lines = glm::max(lines, set_way(way, glm::normalize(metres_from_node * wall_step(way))));
     params_.tilt = 0;
+    framebuffer_.set_empty(framebuffer_size(filling_->lattice.count, parts));
     draw_lines(surfaces, all, ways, lines, framebuffer_, parts);
     wait_for_drawing();
 }
@@ -733,7 +748,6 @@ void RadianceField::find_emission(const surface::SurfaceSet& surfaces)
     const gl::Texture parts = gl::Texture::make_3d(device_, "field: parts of faces",
                                                    six * glm::ivec3(FACE_PARTS * FACE_PARTS, 1, 1),
                                                    GL_R32UI, gl::Filter::nearest);
-    framebuffer_.set_empty(FACE_PARTS * framebuffer_size(filling.lattice.count));
     draw_along_axes(surfaces, parts, {{"kFaces", ""}, {"kParts", ""}}, kAxisWays, FACE_PARTS);
     filling.emitted = gl::Texture::make_3d(device_, "field: emission of faces", six, GL_RGBA16F,
                                            gl::Filter::nearest);

@@ -479,12 +479,12 @@ TEST_F(ParamLayout, Field)
                       MEMBER(FieldWay, wi),          MEMBER(FieldWay, metres),
                       MEMBER(FieldWay, slope),       MEMBER(FieldWay, forward),
                       MEMBER(FieldWay, solid_angle), MEMBER(FieldWay, first_line)};
-    Offsets expected{MEMBER(FieldParams, albedo),     MEMBER(FieldParams, count),
-                     MEMBER(FieldParams, media_low),  MEMBER(FieldParams, first),
-                     MEMBER(FieldParams, media_high), MEMBER(FieldParams, order),
-                     MEMBER(FieldParams, lines),      MEMBER(FieldParams, tilt),
-                     MEMBER(FieldParams, slot),       MEMBER(FieldParams, slots),
-                     MEMBER(FieldParams, straight_on)};
+    Offsets expected{MEMBER(FieldParams, albedo),      MEMBER(FieldParams, count),
+                     MEMBER(FieldParams, media_low),   MEMBER(FieldParams, first),
+                     MEMBER(FieldParams, media_high),  MEMBER(FieldParams, order),
+                     MEMBER(FieldParams, lines),       MEMBER(FieldParams, tilt),
+                     MEMBER(FieldParams, slot),        MEMBER(FieldParams, slots),
+                     MEMBER(FieldParams, straight_on), MEMBER(FieldParams, apart)};
     add_struct(expected, "nodes", offsetof(FieldParams, nodes), kLattice);
     add_struct(expected, "other", offsetof(FieldParams, other), kLattice);
     add_array<FieldWay>(expected, "ways", offsetof(FieldParams, ways), FIELD_BATCH, way);
