@@ -155,10 +155,11 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
     }
     field_frames_ = settings.field_fill;
     field_from_before_ = settings.field_from_before;
-    std::optional<WorldPlan> plan =
-        plan_world({scene, settings, media, surfaces, lights, depths_, part_ ? &*part_ : nullptr,
-                    turns_.of(scene, settings).turns},
-                   device_, orders_why_);
+    const SurfaceTurns& turns = turns_.of(surface_turns_key(scene, settings),
+                                          [&] { return surface_turns(scene, settings); });
+    std::optional<WorldPlan> plan = plan_world(
+        {scene, settings, media, surfaces, lights, depths_, part_ ? &*part_ : nullptr, turns.turns},
+        device_, orders_why_);
     if (plan) {
         plan->world.sky_in_parts = lights.world_radiance() != glm::vec3(0.0f) && !part_ &&
                                    is_sky_in_parts(scene, media.bounds());
@@ -172,7 +173,8 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
 
 bool LightVolumes::is_sky_in_parts(const Scene& scene, const Bounds& media)
 {
-    return sky_.of(scene, media).in_parts;
+    const auto ask = [&] { return sky_seen(scene.surfaces, media); };
+    return sky_.of({scene.surfaces, scene.media.size()}, ask).in_parts;
 }
 
 bool LightVolumes::go_on(medium::MediaSet& media, const surface::SurfaceSet& surfaces,

@@ -10,6 +10,7 @@
 #include "gl/timer.h"
 #include "light/filled_light.h"
 #include "light/island_light.h"
+#include "light/last_answer.h"
 #include "light/light_depths.h"
 #include "light/light_fade.h"
 #include "light/light_set.h"
@@ -206,8 +207,8 @@ private:
     bool turned_ = false;
     float turned_g_ = 0;       ///< g that world_ was worked out with
     glm::dvec3 turned_at_{0};  ///< where its first node was then, metres, world
-    LastSkySeen sky_;
-    LastSurfaceTurns turns_;
+    LastAnswer<SkySeenKey, SkySeen> sky_;
+    LastAnswer<SurfaceTurnsKey, SurfaceTurns> turns_;
     std::string orders_why_;  ///< light is followed as often as it is; empty: nothing scatters
     std::optional<MediaPart> part_;        ///< the one that these are of; none: all media
     const LightVolumes* whole_ = nullptr;  ///< those of all media, which have the surfaces' light

@@ -4,21 +4,11 @@
 
 namespace fumarole::light {
 
-namespace {
-
-Bounds common(const Bounds& a, const Bounds& b)
-{
-    return {glm::max(a.min, b.min), glm::min(a.max, b.max)};
-}
-
-}  // namespace
-
 const surface::SurfaceSet::Instance*
 lone_box(const Bounds& around, std::span<const surface::SurfaceSet::Instance> surfaces)
 {
     const auto is_near = [&](const surface::SurfaceSet::Instance& instance) {
-        const Bounds part = common(instance.bounds, around);
-        return glm::all(glm::lessThanEqual(part.min, part.max));
+        return instance.bounds.meets(around);
     };
     const auto first = std::find_if(surfaces.begin(), surfaces.end(), is_near);
     if (first == surfaces.end() || !first->is_box ||
@@ -37,13 +27,13 @@ Bounds lit_box(const Bounds& around, const Bounds& media,
     // volume in which light fades towards its faces, and with so many nodes a lookup over it has
     // its eight.
     constexpr double kFadingRoom = 0.25, kNodes = 2;
-    const Bounds ground = common(alone->bounds, around);
+    const Bounds ground = alone->bounds.common(around);
     Bounds lit = media;
     lit.add(ground);
     const glm::dvec3 room = kFadingRoom * (lit.max - lit.min), least(kNodes * spacing);
     lit.min -= glm::max(room - (ground.min - lit.min), least);
     lit.max += glm::max(room - (lit.max - ground.max), least);
-    return common(lit, around);
+    return lit.common(around);
 }
 
 }  // namespace fumarole::light

@@ -481,8 +481,7 @@ RadianceField::within(const surface::SurfaceSet& surfaces) const
     const Bounds box = rim_of(filling_->lattice);
     std::vector<surface::SurfaceSet::Instance> out;
     for (const auto& instance : surfaces.instances())
-        if (glm::all(glm::lessThanEqual(instance.bounds.min, box.max)) &&
-            glm::all(glm::greaterThanEqual(instance.bounds.max, box.min)))
+        if (instance.bounds.meets(box))
             out.push_back(instance);
     return out;
 }

@@ -73,14 +73,4 @@ SkySeen sky_seen(const std::vector<Surface>& surfaces, const Bounds& media)
                         100.0 * under_gaps / places)};
 }
 
-const SkySeen& LastSkySeen::of(const Scene& scene, const Bounds& media)
-{
-    Key key{scene.surfaces, scene.media.size()};
-    if (key_ != key) {
-        last_ = sky_seen(scene.surfaces, media);
-        key_ = std::move(key);
-    }
-    return last_;
-}
-
 }  // namespace fumarole::light

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,21 +17,12 @@ struct SkySeen {
 /// @param media bounds of all of them: metres, world
 SkySeen sky_seen(const std::vector<Surface>& surfaces, const Bounds& media);
 
-/// The last answer, which stays for the same surfaces and number of media: media that move or
-/// change leave it as it is, so that frames of a sequence have one.
-class LastSkySeen {
-public:
-    const SkySeen& of(const Scene& scene, const Bounds& media);
-    [[nodiscard]] const SkySeen& last() const { return last_; }
-
-private:
-    struct Key {
-        std::vector<Surface> surfaces;
-        std::size_t media = 0;
-        bool operator==(const Key&) const = default;
-    };
-    std::optional<Key> key_;
-    SkySeen last_;
+/// What the answer stays for: media that move or change leave it as it is, so that frames of a
+/// sequence have one.
+struct SkySeenKey {
+    std::vector<Surface> surfaces;
+    std::size_t media = 0;  ///< number of them
+    bool operator==(const SkySeenKey&) const = default;
 };
 
 }  // namespace fumarole::light

@@ -100,6 +100,12 @@ double seen_of_a_turn(const Scene& scene)
 
 }  // namespace
 
+SurfaceTurnsKey surface_turns_key(const Scene& scene, const SceneSettings& settings)
+{
+    return {scene.surfaces, scene.media.size(), scene.probes.empty(),
+            settings.ambient_volume_size == 0, settings.surface_bounces};
+}
+
 SurfaceTurns surface_turns(const Scene& scene, const SceneSettings& settings)
 {
     if (scene.surfaces.empty() || settings.ambient_volume_size == 0)
@@ -141,17 +147,6 @@ TurnPlan plan_turns(int turns, int rounds)
         return {turns, again, std::vector<int>(static_cast<std::size_t>(rounds), again)};
     const int first = std::max(turns - again, std::min(turns, kNotedTurns));
     return {first, again, {first + again - turns, again}};
-}
-
-const SurfaceTurns& LastSurfaceTurns::of(const Scene& scene, const SceneSettings& settings)
-{
-    Key key{scene.surfaces, scene.media.size(), scene.probes.empty(),
-            settings.ambient_volume_size == 0, settings.surface_bounces};
-    if (key_ != key) {
-        last_ = surface_turns(scene, settings);
-        key_ = std::move(key);
-    }
-    return last_;
 }
 
 }  // namespace fumarole::light

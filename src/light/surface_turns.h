@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +13,17 @@ struct SurfaceTurns {
     int turns = 0;
     std::string why;  ///< empty: there are no surfaces, or no lattice that could hold the light
 };
+
+/// What the answer stays for, as SkySeenKey.
+struct SurfaceTurnsKey {
+    std::vector<Surface> surfaces;
+    std::size_t media = 0;  ///< number of them
+    bool no_probes = true, no_lattice = false;
+    int asked = kAutomatic;
+    bool operator==(const SurfaceTurnsKey&) const = default;
+};
+
+SurfaceTurnsKey surface_turns_key(const Scene& scene, const SceneSettings& settings);
 
 /// By the surfaces, and by where media are: a camera that moves changes nothing.
 SurfaceTurns surface_turns(const Scene& scene, const SceneSettings& settings);
@@ -31,23 +41,5 @@ TurnPlan plan_turns(int turns, int rounds);
 
 /// The last of TurnPlan::first, whose differences are a series.
 constexpr int kNotedTurns = 3;
-
-/// The last answer, which stays as LastSkySeen's does.
-class LastSurfaceTurns {
-public:
-    const SurfaceTurns& of(const Scene& scene, const SceneSettings& settings);
-    [[nodiscard]] const SurfaceTurns& last() const { return last_; }
-
-private:
-    struct Key {
-        std::vector<Surface> surfaces;
-        std::size_t media = 0;
-        bool no_probes = true, no_lattice = false;
-        int asked = kAutomatic;
-        bool operator==(const Key&) const = default;
-    };
-    std::optional<Key> key_;
-    SurfaceTurns last_;
-};
 
 }  // namespace fumarole::light

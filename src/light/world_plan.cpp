@@ -175,12 +175,12 @@ WorldKey world_key(const PlannedScene& from, const FieldKey& field)
 /// Of what two boxes take up, how much both do.
 double part_in_common(const Bounds& a, const Bounds& b)
 {
-    const auto volume = [](glm::dvec3 size) {
-        size = glm::max(size, glm::dvec3(0));
+    const auto volume = [](const Bounds& box) {
+        const glm::dvec3 size = box.max - box.min;
         return size.x * size.y * size.z;
     };
-    const double both = volume(glm::min(a.max, b.max) - glm::max(a.min, b.min));
-    return both / std::max(volume(a.max - a.min) + volume(b.max - b.min) - both, 1e-300);
+    const double both = a.meets(b) ? volume(a.common(b)) : 0;
+    return both / std::max(volume(a) + volume(b) - both, 1e-300);
 }
 
 /// The media as all frames of a sequence have them.

@@ -25,6 +25,17 @@ struct Bounds {
         return glm::all(glm::lessThanEqual(min, other.min)) &&
                glm::all(glm::lessThanEqual(other.max, max));
     }
+    /// Whether some place lies in both, be it on a face of each.
+    [[nodiscard]] bool meets(const Bounds& other) const
+    {
+        return glm::all(glm::lessThanEqual(min, other.max)) &&
+               glm::all(glm::lessThanEqual(other.min, max));
+    }
+    /// What lies in both, of two that meet.
+    [[nodiscard]] Bounds common(const Bounds& other) const
+    {
+        return {glm::max(min, other.min), glm::min(max, other.max)};
+    }
     [[nodiscard]] double diagonal() const { return empty() ? 0 : glm::length(max - min); }
     /// The corner whose bits pick min or max along x, y, z.
     [[nodiscard]] glm::dvec3 corner(int i) const
