@@ -20,6 +20,9 @@ constexpr int kAutoWorldNodes = 32;
 /// 22 and albedo 0.995, all bounces, the relMSE is 1.5e-3 rather than 2.0e-3.
 constexpr int kAutoWorldNodesOfThick = 40;
 constexpr double kVoxelsPerWorldNode = 3;
+/// Of few voxels that are thick, nodes tell more than the grid does: how light falls off in one. By
+/// halves, so that parts of a medium that are alike, and frames, have lattices that are.
+constexpr double kDepthPerWorldNode = 1, kLeastVoxelsPerWorldNode = 0.75;
 /// Of media whose parts lie far apart: so many have lattices of the size that one would have.
 constexpr double kPartsOfFullSize = 4;
 /// The least of the extinction that, scattered straight on, is taken for none: g 0.5 of albedo 0.8.
@@ -195,6 +198,18 @@ std::vector<Medium> but_for_grids(std::vector<Medium> media)
     return media;
 }
 
+double voxels_per_node(const medium::MediaSet& media, const medium::VoxelFrame& frame,
+                       const Bounds* part)
+{
+    const glm::dvec3 voxels = frame.scattering.max - frame.scattering.min;
+    const double depth =
+        3 * media.mean_optical_depth(part) / std::max(voxels.x + voxels.y + voxels.z, 1e-9);
+    double apart = kVoxelsPerWorldNode;
+    while (apart * depth > kDepthPerWorldNode && apart > kLeastVoxelsPerWorldNode)
+        apart /= 2;
+    return apart;
+}
+
 /// The nodes, and where they lie.
 void place_lattices(WorldPlan& plan, const PlannedScene& from, const gl::Device& device)
 {
@@ -213,9 +228,10 @@ void place_lattices(WorldPlan& plan, const PlannedScene& from, const gl::Device&
             in_media = std::max(2, static_cast<int>(std::lround(in_media * share)));
             layers = std::max(layers, plan.bands * (static_cast<int>(from.part->of) + 1));
         }
-        plan.in_media =
-            make_cubes(frame.voxel_from_world, frame.scattering,
-                       automatic ? kVoxelsPerWorldNode : 1e-9, clamp_to(in_media, layers, device));
+        const Bounds* part = from.part != nullptr ? &from.part->bounds : nullptr;
+        plan.in_media = make_cubes(frame.voxel_from_world, frame.scattering,
+                                   automatic ? voxels_per_node(media, frame, part) : 1e-9,
+                                   clamp_to(in_media, layers, device));
         key.in_media = place_of(plan.in_media);
     }
     if (!from.surfaces.empty() && from.part == nullptr) {
@@ -283,7 +299,9 @@ FlameScale flame_scale(const SceneSettings& settings, const medium::MediaSet& me
         const double voxel =
             1 / std::cbrt(std::abs(glm::determinant(glm::dmat3(frame.voxel_from_world))));
         const double voxels = longest(frame.scattering.max - frame.scattering.min) / (most - 1);
-        scale.node = voxel * (nodes == kAutomatic ? std::max(voxels, kVoxelsPerWorldNode) : voxels);
+        scale.node =
+            voxel * (nodes == kAutomatic ? std::max(voxels, voxels_per_node(media, frame, nullptr))
+                                         : voxels);
     }
     if (!surfaces.empty()) {
         const Bounds around = with_details(media.bounds(), surfaces);

@@ -319,6 +319,31 @@ TEST_F(Bounces, ASlabSendsAsMuchLightBackAsItLetsThrough)
         }
 }
 
+// A ball of few voxels, each an optical depth thick: what falls off within a voxel is told by
+// nodes that stand closer than that. Three voxels apart a tenth is lost.
+TEST_F(Bounces, FewThickVoxelsSendBackAsMuchAsManyWould)
+{
+    Scene scene = empty_scene(6);
+    scene.camera.position = {3, -14, 4};
+    scene.camera.look_at = {0, 0, 0};
+    scene.camera.vfov_deg = 12;
+    scene.lights = {SunLight{glm::normalize(glm::dvec3(0.7, -0.5, 0.5)), glm::vec3(3)}};
+    GridMedium ball;
+    ball.density =
+        make_grid(glm::ivec3(2), study::voxels(0.25, {-1.875, -1.875, -1.875}), [](glm::ivec3 at) {
+            return std::clamp(7 - glm::length(glm::dvec3(at) - 7.5), 0.0, 1.0);
+        });
+    ball.sigma_s_per_density = glm::vec3(3.6f);
+    ball.sigma_a_per_density = glm::vec3(0.4f);
+    scene.media = {ball};
+    const double truth = mean(study::render_reference(scene, all_bounces()).scattering);
+    Settings settings = plain_settings();
+    settings.bounces = kAutomatic;
+    const double seen = mean(render(scene, settings).scattering);
+    figure("few thick voxels: bias", seen / truth - 1);
+    EXPECT_NEAR(seen / truth, 1, 0.03);
+}
+
 // Near the sun's own direction light is spread by each scattering of a strong forward lobe: taken
 // for light that goes straight on, that of g 0.9 is 74 % too bright 5 degrees from the sun, and
 // 26 % too dark at 20. Haze around it spreads nothing.
