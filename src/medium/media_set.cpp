@@ -254,6 +254,33 @@ int MediaSet::place(const std::shared_ptr<const VoxelGrid>& grid, const glm::dma
     return static_cast<int>(placed_.size()) - 1;
 }
 
+/// What most voxels have at least in all channels, by mean and deviation, 0..1: in eighths, so that
+/// a sequence's frames agree.
+static float least_of_most(const VoxelGrid& grid)
+{
+    double count = 0, sum = 0, squares = 0;
+    const auto add = [&](const float* v, double voxels) {
+        const double least = grid.channels == 1 ? *v : std::min({v[0], v[1], v[2]});
+        const double most = grid.channels == 1 ? *v : std::max({v[0], v[1], v[2]});
+        if (!(most > 0))
+            return;
+        count += voxels;
+        sum += voxels * least;
+        squares += voxels * least * least;
+    };
+    for (std::size_t i = 0; i < grid.values.size(); i += static_cast<std::size_t>(grid.channels))
+        add(grid.values.data() + i, 1);
+    for (const VoxelTile& tile : grid.tiles) {
+        const glm::dvec3 bricks(tile.brick_max - tile.brick_min + 1);
+        add(&tile.value.x, bricks.x * bricks.y * bricks.z * VoxelGrid::kBrickVoxels);
+    }
+    const double mean = sum / std::max(count, 1.0);
+    const double deviation = std::sqrt(std::max(squares / std::max(count, 1.0) - mean * mean, 0.0));
+    constexpr double kEighths = 8;
+    return static_cast<float>(std::floor(kEighths * std::clamp(mean - deviation, 0.0, 1.0)) /
+                              kEighths);
+}
+
 void MediaSet::add(const GridMedium& medium, const SceneSettings& settings)
 {
     const auto [dims, glows, hot, tinted] = Use(medium);
@@ -286,8 +313,11 @@ void MediaSet::add(const GridMedium& medium, const SceneSettings& settings)
     entry.density = dims    ? place(medium.density, world_from_grid, settings)
                     : glows ? entry.emission
                             : entry.temperature;
-    if (tinted)
+    if (tinted) {
         entry.tint = place(medium.color, world_from_grid, settings);
+        if (entry.tint >= 0 && medium.g > 0)
+            entry.least_tint = least_of_most(*medium.color);
+    }
     entry.depth = dims ? Depth::marched : Depth::none;
 
     const auto field_bounds = [&](int placed) {
@@ -852,7 +882,8 @@ double MediaSet::voxel_optical_depth(const VoxelFrame& frame) const
 float MediaSet::Entry::straight_on() const
 {
     const float g = std::max(params.g, 0.0f);
-    const float least = std::min({params.sigma_s.r, params.sigma_s.g, params.sigma_s.b});
+    const float least =
+        least_tint * std::min({params.sigma_s.r, params.sigma_s.g, params.sigma_s.b});
     return g * g * g * g * std::min(least / std::max(params.sigma_t.a, 1e-20f), 1.0f);
 }
 

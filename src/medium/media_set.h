@@ -245,8 +245,9 @@ private:
         Bounds bounds;        ///< bounds in the space of bounds_from_world
         Bounds world_bounds;  ///< metres
         shared::MediumParams params{};
-        bool is_box = false;  ///< true if it is a box with bounds in world space, whether it is
-                              ///< read from a grid or not
+        float least_tint = 1;  ///< of what it scatters, what its tint leaves nearly everywhere
+        bool is_box = false;   ///< true if it is a box with bounds in world space, whether it is
+                               ///< read from a grid or not
         NoiseProfile noise;
         bool tiles = false;  ///< its grid is a few constant tiles, larger than its voxels matter
         std::vector<Bounds>

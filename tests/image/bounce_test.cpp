@@ -319,6 +319,44 @@ TEST_F(Bounces, ASlabSendsAsMuchLightBackAsItLetsThrough)
         }
 }
 
+// A tint takes from what is scattered, straight on as to all sides, so lights are dimmed by more.
+TEST_F(Bounces, ATintIsDarkerSmoke)
+{
+    Scene scene = empty_scene(12);
+    scene.camera.position = {3, -14, 4};
+    scene.camera.look_at = {0, 0, 0};
+    scene.camera.vfov_deg = 18;
+    scene.lights = {SunLight{glm::normalize(glm::dvec3(-0.7, 0.5, 0.5)), glm::vec3(3)}};
+    const auto grid_of = [](int bricks, int first) {
+        return make_grid(
+            glm::ivec3(bricks), study::voxels(0.125, glm::dvec3(-1.9375)),
+            [](glm::ivec3) { return 1.0; }, glm::ivec3(first));
+    };
+    constexpr float kSigma = 3, kTint = 0.2f;
+    GridMedium tinted, darker;
+    tinted.density = darker.density = grid_of(4, 0);
+    const auto tint = grid_of(6, -1);  // wider: it must not fade as well
+    tint->channels = 3;
+    tint->values.assign(3 * tint->values.size(), kTint);
+    tint->max_value = kTint;
+    tinted.color = tint;
+    tinted.sigma_s_per_density = glm::vec3(kSigma);
+    darker.sigma_s_per_density = glm::vec3(kTint * kSigma);
+    darker.sigma_a_per_density = glm::vec3((1 - kTint) * kSigma);
+    tinted.g = darker.g = 0.7f;
+    Settings settings = plain_settings();
+    settings.bounces = kAutomatic;
+    scene.media = {darker};
+    const Still expected = render(scene, settings);
+    scene.media = {tinted};
+    const study::Metrics m =
+        study::compare(render(scene, settings).scattering, expected.scattering);
+    figure("tinted smoke: relMSE", m.relmse);
+    figure("tinted smoke: bias", m.bias);
+    EXPECT_LT(m.relmse, 1e-4);
+    EXPECT_LT(std::abs(m.bias), 0.01);
+}
+
 // A ball of few voxels, each an optical depth thick: what falls off within a voxel is told by
 // nodes that stand closer than that. Three voxels apart a tenth is lost.
 TEST_F(Bounces, FewThickVoxelsSendBackAsMuchAsManyWould)
