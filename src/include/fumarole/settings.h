@@ -36,7 +36,8 @@ struct SceneSettings {
     /// 1024 in media that have detail of their own, 2048 in others.
     int shadow_map = kAutomatic;
     /// Nodes along the longest edge of the volume of optical depth towards each light, 0..512; 0:
-    /// none, shadows are marched; kAutomatic: one to two a voxel, 96 at most.
+    /// none, shadows are marched; kAutomatic: one to two a voxel, 96 at most, and
+    /// up to 192 where much would lie between two.
     int shadow_volume_size = kAutomatic;
     int shadow_fill = 1;  ///< frames over which a moved light's volume is refilled, 1..256
     /// Frames over which light that is not direct is filled again, 1..256, while they show what was
