@@ -22,7 +22,7 @@ constexpr int kAutoWorldNodesOfThick = 40;
 constexpr double kVoxelsPerWorldNode = 3;
 /// Of few voxels that are thick, nodes tell more than the grid does: how light falls off in one. By
 /// halves, so that parts of a medium that are alike, and frames, have lattices that are.
-constexpr double kDepthPerWorldNode = 1, kLeastVoxelsPerWorldNode = 0.75;
+constexpr double kDepthPerWorldNode = 1.4, kLeastVoxelsPerWorldNode = 0.75;
 /// Of media whose parts lie far apart: so many have lattices of the size that one would have.
 constexpr double kPartsOfFullSize = 4;
 /// The least of the extinction that, scattered straight on, is taken for none: g 0.5 of albedo 0.8.
