@@ -171,15 +171,15 @@ void march_tile(inout Layer layer, uvec4 tile, MediaLine line, LightLine light, 
                         if (i + stride >= steps)
                             z_next = inside.y;  // rounding must not leave a rest
                         float z_end = z_next;
-                        if (kIslands)
-                            z_next = island_step(line.ray.origin, line.ray.direction, z, z_end);
+                        if (kPartSteps)
+                            z_next = part_step(line.ray.origin, line.ray.direction, z, z_end);
                         // Where steps are long, since the medium is smooth, every other one is sampled as far from its end as
                         // the one before was from its begin: what grows evenly along the ray then has no noise. Detail is
                         // better met at even distances.
                         float share = stride == 1 || (i & stride) == 0 ? offset : 1.0 - offset;
                         march(layer, line, light, length_per_z, vec2(z, z_next), share, mix(z, z_next, share));
                         z = z_next;
-                        if (!kIslands || z >= z_end)
+                        if (!kPartSteps || z >= z_end)
                             i += stride;
                     } while (!has_split(layer) && i < last && z < inside.y && most(layer.transmittance) > enough);
                     keep_splits(layer, length_per_z);

@@ -20,6 +20,7 @@ const bool kEmission = false;       // some medium glows
 const bool kShadowToLight = false;  // as in 2017 over the whole way to a light, whatever the medium fills of it
 const bool kMinExtinction = false;  // 2017 kept clear of 0 / 0 so
 const bool kIslands = false;        // some media have parts that lie far apart
+const bool kPartSteps = false;      // or are small beside others: steps through each are its own
 const bool kCountSamples = false;   // for the table that `render` prints
 
 layout(std140, binding = MEDIA_BLOCK) uniform Media { MediaParams u_media; };
@@ -159,9 +160,9 @@ vec2 island_segment(Island island, vec3 p, vec3 d, float begin, float end)
     return grid_segment(medium, p, d, begin, end);
 }
 
-// Where a step along p + t d from `z` on, which would go to `z_end`, ends for the sake of what lies in islands: at the
-// next one, or after a part of the one it is in.
-float island_step(vec3 p, vec3 d, float z, float z_end)
+// Where a step along p + t d from `z` on, which would go to `z_end`, ends for the sake of what lies in islands, or in
+// media that are small beside others: at the next one, or after a part of the one it is in.
+float part_step(vec3 p, vec3 d, float z, float z_end)
 {
     const float kSteps = 24.0;        // through an island
     const float kLeast = 1.0 + 2e-6;  // that a float shows

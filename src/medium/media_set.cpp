@@ -478,6 +478,7 @@ void MediaSet::set(const Scene& scene, const SceneSettings& settings)
         g = entry.params.g;
     }
     traits_.g = g;
+    find_small();
     // A shader that knows one g alone reads it from the first medium.
     if (!traits_.mixed_g && !media_.empty())
         media_.front().params.g = g;
@@ -615,6 +616,23 @@ void MediaSet::find_islands()
             entry.islands.empty() && layout_of(entry.density).tree.leaves.size() <= kFewLeaves;
         left -= entry.islands.size();
         traits_.islands += static_cast<int>(entry.islands.size());
+    }
+}
+
+void MediaSet::find_small()
+{
+    constexpr double kSmall = 0.25;  // of an edge of all
+    // A sheet that is as long as all of them is small too, where they are no sheet.
+    const auto edges = [](const Bounds& box) {
+        const glm::dvec3 size = box.max - box.min;
+        return glm::dvec2(std::max({size.x, size.y, size.z}), std::min({size.x, size.y, size.z}));
+    };
+    const glm::dvec2 of_all = edges(bounds());
+    int parts = traits_.islands;
+    for (Entry& entry : media_) {
+        entry.is_small = entry.islands.empty() && parts < MAX_ISLANDS &&
+                         glm::any(glm::lessThanEqual(edges(entry.world_bounds), kSmall * of_all));
+        parts += entry.is_small ? 1 : 0;
     }
 }
 
@@ -957,6 +975,9 @@ gl::Defines MediaSet::defines() const
     add(traits_.mixed_g, "kMixedG");
     add(traits_.isotropic, "kIsotropic");
     add(traits_.islands > 0, "kIslands");
+    const bool has_small = std::any_of(media_.begin(), media_.end(),
+                                       [](const Entry& entry) { return entry.is_small; });
+    add(traits_.islands > 0 || has_small, "kPartSteps");
     defines.add_file("written/media.glsl", write_media(grids, media, traits_.colored_extinction));
     return defines;
 }
@@ -1196,6 +1217,9 @@ void MediaSet::bind(glm::dvec3 eye, bool carried)
         }
         out.bounds_min = glm::vec3(low);
         out.bounds_max = glm::vec3(high);
+        if (entry.is_small)
+            params.islands[params.island_count++] = {out.bounds_min, static_cast<int>(m),
+                                                     out.bounds_max};
         if (entry.is_noise() && entry.density < 0) {
             double frequency = 1.0 / entry.noise.feature_size;
             for (int i = 0; i < entry.noise.octaves; ++i) {

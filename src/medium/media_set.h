@@ -249,7 +249,8 @@ private:
         bool is_box = false;   ///< true if it is a box with bounds in world space, whether it is
                                ///< read from a grid or not
         NoiseProfile noise;
-        bool tiles = false;  ///< its grid is a few constant tiles, larger than its voxels matter
+        bool is_small = false;  ///< beside all media: steps as long as these ask for would miss it
+        bool tiles = false;     ///< its grid is a few constant tiles, larger than its voxels matter
         std::vector<Bounds>
             islands;  ///< parts that lie apart, in the space of bounds; none where nothing does
         double height = 0;  ///< z0 of an exponential height profile [m]
@@ -324,6 +325,7 @@ private:
                                        float per_unit) const;
     void find_occupied();
     void find_islands();
+    void find_small();
 
     const gl::Device& device_;
     std::vector<Grid> grids_;

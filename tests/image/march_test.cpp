@@ -469,5 +469,41 @@ TEST_F(FineTiles, HaveTheMeanOfASunThatTheirMediumDims)
     }
 }
 
+/// A cube and a sheet in haze of 40 m, of which steps are longer than these are deep.
+class SmallInWideHaze : public ImageTest, public testing::WithParamInterface<glm::dvec3> {};
+
+TEST_P(SmallInWideHaze, HasStepsOfItsOwn)
+{
+    const glm::dvec3 half = GetParam();
+    Scene scene = empty_scene(32);
+    scene.camera.position = {0, -15, 1.2};
+    scene.camera.vfov_deg = 3;
+    BoxMedium haze;
+    haze.min = glm::dvec3(-20);
+    haze.max = glm::dvec3(20);
+    haze.sigma_a = {0.02f, 0.01f, 0.03f};
+    BoxMedium small = haze;
+    small.min = -half;
+    small.max = half;
+    small.sigma_a = {3, 6, 1};
+    scene.media = {haze, small};
+    const Still still = render(scene, plain_settings());
+    const Image expected = ideal(scene, [&](glm::dvec2 at) {
+        const PixelRay ray = ray_at(scene, at);
+        glm::dvec3 tau(0);
+        for (const BoxMedium& box : {haze, small})
+            tau += glm::dvec3(box.sigma_a) *
+                   std::max(box_segment(ray, box.min, box.max, scene.camera.near * ray.length_per_z)
+                                .length(),
+                            0.0);
+        return glm::exp(-tau);
+    });
+    EXPECT_TRUE(images_near(picture_of(still, still.transmittance), expected, 2e-4, 2e-5,
+                            "steps end where it begins and ends, in 32-bit distances"));
+}
+
+INSTANTIATE_TEST_SUITE_P(Boxes, SmallInWideHaze,
+                         testing::Values(glm::dvec3(0.2), glm::dvec3(15, 15, 0.02)));
+
 }  // namespace
 }  // namespace fumarole::test
