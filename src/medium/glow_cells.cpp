@@ -102,9 +102,9 @@ GlowCells glow_cells(const Bounds& bounds, const std::function<glm::dvec3(glm::d
     GlowCells cells;
     cells.bounds = bounds;
     const glm::dvec3 size = bounds.max - bounds.min;
+    if (!(size.x * size.y * size.z > 0))
+        return cells;  // a box without a volume glows nothing
     const double edge = std::max({size.x, size.y, size.z}) / kLongest;
-    if (!(edge > 0))
-        return cells;
     cells.count = glm::max(glm::ivec3(glm::ceil(size / edge - 1e-6)), 1);
     const Cells all{cells.count};
     const glm::dvec3 edges = size / glm::dvec3(cells.count);
