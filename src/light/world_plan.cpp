@@ -35,7 +35,39 @@ constexpr double kSurfaceMargin = 0.5;
 /// What flames throw on surfaces is all that is there at night.
 constexpr double kSurfaceMarginOfFire = 1;
 
-/// How often light that scatters is followed, and why so often.
+/// Orders that media ask for.
+struct AskedOrders {
+    double orders = 0;  ///< 0: what scatters a second time is not seen
+    std::string why;
+};
+
+/// A slab's light is scattered again by what of it does not get out: on the mean over where it
+/// starts, 1 - (1 - exp(-tau)) / tau of it meets the medium.
+AskedOrders orders_asked_by(const medium::MediaSet::Thickness& media)
+{
+    constexpr double kUnseen = 0.01;    // of a white picture
+    constexpr double kLeftOut = 0.005;  // of what the first orders left out
+    const double albedo = std::max({media.albedo.r, media.albedo.g, media.albedo.b});
+    const double tau = std::max(media.optical_depth, 1e-9);
+    const double ratio = albedo * (1 + std::expm1(-tau) / tau);
+    const double added = albedo * -std::expm1(-tau) * ratio;
+    AskedOrders asked;
+    asked.why =
+        fmt::format("optical depth about {:.2g}, albedo {:.2g}: the second adds {:.1g} of a white "
+                    "picture",
+                    tau, albedo, added);
+    if (added < kUnseen)
+        return asked;
+    // The best guess from so many orders falls short by this a further one, if what is left out
+    // falls by no more than `ratio` from order to order (Saad 2003, "Iterative Methods for Sparse
+    // Linear Systems", sec. 6.11).
+    const double root = std::sqrt(1 - std::min(ratio, 0.9999));
+    asked.orders = std::log(kLeftOut) / std::log((1 - root) / (1 + root));
+    return asked;
+}
+
+/// How often light that scatters is followed, and why so often: as often as any of the media asks
+/// for, or all of them.
 /// part: of the media that is asked about, or null.
 FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& media,
                        const Bounds* part, std::string& why)
@@ -43,33 +75,33 @@ FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& me
     why = "as asked";
     if (settings.bounces != kAutomatic)
         return {settings.bounces};
-    // A slab's light is scattered again by what of it does not get out: on the mean over where it
-    // starts, 1 - (1 - exp(-tau)) / tau of it meets the medium.
-    constexpr double kUnseen = 0.01;    // of a white picture
-    constexpr double kLeftOut = 0.005;  // of what the first orders left out
     constexpr int kFewest = 3, kCyclesOfThick = 1;
     // What a guess from more orders is out by is seen where little light gets: by 11 % behind a
     // slab of optical depth 6, from 7 of them.
     constexpr double kMostOfOneCycle = 6;
-    const glm::vec3 albedos = media.mean_albedo();
-    const double albedo = std::max({albedos.r, albedos.g, albedos.b});
-    const double tau = std::max(media.mean_optical_depth(part), 1e-9);
-    const double ratio = albedo * (1 + std::expm1(-tau) / tau);
-    const double added = albedo * -std::expm1(-tau) * ratio;
-    why =
-        fmt::format("optical depth about {:.2g}, albedo {:.2g}: the second adds {:.1g} of a white "
-                    "picture",
-                    tau, albedo, added);
-    if (added < kUnseen)
+    // Edges of a medium, of those of all, from which on it is there on the coarser lattices too.
+    constexpr double kWide = 0.5;
+    const auto longest = [](const Bounds& bounds) {
+        const glm::dvec3 size = bounds.max - bounds.min;
+        return std::max({size.x, size.y, size.z});
+    };
+    const std::vector<medium::MediaSet::Thickness> all = media.thicknesses(part);
+    AskedOrders most = orders_asked_by(all.front());
+    bool wide = true;
+    for (std::size_t i = 1; i < all.size(); ++i) {
+        AskedOrders asked = orders_asked_by(all[i]);
+        if (asked.orders <= most.orders)
+            continue;
+        most = {asked.orders, "one of the media by itself: " + asked.why};
+        wide = longest(all[i].bounds) >= kWide * longest(all.front().bounds);
+    }
+    why = most.why;
+    if (most.orders == 0)
         return {};
-    // The best guess from so many orders falls short by this a further one, if what is left out
-    // falls by no more than `ratio` from order to order (Saad 2003, "Iterative Methods for Sparse
-    // Linear Systems", sec. 6.11).
-    const double root = std::sqrt(1 - std::min(ratio, 0.9999));
-    const double asked = std::log(kLeftOut) / std::log((1 - root) / (1 + root));
-    if (asked > FIELD_KEPT_ORDERS)
+    if (most.orders > FIELD_KEPT_ORDERS && wide)
         return {FIELD_KEPT_ORDERS, kCyclesOfThick, true};
-    return {std::max(static_cast<int>(std::ceil(asked)), kFewest), asked > kMostOfOneCycle ? 2 : 1};
+    return {std::clamp(static_cast<int>(std::ceil(most.orders)), kFewest, FIELD_KEPT_ORDERS),
+            most.orders > kMostOfOneCycle ? 2 : 1};
 }
 
 /// Whether suns bring media and surfaces so much more light than the sky that what 26 ways are out

@@ -876,6 +876,25 @@ double MediaSet::mean_optical_depth(const Bounds* part) const
     return tau;
 }
 
+std::vector<MediaSet::Thickness> MediaSet::thicknesses(const Bounds* part) const
+{
+    const Bounds within = part != nullptr ? *part : bounds();
+    std::vector<Thickness> all{{mean_optical_depth(part), mean_albedo(), within}};
+    if (media_.size() < 2)
+        return all;
+    const std::vector<Occupied> boxes = kept_boxes();
+    for (std::size_t i = 0; i < media_.size(); ++i) {
+        const Entry& entry = media_[i];
+        if (!entry.world_bounds.meets(within))
+            continue;
+        const Bounds own = entry.world_bounds.common(within);
+        const glm::vec3 sigma_t = glm::max(glm::vec3(entry.params.sigma_t), glm::vec3(1e-20f));
+        all.push_back({mean_depth(boxes[i], own),
+                       glm::min(entry.params.sigma_s / sigma_t, glm::vec3(1)), own});
+    }
+    return all;
+}
+
 double MediaSet::voxel_optical_depth(const VoxelFrame& frame) const
 {
     const std::vector<Occupied> boxes = kept_boxes();

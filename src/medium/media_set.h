@@ -182,6 +182,15 @@ public:
     /// Optical depth through their bounds, the mean of the three axes, from what their boxes hold
     /// at most. @param part metres, world: of what lies there alone
     [[nodiscard]] double mean_optical_depth(const Bounds* part = nullptr) const;
+    /// The same and the albedo, of all media first, and then, of several, of each by itself,
+    /// through its own bounds: a dense box in wide haze is a small part of what the mean of both
+    /// has.
+    struct Thickness {
+        double optical_depth = 0;
+        glm::vec3 albedo{0};
+        Bounds bounds;  ///< metres, world
+    };
+    [[nodiscard]] std::vector<Thickness> thicknesses(const Bounds* part = nullptr) const;
     /// Optical depth along the edge of a voxel of the marched media where they dim, the mean of the
     /// channels, from what their boxes hold at most, weighed by it.
     [[nodiscard]] double voxel_optical_depth(const VoxelFrame& frame) const;

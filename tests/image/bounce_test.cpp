@@ -382,6 +382,32 @@ TEST_F(Bounces, FewThickVoxelsSendBackAsMuchAsManyWould)
     EXPECT_NEAR(seen / truth, 1, 0.03);
 }
 
+// A dense box asks for more orders than the mean of it and of the haze around it.
+TEST_F(Bounces, ADenseBoxInHazeIsFollowedAsOftenAsOneAlone)
+{
+    Scene scene = empty_scene(12);
+    scene.camera.position = {2, -9, 1.5};
+    scene.camera.look_at = {0, 0, 0};
+    scene.camera.vfov_deg = 16;
+    scene.lights = {SunLight{glm::normalize(glm::dvec3(0.5, -0.6, 0.6)), glm::vec3(3)}};
+    BoxMedium dense, haze;
+    dense.min = glm::dvec3(-1);
+    dense.max = glm::dvec3(1);
+    dense.sigma_s = glm::vec3(8);
+    dense.sigma_a = glm::vec3(0.08f);
+    haze.min = glm::dvec3(-6);
+    haze.max = glm::dvec3(6);
+    haze.sigma_s = glm::vec3(0.005f);
+    scene.media = {dense, haze};
+    Settings settings = plain_settings();
+    settings.bounces = 64;
+    const double all = mean(render(scene, settings).scattering);
+    settings.bounces = kAutomatic;
+    const double seen = mean(render(scene, settings).scattering);
+    figure("dense box in haze: less than all orders", 1 - seen / all);
+    EXPECT_NEAR(seen / all, 1, 0.02);
+}
+
 // Near the sun's own direction light is spread by each scattering of a strong forward lobe: taken
 // for light that goes straight on, that of g 0.9 is 74 % too bright 5 degrees from the sun, and
 // 26 % too dark at 20. Haze around it spreads nothing.
