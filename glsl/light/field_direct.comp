@@ -1,12 +1,15 @@
 // The lights' own light at each node of the field, as harmonics: what is scattered first. The mean over the node's
 // cell, weighted by what there is to scatter it.
-//   in   the volumes that dim lights
+//   in   the volumes that dim lights; kTaken: sigma_t
 //   out  coefficients [W/m^2/sr]; alpha of the first: 1 if any light gets there
 #include "light/field_listed.glsl"
+#include "light/field_taken.glsl"
 #include "shared/spherical_harmonics.h"
 #include "light/dimmed_lights.glsl"
 
-const int kBands = 1;  // variant
+// Variant
+const int kBands = 1;
+const bool kTaken = false;  // each node sends out as much as it takes in
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
 layout(binding = 0) writeonly uniform image3D u_light_img;
@@ -63,7 +66,13 @@ void main()
         weights += weight;
         add_lights(p, weight);
     }
+    vec3 part = vec3(1.0 / weights);
+    if (kTaken) {
+        // It is what the node's own cell takes in, which all that stands for the node sends out.
+        vec3 own = sigma_t_of(node);
+        part *= own / max(taken_at(node, own), vec3(1e-20));
+    }
     float seen = g_seen;
     for (int i = 0; i < kCount; ++i)
-        imageStore(u_light_img, node + layer_of(i), vec4(g_light[i] / weights, i == 0 ? seen : 0.0));
+        imageStore(u_light_img, node + layer_of(i), vec4(g_light[i] * part, i == 0 ? seen : 0.0));
 }

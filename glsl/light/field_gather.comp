@@ -3,6 +3,7 @@
 //   out  coefficients of this light, kDimmed: and of what media let through of it; alpha of the first: the part of the
 //        sphere whose ways do not end inside of a surface, or, of listed nodes that are not added to, 1
 #include "light/field_pairs.glsl"
+#include "light/field_taken.glsl"
 
 // Variant
 const int kWays = 0;         // of the batch, where its size is one of the usual two
@@ -10,6 +11,7 @@ const bool kAdds = false;    // to what was there
 const bool kClear = false;   // of the world's light what surfaces let through
 const bool kDimmed = false;  // and beside that what media let through as well
 const bool kWorld = false;   // it is the world's or the surfaces': each way knows whether it ends inside of one
+const bool kTaken = false;   // it is means along the near ways, each of which counts by what it meets
 const bool kShares = false;  // light/sky_share.comp tells what they let through
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
@@ -30,10 +32,16 @@ vec3 brought(ivec3 node, vec4 way, int k)
     return u_field.ways[k].entry * open;
 }
 
+TakenLight g_taken;
+vec3 g_own_sigma_t = vec3(0.0);
+
 void gather_pair(ivec3 node, int k)
 {
     if (!kWorld) {
-        add_pair(g_light, k, light_of_way(node, k), light_of_way(node, k + 1));
+        vec3 one = light_of_way(node, k), other = light_of_way(node, k + 1);
+        add_pair(g_light, k, one, other);
+        if (kTaken)
+            add_taken(g_taken, node, k, g_own_sigma_t, one + other);
         return;
     }
     vec4 one = radiance_of_way(node, k), other = radiance_of_way(node, k + 1);
@@ -55,8 +63,13 @@ void main()
         return;
     for (int i = 0; i < kCount; ++i)
         g_light[i] = g_dimmed[i] = vec3(0.0);
+    g_taken = TakenLight(vec3(0.0), vec3(0.0), vec3(0.0));
+    if (kTaken)
+        g_own_sigma_t = sigma_t_of(node);
     FOR_PAIRS_OF_26(GATHER, 0)
     FOR_PAIRS_OF_48(GATHER, 26)
+    if (kTaken)
+        g_light[0] += more_taken(g_taken) / kMean0;
     for (int i = 0; i < kCount; ++i) {
         ivec3 at = node + layer_of(i);
         vec4 light = kAdds ? imageLoad(u_light_img, at) : vec4(0.0);

@@ -8,6 +8,8 @@ const int kBands = 1;  // variant
 
 layout(binding = FIELD_WAYS_UNIT) uniform usampler3D u_ways_tx;
 
+const float kMean0 = 0.28209479;  // the first harmonic: a coefficient times it is the mean over all directions
+
 const int kCount = kHarmonics[kBands - 1];
 vec3 g_light[kCount];
 

@@ -2,9 +2,10 @@
 // l-th times g^l. Light is that which comes first, and what the order before brought along all ways.
 // Where the rest is to be guessed from what there is, what is scattered alike in all directions is kept with what each
 // order changes of it, and at the end the mean of the orders is taken that would change least: see field_rest.comp.
-//   in   coefficients of the light that comes first; radiance of each way; albedo and g
+//   in   coefficients of the light that comes first; radiance of each way; albedo and g; kTaken: sigma_t
 //   out  radiance that a thick medium of this light would have, of each way [W/m^2/sr]; the light's mean radiance
 #include "light/field_pairs.glsl"
+#include "light/field_taken.glsl"
 #include "light/forward_peak.glsl"
 
 // Variant
@@ -14,6 +15,7 @@ const bool kKeeps = false;   // orders are kept
 const bool kOwn = false;     // nothing is scattered: what a guess has is kept
 const bool kBefore = false;  // light of an earlier filling is added, from its own lattice
 const bool kTail = false;    // in place of the last order the guess is taken
+const bool kTaken = false;   // each way counts by what it meets
 const bool kAhead = false;   // what a node keeps of its own light is taken as if it had gone on for ever
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
@@ -26,11 +28,18 @@ layout(binding = FIELD_SUMS_UNIT) uniform sampler3D u_weights_tx;
 layout(binding = FIELD_EMISSION_UNIT) uniform sampler3D u_own_tx;  // nothing is emitted here
 layout(binding = FIELD_ORDER_UNIT) uniform sampler3D u_before_tx;
 
-const float kMean0 = 0.28209479;  // the first harmonic: a coefficient times it is the mean over all directions
-
 vec3 g_stored = vec3(0.0);  // the mean of what is stored, as it is rounded
 
-void gather_pair(ivec3 node, int k) { add_pair(g_light, k, light_of_way(node, k), light_of_way(node, k + 1)); }
+TakenLight g_taken;
+vec3 g_own_sigma_t = vec3(0.0);
+
+void gather_pair(ivec3 node, int k)
+{
+    vec3 one = light_of_way(node, k), other = light_of_way(node, k + 1);
+    add_pair(g_light, k, one, other);
+    if (kTaken)
+        add_taken(g_taken, node, k, g_own_sigma_t, one + other);
+}
 
 void store(ivec3 at, int k, vec3 source)
 {
@@ -94,7 +103,12 @@ void main()
     for (int i = 0; i < kCount; ++i)
         g_light[i] = kOwn ? vec3(0.0) : texelFetch(u_first_tx, node + layer_of(i), 0).rgb;
     if (!kFirst) {
+        g_taken = TakenLight(vec3(0.0), vec3(0.0), vec3(0.0));
+        if (kTaken)
+            g_own_sigma_t = sigma_t_of(node);
         FOR_PAIRS_OF_26(GATHER, 0)
+        if (kTaken)
+            g_light[0] += more_taken(g_taken) / kMean0;
     }
     if (kBefore)
         add_before(node);

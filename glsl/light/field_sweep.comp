@@ -13,6 +13,8 @@ const bool kMeans = false;     // out: the mean over what lies between a node an
 const bool kSurfaces = false;  // surfaces stand in the way
 const bool kNear = false;      // of the near ways
 
+const bool kTaken = false;  // as much as a node takes in on either side it sends out there
+
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 1) writeonly uniform uimage3D u_ways_img;
 layout(binding = FIELD_SOURCE_UNIT) uniform usampler3D u_source_tx;
@@ -29,6 +31,7 @@ void main()
     vec3 old_source = vec3(0.0);
     vec3 old_emission = vec3(0.0);
     vec3 old_mean = vec3(0.0);
+    extinction_t old_tau = extinction_t(0.0);
     ivec3 old_node = ivec3(0);
     bool first = true, alone = true;
     for (; is_in(chain, way); go_on(chain, way)) {
@@ -39,10 +42,12 @@ void main()
         vec3 source = kScatters ? unpack_light(texelFetch(u_source_tx, node + way_of(k), 0).rg) : vec3(0.0);
         vec3 mean = vec3(0.0);   // between the one before and this one, as this one has it
         vec3 begin = vec3(0.0);  // and as that one has it
+        extinction_t tau = extinction_t(0.0);
         if (chain.enters) {
             light = vec3(0.0);
         } else {
-            Piece piece = piece_of(0.5 * way.metres * (sigma_t + old_sigma_t));
+            tau = 0.5 * way.metres * (sigma_t + old_sigma_t);
+            Piece piece = piece_of(tau);
             vec3 emitted = 0.5 * way.metres * (emission + old_emission);
             vec3 came = light;
             light = came * piece.through + source * piece.of_end + old_source * piece.of_begin + emitted * piece.weight;
@@ -57,13 +62,15 @@ void main()
         }
         if (kMeans) {
             if (!first)
-                imageStore(u_ways_img, old_node + way_of(k),
-                           pack_light(chain.enters ? old_mean
-                                      : alone      ? begin
-                                                   : 0.5 * (begin + old_mean),
-                                      old_node + way_of(k)));
+                imageStore(
+                    u_ways_img, old_node + way_of(k),
+                    pack_light(chain.enters ? old_mean
+                               : alone      ? begin
+                                       : mix(old_mean, begin, kTaken ? part_of_side(tau, old_tau) : extinction_t(0.5)),
+                               old_node + way_of(k)));
             alone = chain.enters;
             old_mean = mean;
+            old_tau = tau;
         } else {
             imageStore(u_ways_img, node + way_of(k), pack_light(light, node + way_of(k)));
         }

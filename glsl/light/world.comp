@@ -12,6 +12,7 @@ const bool kClosed = false;    // and some by a closed form
 const bool kSurfaces = false;  // surfaces stand in the way
 const bool kShares = false;    // light/sky_share.comp tells what they let through
 const bool kMeans = false;     // out: the mean over what lies between a node and its neighbours, by what dims there
+const bool kTaken = false;     // as much as a node takes in on either side it sends out there
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rg32ui, binding = 0) writeonly uniform uimage3D u_ways_img;
@@ -54,6 +55,7 @@ void main()
     extinction_t old_depth = extinction_t(0.0);
     extinction_t old_through = extinction_t(0.0);
     extinction_t old_mean = extinction_t(0.0);
+    extinction_t old_piece = extinction_t(0.0);
     float old_share = 0.0;
     ivec3 old_node = ivec3(0);
     bool first = true, alone = true;
@@ -101,14 +103,18 @@ void main()
                        slab_weight(max(depth - old_depth, 0.0));
             old_share = share;
             extinction_t begin = is_cut ? old_through : mean;
+            extinction_t piece = chain.enters ? extinction_t(0.0) : max(depth - old_depth, 0.0);
             if (!first)
-                imageStore(u_means_img, old_node + way_of(k),
-                           pack_light(way.entry * (chain.enters ? old_mean
-                                                   : alone      ? begin
-                                                                : 0.5 * (begin + old_mean)),
-                                      old_node + way_of(k)));
+                imageStore(
+                    u_means_img, old_node + way_of(k),
+                    pack_light(way.entry * (chain.enters ? old_mean
+                                            : alone      ? begin
+                                                         : mix(old_mean, begin,
+                                                          kTaken ? part_of_side(piece, old_piece) : extinction_t(0.5))),
+                               old_node + way_of(k)));
             alone = chain.enters;
             old_mean = mean;
+            old_piece = piece;
         } else {
             imageStore(u_ways_img, node + way_of(k), pack_way(way.entry * through, open));
         }

@@ -777,6 +777,7 @@ void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice, con
                  .colored = traits.colored_extinction,
                  .ways = task.ways,
                  .albedo = media.mean_albedo(),
+                 .mixed_g = traits.mixed_g,
                  .scatters = task.scatters,
                  .glows = task.scatters && &field == &field_ && media.carries_glow(),
                  .dims = key.dims,

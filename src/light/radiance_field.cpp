@@ -1030,8 +1030,10 @@ void RadianceField::gather(int bands, bool adds, Of of, const gl::Texture& ways,
         defines.emplace_back("kAdds", "");
     if (of == Of::clear)
         defines.emplace_back("kClear", "");
-    if (of != Of::field)
+    if (of == Of::clear || of == Of::dimmed)
         defines.emplace_back("kWorld", "");
+    if (of == Of::means)
+        add_taken(defines);
     if (of == Of::clear && filling_->sky_shares != nullptr) {
         defines.emplace_back("kShares", "");
         filling_->sky_shares->bind(FIELD_EMISSION_UNIT);
@@ -1044,6 +1046,14 @@ void RadianceField::gather(int bands, bool adds, Of of, const gl::Texture& ways,
         bind_image(1, *dimmed, GL_READ_WRITE);
     }
     dispatch_at(nodes, "light/field_gather.comp", defines);
+}
+
+void RadianceField::add_taken(gl::Defines& defines) const
+{
+    if (filling_->medium.mixed_g)
+        return;
+    defines.emplace_back("kTaken", "");
+    filling_->sigma_t.bind(FIELD_SIGMA_T_UNIT);
 }
 
 void RadianceField::walk(const char* file, const gl::Defines& defines, int ways)
@@ -1071,6 +1081,7 @@ void RadianceField::carry_world(const Batch& batch, bool means)
     add(medium.dims && medium.closed && !alike, "kClosed");
     add(static_cast<bool>(drawn_->crossed), "kSurfaces");
     add(means, "kMeans");
+    add(means && !medium.mixed_g, "kTaken");
     add(filling_->sky_shares != nullptr, "kShares");
     set_batch(batch);
     if (filling_->sky_shares != nullptr)
@@ -1202,6 +1213,7 @@ void RadianceField::sweep(bool emits, const gl::Texture* source, bool means)
     add(emits, "kEmits");
     add(source != nullptr, "kScatters");
     add(means, "kMeans");
+    add(means && !filling.medium.mixed_g, "kTaken");
     add(static_cast<bool>(drawn_->crossed), "kSurfaces");
     add(drawn_->crossed && params_.count == kNearWays && params_.first == 0, "kNear");
     filling.emission.bind(FIELD_EMISSION_UNIT);
@@ -1248,7 +1260,8 @@ Steps RadianceField::fill(int ways, int bands, FieldOrders orders, const gl::Tex
     const FieldMedium& medium = filling_->medium;
     const gl::Texture first = make("field: what comes first", bands * bands);
     clear_unlisted(first);
-    write_block();
+    const Batch near{kNearWays, 0, kNearWays};
+    set_batch(near);
     gl::Defines direct = medium.defines;
     direct.emplace_back("kBands", fmt::format("{}", bands));
     if (medium.dims)
@@ -1257,6 +1270,7 @@ Steps RadianceField::fill(int ways, int bands, FieldOrders orders, const gl::Tex
         direct.emplace_back("kMarched", "");
         medium.extinction->bind(EXTINCTION_VOLUME_UNIT);
     }
+    add_taken(direct);
     bind_image(0, first, GL_WRITE_ONLY);
     dispatch_listed("light/field_direct.comp", direct);
     if (co_await Pause{})
@@ -1266,15 +1280,14 @@ Steps RadianceField::fill(int ways, int bands, FieldOrders orders, const gl::Tex
         direct_alone = make("field: straight from lights", bands * bands);
         copy(first, direct_alone);
     }
-    const Batch near{kNearWays, 0, kNearWays};
     if (medium.world != nullptr) {
         carry_world(near, true);
-        gather(bands, true, Of::field, filling_->light_ways, first, Nodes::listed);
+        gather(bands, true, Of::means, filling_->light_ways, first, Nodes::listed);
     }
     set_batch(near);
     if (medium.glows) {
         sweep(true, nullptr, true);
-        gather(bands, true, Of::field, filling_->light_ways, first, Nodes::listed);
+        gather(bands, true, Of::means, filling_->light_ways, first, Nodes::listed);
     }
     if (bounced != nullptr)
         take_over(*bounced, bands, first);
@@ -1390,6 +1403,7 @@ Steps RadianceField::scatter(int bands, FieldOrders orders, const gl::Texture& f
             defines.emplace_back(name, value);
         if (guesses)
             defines.emplace_back("kKeeps", "");
+        add_taken(defines);
         light.bind(FIELD_LIGHT_UNIT);
         filling.albedo.bind(FIELD_ALBEDO_UNIT);
         ways.bind(FIELD_WAYS_UNIT);

@@ -32,6 +32,9 @@ struct FieldMedium {
     bool colored = false;  ///< extinction is
     int ways = 0;          ///< kNearWays or kAllWays, that surfaces are met along
     glm::vec3 albedo{1};   ///< where there is no medium
+    /// Media differ in g. Then nodes may send out less than they take in: what they take in beside
+    /// another medium has the g of a mean of both, which brings as much too much through it.
+    bool mixed_g = false;
     bool scatters = true;  ///< true if light scatters; else no more is asked than how it is dimmed
     bool glows = false;    ///< some medium emits
     bool dims = true;      ///< media dim light
@@ -256,7 +259,7 @@ private:
     void set_batch(const Batch& batch);
     /// What is gathered: the world's light as surfaces, or media too, let it through; else that
     /// which the media send on.
-    enum class Of { clear, dimmed, field };
+    enum class Of { clear, dimmed, field, means };
     /// @param dimmed beside what is clear: takes what media let through too
     void gather(int bands, bool adds, Of of, const gl::Texture& ways, const gl::Texture& to,
                 Nodes nodes = Nodes::all, const gl::Texture* dimmed = nullptr);
@@ -267,6 +270,8 @@ private:
     [[nodiscard]] gl::Texture spread(const OtherLight& scattered, int ways);
     /// How many ways the batch has, where that is one of the usual two numbers.
     void add_ways(gl::Defines& defines) const;
+    /// That each node is to send out as much light as it takes in.
+    void add_taken(gl::Defines& defines) const;
     void walk(const char* file, const gl::Defines& defines, int ways);
     void carry_world(const Batch& batch, bool means);
     [[nodiscard]] gl::Defines extinction_defines() const;

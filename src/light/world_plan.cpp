@@ -404,7 +404,7 @@ FieldOrders orders_to_go(FieldOrders orders, OrdersStart::From from)
 {
     constexpr int kFewest = 3;
     if (from == OrdersStart::From::arrived)
-        orders.count = std::min(orders.count, std::max((orders.count + 1) / 2, kFewest));
+        orders.count = std::min(orders.count, std::max(orders.count - 1, kFewest));
     if (from == OrdersStart::From::arrived || from == OrdersStart::From::arrived_here)
         orders.cycles = 1;
     return orders;

@@ -9,6 +9,7 @@
 #include "study/metrics.h"
 #include "study/reference.h"
 #include <fumarole/asset/scene_file.h>
+#include <fumarole/asset/vdb_file.h>
 
 namespace fumarole::test {
 namespace {
@@ -380,6 +381,33 @@ TEST_F(Bounces, FewThickVoxelsSendBackAsMuchAsManyWould)
     const double seen = mean(render(scene, settings).scattering);
     figure("few thick voxels: bias", seen / truth - 1);
     EXPECT_NEAR(seen / truth, 1, 0.03);
+}
+
+// The sample's flame in smoke that is thick and nearly white: an optical depth of up to 3 lies
+// between two nodes, and what they take in of each order they are to send out in the next.
+TEST_F(Bounces, ThickSmokeLosesNoLightOfAFlame)
+{
+    const fs::path file = fs::path(FUM_TEST_DATA) / "fire_plume.vdb";
+    const auto grid = [&](const char* name) {
+        return std::make_shared<const VoxelGrid>(asset::load_grid(file, name).grid);
+    };
+    Scene scene = empty_scene(4);
+    scene.camera.position = {1.5, -14.5, 1.7};
+    scene.camera.look_at = {-0.05, 0, 1.6};
+    scene.camera.vfov_deg = 8;
+    GridMedium smoke;
+    smoke.density = grid("density");
+    smoke.emission = grid("flame");
+    smoke.sigma_s_per_density = glm::vec3(20);
+    smoke.sigma_a_per_density = glm::vec3(1);
+    smoke.emission_per_unit = glm::vec3(3);
+    scene.media = {smoke};
+    const double truth = mean(study::render_reference(scene, all_bounces()).scattering);
+    Settings settings = plain_settings();
+    settings.bounces = kAutomatic;
+    const double seen = mean(render(scene, settings).scattering);
+    figure("flame in thick smoke: bias", seen / truth - 1);
+    EXPECT_NEAR(seen / truth, 1, 0.1);
 }
 
 // A dense box asks for more orders than the mean of it and of the haze around it.
