@@ -160,10 +160,13 @@ void march_tile(inout Layer layer, uvec4 tile, MediaLine line, LightLine light, 
             int last = min(tile_first_split(tile.w) + (beyond << tile_log2_width(tile.w)), steps);
             float z = max(step_split(float(first) / float(steps), range, octaves, lambda), inside.x);
             int i = first;
-            // Steps before whose end a depth is kept end the inner loop: on llvmpipe, whose lanes are rays, a branch in the
-            // body takes its time whether it is taken or not.
+            // Steps before whose end a depth is kept end the inner loop, and stretches do: on llvmpipe, whose lanes are
+            // rays, a branch in the body takes its time whether it is taken or not.
             if (i < last && z < inside.y && most(layer.transmittance) > enough)
                 do {
+                    PartStretch stretch = PartStretch(1e30, 1e30);
+                    if (kPartSteps)
+                        stretch = part_stretch(line.ray.origin, line.ray.direction, z);
                     do {
                         int stride = tile_stride(tile.y, tile.z, tile.w, i);
                         float z_next =
@@ -172,7 +175,7 @@ void march_tile(inout Layer layer, uvec4 tile, MediaLine line, LightLine light, 
                             z_next = inside.y;  // rounding must not leave a rest
                         float z_end = z_next;
                         if (kPartSteps)
-                            z_next = part_step(line.ray.origin, line.ray.direction, z, z_end);
+                            z_next = part_step(stretch, z, z_end);
                         // Where steps are long, since the medium is smooth, every other one is sampled as far from its end as
                         // the one before was from its begin: what grows evenly along the ray then has no noise. Detail is
                         // better met at even distances.
@@ -181,7 +184,8 @@ void march_tile(inout Layer layer, uvec4 tile, MediaLine line, LightLine light, 
                         z = z_next;
                         if (!kPartSteps || z >= z_end)
                             i += stride;
-                    } while (!has_split(layer) && i < last && z < inside.y && most(layer.transmittance) > enough);
+                    } while (!has_split(layer) && (!kPartSteps || z < stretch.end) && i < last && z < inside.y &&
+                             most(layer.transmittance) > enough);
                     keep_splits(layer, length_per_z);
                 } while (i < last && z < inside.y && most(layer.transmittance) > enough);
         } while (slots != 0u);

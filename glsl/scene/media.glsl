@@ -160,19 +160,37 @@ vec2 island_segment(Island island, vec3 p, vec3 d, float begin, float end)
     return grid_segment(medium, p, d, begin, end);
 }
 
-// Where a step along p + t d from `z` on, which would go to `z_end`, ends for the sake of what lies in islands, or in
-// media that are small beside others: at the next one, or after a part of the one it is in.
-float part_step(vec3 p, vec3 d, float z, float z_end)
+// What lies in islands, or in media that are small beside others, a ray enters and leaves at ends of its steps, and
+// takes shorter ones inside.
+struct PartStretch {
+    float end;   // where the ray next enters or leaves one
+    float step;  // the longest step until then
+};
+
+// Of the ray p + t d from `z` on.
+PartStretch part_stretch(vec3 p, vec3 d, float z)
 {
-    const float kSteps = 24.0;        // through an island
-    const float kLeast = 1.0 + 2e-6;  // that a float shows
+    const float kSteps = 24.0;  // through a part
+    PartStretch stretch = PartStretch(1e30, 1e30);
     for (int i = 0; i < u_media.island_count; ++i) {
-        vec2 t = island_segment(u_media.islands[i], p, d, -1e30, z_end);
+        vec2 t = island_segment(u_media.islands[i], p, d, -1e30, 1e30);
         if (!(t.x < t.y) || t.y <= z)
             continue;
-        z_end = min(z_end, t.x > z ? t.x : min(t.y, max(z + (t.y - t.x) / kSteps, z * kLeast)));
+        if (t.x > z) {
+            stretch.end = min(stretch.end, t.x);
+        } else {
+            stretch.end = min(stretch.end, t.y);
+            stretch.step = min(stretch.step, (t.y - t.x) / kSteps);
+        }
     }
-    return z_end;
+    return stretch;
+}
+
+// Where a step from `z` on, which would go to `z_end`, ends in a stretch.
+float part_step(PartStretch stretch, float z, float z_end)
+{
+    const float kLeast = 1.0 + 2e-6;  // that a float shows
+    return min(min(z_end, stretch.end), max(z + stretch.step, z * kLeast));
 }
 
 // Of a way of `range` metres to a light, what a medium dims, where `inside` is what it fills of it.
