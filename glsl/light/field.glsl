@@ -107,27 +107,16 @@ const uint kNumber = 0x40000000u;
 float crossed_near(ivec3 node) { return uintBitsToFloat(kNumber | texelFetch(u_crossed_tx, node, 0).x); }
 bool is_crossed_near(float crossed, int k) { return (floatBitsToUint(crossed) >> uint(k) & 1u) != 0u; }
 
-// What surfaces let through of the part of the sky that way k of the batch stands for: what light/sky_share.comp tells of
-// it, or `open`, where that tells nothing.
+// What surfaces let through of the part of the sky that a way, the k-th of all, stands for: what light/sky_share.comp
+// tells of it, or `open`, where that tells nothing.
 float share_of_sky(usampler3D shares_tx, ivec3 node, int k, float open)
 {
-    uint share = texelFetch(shares_tx, node + way_of(g_first + k), 0).r;
+    uint share = texelFetch(shares_tx, node + way_of(k), 0).r;
     return share == uint(SKY_UNKNOWN) ? open : float(share) / float(SKY_SHARES);
 }
 
-// How much of a node's mean along a way is that of one side of it, up to the next node, of an optical depth of `tau`:
-// as much as its source sends out there. By halves a node in the rim of thick smoke would send out less than it takes
-// in: of white smoke whose lumps are no larger than a cell a fifth of the light is lost.
-float part_of_side(float tau, float other)
-{
-    const float kNone = 1e-9;
-    return (tau + kNone) / (tau + other + 2.0 * kNone);
-}
-vec3 part_of_side(vec3 tau, vec3 other)
-{
-    const float kNone = 1e-9;
-    return (tau + kNone) / (tau + other + 2.0 * kNone);
-}
+// For places between nodes: what is at a node counts as much as an optical depth of this between it and its neighbours.
+const float kPoint = 0.25;
 
 // Of nodes along a way: one in each slice.
 struct Chain {

@@ -10,6 +10,7 @@
 // Variant
 const int kBands = 1;
 const bool kTaken = false;  // each node sends out as much as it takes in
+const bool kEnds = false;   // media end at faces of a box
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
 layout(binding = 0) writeonly uniform image3D u_light_img;
@@ -18,6 +19,24 @@ const int kCount = kHarmonics[kBands - 1];
 
 vec3 g_light[kCount];
 float g_seen = 0.0;
+vec3 g_part;  // half of a cell's part that a sample stands for, in nodes
+
+// The same where a medium ends at a face, all at once: light that comes along it falls off from the face, and not on its
+// own way.
+vec3 dimmed_in_part(int i, vec3 p, LightSample light)
+{
+    vec3 all = vec3(0.0), across = vec3(0.0), mean = vec3(1.0);
+    for (int axis = 0; axis < 3; ++axis) {
+        vec3 edge = u_field.nodes.world_from_node[axis].xyz;
+        edge *= min(g_part[axis], 0.5 * light.range / length(edge));
+        vec3 low = dimming_at(i, p - edge, light), high = dimming_at(i, p + edge, light);
+        vec3 change = abs(high - low);
+        all += (low + high) / 6.0;
+        across += 0.5 * change;
+        mean *= slab_weight(change);
+    }
+    return exp(-max(all - across, vec3(0.0))) * mean;
+}
 
 // The mean of what gets through over the part of a cell that a sample stands for, so that a thick medium scatters all
 // of the light that it takes in: exp(-tau), where tau grows evenly from the part's near end to its far one.
@@ -25,6 +44,8 @@ vec3 dimmed(int i, vec3 p, LightSample light)
 {
     if (!kDims)
         return vec3(1.0);
+    if (kEnds)
+        return dimmed_in_part(i, p, light);
     vec3 way = light.wi * min(0.25 * u_field.nodes.spacing, 0.5 * light.range);
     vec3 near = dimming_at(i, p + way, light);
     vec3 far = dimming_at(i, p - way, light);
@@ -57,10 +78,14 @@ void main()
     for (int i = 0; i < kCount; ++i)
         g_light[i] = vec3(0.0);
     float weights = 0.0;
+    // Of a cell at the lattice's faces what lies within.
+    vec3 low = max(vec3(node) - 0.5, vec3(0.0));
+    vec3 high = min(vec3(node) + 0.5, u_field.nodes.last);
+    g_part = (high - low) / float(2 * kSamples);
     HeldMedia held = held_media();
     for (int k = 0; k < kSamples * kSamples * kSamples; ++k) {
-        vec3 in_cell = (vec3(k & 1, k >> 1 & 1, k >> 2) + 0.5) / float(kSamples) - 0.5;
-        vec3 p = place_of(vec3(node) + in_cell);
+        vec3 in_cell = (vec3(k & 1, k >> 1 & 1, k >> 2) + 0.5) / float(kSamples);
+        vec3 p = place_of(mix(low, high, in_cell));
         vec3 sigma_s = sample_media(media_point(p, held)).sigma_s;
         float weight = dot(sigma_s, vec3(1.0)) + 1e-9;
         weights += weight;

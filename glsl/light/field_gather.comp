@@ -28,7 +28,7 @@ vec3 brought(ivec3 node, vec4 way, int k)
         return way.rgb;
     float open = way.a == kInside ? 0.0 : way.a;
     if (kShares && way.a != kInside)
-        open = share_of_sky(u_shares_tx, node, k, open);
+        open = share_of_sky(u_shares_tx, node, g_first + k, open);
     return u_field.ways[k].entry * open;
 }
 

@@ -29,22 +29,27 @@ struct FUM_STD140 FieldWay {
     float forward;      // 1 where light goes up along the axis, else -1
     float solid_angle;  // that it stands for [sr]
     ivec2 first_line;   // across slice 0, of those that surfaces are drawn along
+    int beside;  // of all ways those that come from lower and from higher along the next axis, and
+                 // along the one after it: four times eight bits, for a way that is along neither
 };
 
 struct FUM_STD140 FieldParams {
     LatticeParams nodes;
     LatticeParams other;  // whose light this one takes over
     FieldWay ways[FIELD_BATCH];
-    vec3 albedo;        // of places that have no medium
-    int count;          // of the ways
-    vec3 media_low;     // nodes: of a box that holds all media
-    int first;          // of the ways among all
-    vec3 media_high;    // likewise
-    int order;          // of scattering that is summed up: 0 the lights' and the world's own light
+    vec3 albedo;      // of places that have no medium
+    int count;        // of the ways
+    vec3 media_low;   // nodes: of a box that holds all media
+    int first;        // of the ways among all
+    vec3 media_high;  // likewise
+    int order;        // of scattering that is summed up: 0 the lights' and the world's own light
+    vec3 ends_low;  // nodes: faces that media end at, with all of their density; far off: none does
+    float in_plane;     // part of the sphere that the ways in a plane of the axes stand for
+    vec3 ends_high;     // likewise
+    int slot;           // of the order that is kept, among those that the rest is guessed from
     ivec2 lines;        // that surfaces are drawn along, across, of ways beside each other: pixels
     float tilt;         // of them: nodes across a slice, about where they cross the middle one
-    int slot;           // of the order that is kept, among those that the rest is guessed from
-    int slots;          // how many those are
+    int slots;          // of orders that are kept
     float straight_on;  // share of the extinction that is scattered straight on: taken for none
     int apart;          // pixels from the first line of a way to that of the next beside it
 };

@@ -788,6 +788,7 @@ void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice, con
                  .sights = &field == &field_on_surfaces_,
                  .thick = task.orders.coarse_first,
                  .bounds = media.bounds(),
+                 .ends = media.ends(),
                  .world = task.world ? &key.world : nullptr,
                  .extinction = marches ? &extinction_.volume() : nullptr,
                  .sky_box = key.sky_in_parts ? task.sky_box : Bounds(),

@@ -50,6 +50,21 @@ std::vector<glm::dvec3> to_lights(const std::vector<LatticeWay>& ways, const Fie
     return wi;
 }
 
+/// FieldWay::beside. Light that comes from lower goes up.
+int ways_beside(const std::vector<LatticeWay>& ways, glm::ivec3 step, int axis)
+{
+    int all = 0;
+    for (int i = 0; i < 4; ++i) {
+        glm::ivec3 tilted = step;
+        tilted[(axis + 1 + i / 2) % 3] += i % 2 == 0 ? 1 : -1;
+        const auto found = std::find_if(ways.begin(), ways.end(),
+                                        [&](const LatticeWay& way) { return way.step == tilted; });
+        if (found != ways.end())
+            all |= static_cast<int>(found - ways.begin()) << (8 * i);
+    }
+    return all;
+}
+
 /// The world's radiance along each of them.
 std::vector<glm::vec3> entries(const World* world, const std::vector<LatticeWay>& ways,
                                const std::vector<glm::dvec3>& wi)
@@ -168,8 +183,9 @@ struct RadianceField::Filling {
         std::vector<glm::dvec3> wi;    ///< directions to where light comes from, unit length
         std::vector<glm::vec3> entry;  ///< the world's radiance along each
     };
-    Ways near, all;  ///< the kNearWays and the kAllWays directions
-    int batch = 0;   ///< ways that there is room for
+    Ways near, all;     ///< the kNearWays and the kAllWays directions
+    bool ends = false;  ///< media end at some of the lattice's faces
+    int batch = 0;      ///< ways that there is room for
     gl::Texture sigma_t, albedo, emission;
     gl::Buffer nodes;            ///< a FieldNodesHead and the nodes that light is scattered at
     gl::Buffer looked_up;        ///< likewise of those that surfaces look it up at; empty: any
@@ -322,6 +338,32 @@ void RadianceField::bind_image(GLuint unit, const gl::Texture& texture, GLenum a
     device_->BindImageTexture(unit, texture.id(), 0, GL_TRUE, 0, access, format);
 }
 
+// Of a lattice along the world's axes: of others no way lies in a box's faces. Where media differ
+// in g a node's sides all count alike, and nothing is told of faces either.
+void RadianceField::take_ends()
+{
+    constexpr double kFarOff = 1e6;  // nodes
+    const FieldLattice& lattice = filling_->lattice;
+    const glm::dmat4& map = lattice.node_from_eye;
+    glm::dvec3 low(-kFarOff), high(kFarOff);
+    bool along_axes = filling_->medium.scatters && !filling_->medium.mixed_g;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+            along_axes &= i == j || std::abs(map[i][j]) < 1e-9 * std::abs(map[i][i]);
+    for (int i = 0; i < 3 && along_axes; ++i) {
+        const auto at = [&](double metres) {
+            return map[i][i] * (metres - lattice.eye[i]) + map[3][i];
+        };
+        const double first = at(filling_->medium.ends.min[i]),
+                     last = at(filling_->medium.ends.max[i]);
+        low[i] = std::clamp(std::min(first, last), -kFarOff, kFarOff);
+        high[i] = std::clamp(std::max(first, last), -kFarOff, kFarOff);
+        filling_->ends |= low[i] > -kFarOff || high[i] < kFarOff;
+    }
+    params_.ends_low = glm::vec3(low);
+    params_.ends_high = glm::vec3(high);
+}
+
 GLenum RadianceField::light_format() const
 {
     return filling_->medium.thick ? GL_RG32UI : GL_R32UI;
@@ -372,6 +414,7 @@ void RadianceField::begin(const FieldLattice& lattice, FieldMedium medium,
         lattice.node_from_eye * glm::translate(glm::dmat4(1.0), -lattice.eye));
     params_.media_low = glm::vec3(media.min);
     params_.media_high = glm::vec3(media.max);
+    take_ends();
     for (Filling::Ways* set : {&filling_->near, &filling_->all}) {
         set->ways = lattice_ways(set == &filling_->near ? kNearWays : kAllWays);
         set->wi = to_lights(set->ways, lattice);
@@ -1015,9 +1058,16 @@ void RadianceField::set_batch(const Batch& batch)
         shared::FieldWay& way = params_.ways[k];
         way.entry = set.entry[i];
         way.solid_angle = static_cast<float>(set.ways[i].solid_angle);
+        if (filling_->ends)
+            way.beside = ways_beside(set.ways, set.ways[i].step, way.axis);
     }
     params_.first = batch.first;
     params_.count = batch.count;
+    double in_plane = 0;
+    for (const LatticeWay& way : set.ways)
+        if (way.step.x == 0)
+            in_plane += way.solid_angle / (4 * std::numbers::pi);
+    params_.in_plane = static_cast<float>(in_plane);
     write_block();
     drawn_->crossed.bind(FIELD_CROSSED_UNIT);
 }
@@ -1082,6 +1132,8 @@ void RadianceField::carry_world(const Batch& batch, bool means)
     add(static_cast<bool>(drawn_->crossed), "kSurfaces");
     add(means, "kMeans");
     add(means && !medium.mixed_g, "kTaken");
+    add(alike && filling_->ends, "kEnds");
+    add(alike && filling_->ends && !means, "kLooked");
     add(filling_->sky_shares != nullptr, "kShares");
     set_batch(batch);
     if (filling_->sky_shares != nullptr)
@@ -1202,7 +1254,7 @@ gl::Defines RadianceField::extinction_defines() const
     return {{"extinction_t", filling_->medium.colored ? "vec3" : "float"}};
 }
 
-void RadianceField::sweep(bool emits, const gl::Texture* source, bool means)
+void RadianceField::sweep(bool emits, const gl::Texture* source, bool means, bool looked)
 {
     const Filling& filling = *filling_;
     gl::Defines defines = extinction_defines();
@@ -1214,6 +1266,8 @@ void RadianceField::sweep(bool emits, const gl::Texture* source, bool means)
     add(source != nullptr, "kScatters");
     add(means, "kMeans");
     add(means && !filling.medium.mixed_g, "kTaken");
+    add(filling.ends, "kEnds");
+    add(filling.ends && !means && looked, "kLooked");
     add(static_cast<bool>(drawn_->crossed), "kSurfaces");
     add(drawn_->crossed && params_.count == kNearWays && params_.first == 0, "kNear");
     filling.emission.bind(FIELD_EMISSION_UNIT);
@@ -1266,6 +1320,8 @@ Steps RadianceField::fill(int ways, int bands, FieldOrders orders, const gl::Tex
     direct.emplace_back("kBands", fmt::format("{}", bands));
     if (medium.dims)
         direct.emplace_back("kDims", "");
+    if (filling_->ends)
+        direct.emplace_back("kEnds", "");
     if (medium.extinction != nullptr) {
         direct.emplace_back("kMarched", "");
         medium.extinction->bind(EXTINCTION_VOLUME_UNIT);
@@ -1311,7 +1367,7 @@ Steps RadianceField::fill(int ways, int bands, FieldOrders orders, const gl::Tex
         gl::Texture spread_out;
         if (source && ways != kNearWays)
             spread_out = spread({&scattered, nullptr, own, bands}, batch.count);
-        sweep(medium.glows, spread_out ? &spread_out : source ? &source : nullptr, false);
+        sweep(medium.glows, spread_out ? &spread_out : source ? &source : nullptr, false, true);
         gather(bands, batch.first > 0, Of::field, filling_->light_ways, light, Nodes::listed);
         if (co_await Pause{})
             bind_again();

@@ -47,6 +47,7 @@ struct FieldMedium {
     bool sights = false;  ///< how far nodes see is asked for: take_sights()
     bool thick = false;   ///< light hardly gets from node to node: it is kept with more digits
     Bounds bounds;        ///< metres, world: of all of them
+    Bounds ends;          ///< metres, world: MediaSet::ends()
     const World* world = nullptr;  ///< the world whose light comes in
     const gl::Texture* extinction =
         nullptr;  ///< extinction of the marched media, where no volume dims lights
@@ -211,6 +212,8 @@ private:
     /// Nodes that light is asked for at: all, or those that media are near to, or that surfaces
     /// look it up at, if it is known which.
     enum class Nodes { all, listed, looked_up };
+    /// At which of the lattice's faces media end.
+    void take_ends();
     [[nodiscard]] GLenum light_format() const;  ///< of a way's light, as pack_light() makes it
     [[nodiscard]] gl::Texture make(const char* label, int layers) const;
     [[nodiscard]] glm::ivec3 ways_size(int ways) const;
@@ -275,7 +278,7 @@ private:
     void walk(const char* file, const gl::Defines& defines, int ways);
     void carry_world(const Batch& batch, bool means);
     [[nodiscard]] gl::Defines extinction_defines() const;
-    void sweep(bool emits, const gl::Texture* source, bool means);
+    void sweep(bool emits, const gl::Texture* source, bool means, bool looked = false);
     /// What is scattered into each of the kNearWays directions once `orders` have been followed.
     /// @param direct what comes straight from lights, where orders start from what arrived before
     Steps scatter(int bands, FieldOrders orders, const gl::Texture& first,

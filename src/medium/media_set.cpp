@@ -657,6 +657,36 @@ Bounds MediaSet::bounds() const
     return all;
 }
 
+Bounds MediaSet::ends() const
+{
+    constexpr double kFarOff = 1e30;
+    constexpr double kThin = 0.2;  // of the thickest: haze around smoke
+    const auto densest = [&](const Entry& entry) {
+        const glm::vec3 sigma_t(entry.params.sigma_t);
+        double density = 1;
+        if (entry.is_box)
+            density = double{entry.thickest()};
+        else if (entry.density >= 0)
+            density = double{grids_[static_cast<std::size_t>(
+                                        placed_[static_cast<std::size_t>(entry.density)].texture)]
+                                 .source->max_value};
+        return density * double{std::max({sigma_t.r, sigma_t.g, sigma_t.b})};
+    };
+    double most = 0;
+    for (const Entry& entry : media_)
+        most = std::max(most, densest(entry));
+    const Bounds all = bounds();
+    Bounds ends{glm::dvec3(-kFarOff), glm::dvec3(kFarOff)};
+    for (const Entry& entry : media_)
+        for (int i = 0; i < 3 && entry.is_box && densest(entry) > kThin * most; ++i) {
+            if (entry.world_bounds.min[i] == all.min[i])
+                ends.min[i] = all.min[i];
+            if (entry.world_bounds.max[i] == all.max[i])
+                ends.max[i] = all.max[i];
+        }
+    return ends;
+}
+
 VoxelFrame MediaSet::voxel_frame() const
 {
     VoxelFrame frame;

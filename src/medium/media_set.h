@@ -125,6 +125,8 @@ public:
     [[nodiscard]] bool empty() const { return media_.empty(); }
     /// What is not 0 of all media, world space.
     [[nodiscard]] Bounds bounds() const;
+    /// Of bounds() the faces at which a box ends, with all of its density; others are far off.
+    [[nodiscard]] Bounds ends() const;
 
     /// The media's boxes, or, of grids, those of their bricks that are not empty; few enough to be
     /// projected each frame; most: of the channel that is dimmed most, infinite of what glows.

@@ -475,16 +475,18 @@ TEST_F(ParamLayout, IslandLight)
 
 TEST_F(ParamLayout, Field)
 {
-    const Offsets way{MEMBER(FieldWay, entry),       MEMBER(FieldWay, axis),
-                      MEMBER(FieldWay, wi),          MEMBER(FieldWay, metres),
-                      MEMBER(FieldWay, slope),       MEMBER(FieldWay, forward),
-                      MEMBER(FieldWay, solid_angle), MEMBER(FieldWay, first_line)};
-    Offsets expected{MEMBER(FieldParams, albedo),      MEMBER(FieldParams, count),
-                     MEMBER(FieldParams, media_low),   MEMBER(FieldParams, first),
-                     MEMBER(FieldParams, media_high),  MEMBER(FieldParams, order),
-                     MEMBER(FieldParams, lines),       MEMBER(FieldParams, tilt),
-                     MEMBER(FieldParams, slot),        MEMBER(FieldParams, slots),
-                     MEMBER(FieldParams, straight_on), MEMBER(FieldParams, apart)};
+    const Offsets way{
+        MEMBER(FieldWay, entry),       MEMBER(FieldWay, axis),       MEMBER(FieldWay, wi),
+        MEMBER(FieldWay, metres),      MEMBER(FieldWay, slope),      MEMBER(FieldWay, forward),
+        MEMBER(FieldWay, solid_angle), MEMBER(FieldWay, first_line), MEMBER(FieldWay, beside)};
+    Offsets expected{MEMBER(FieldParams, albedo),     MEMBER(FieldParams, count),
+                     MEMBER(FieldParams, media_low),  MEMBER(FieldParams, first),
+                     MEMBER(FieldParams, media_high), MEMBER(FieldParams, order),
+                     MEMBER(FieldParams, ends_low),   MEMBER(FieldParams, in_plane),
+                     MEMBER(FieldParams, ends_high),  MEMBER(FieldParams, slot),
+                     MEMBER(FieldParams, lines),      MEMBER(FieldParams, tilt),
+                     MEMBER(FieldParams, slots),      MEMBER(FieldParams, straight_on),
+                     MEMBER(FieldParams, apart)};
     add_struct(expected, "nodes", offsetof(FieldParams, nodes), kLattice);
     add_struct(expected, "other", offsetof(FieldParams, other), kLattice);
     add_array<FieldWay>(expected, "ways", offsetof(FieldParams, ways), FIELD_BATCH, way);

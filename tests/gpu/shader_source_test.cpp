@@ -362,7 +362,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                          media + kLights[set % kLights.size()] + stored +
                              Defines{{"kBands", bands}} +
                              flags(set >> 1, {"kDims", "kMarched", "kDepthVolume"}) +
-                             flags(set, {"kListed"}));
+                             flags(set, {"kListed", "kEnds", "kTaken"}));
         }
         variants.add("light/field_medium.comp",
                      media + kLights[0] + stored +
@@ -387,7 +387,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         variants.add("light/world.comp",
                      media + kLights[0] + stored +
                          flags(set >> 1, {"kMarched", "kSurfaces", "kMeans", "kClear", "kClosed"}) +
-                         flags(set >> 2, {"kShares"}));
+                         flags(set >> 2, {"kShares", "kEnds", "kLooked", "kTaken"}));
     };
     for (const Defines& source : {Defines{}, Defines{{"kSamples", "3"}}, Defines{{"FACES", ""}}})
         variants.add("probe/resolve.comp", source);
@@ -430,7 +430,9 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
             for (const char* ways : {"0", "26", "74"})
                 variants.add("light/field_gather.comp",
                              of_bands + flags(set, {"kAdds", "kWorld", "kClear"}) +
-                                 flags(set >> 2, {"kListed"}) + Defines{{"kWays", ways}});
+                                 flags(set >> 2, {"kListed"}) +
+                                 (set < 2 ? Defines{{"kTaken", ""}} : Defines{}) +
+                                 Defines{{"kWays", ways}});
         for (unsigned set = 0; set < 2; ++set)
             for (const char* ways : {"0", "26", "74"})
                 variants.add(
@@ -441,7 +443,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
             variants.add("light/field_scatter.comp",
                          of_bands +
                              flags(1u << set, {"kFirst", "kMean", "kTail", "kOwn", "kAhead"}) +
-                             Defines{{"kKeeps", ""}, {"kListed", ""}});
+                             flags(set, {"kTaken"}) + Defines{{"kKeeps", ""}, {"kListed", ""}});
         variants.add("light/field_scatter.comp",
                      of_bands + Defines{{"kFirst", ""}, {"kListed", ""}});
         variants.add("light/field_scatter.comp",
@@ -471,6 +473,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         for (const char* type : {"float", "vec3"})
             variants.add("light/field_sweep.comp",
                          flags(set, {"kEmits", "kScatters", "kMeans", "kSurfaces", "kNear"}) +
+                             flags(set >> 1, {"kEnds", "kLooked", "kTaken"}) +
                              Defines{{"extinction_t", type}});
 
     for (const char* extinction : {"EXTINCTION_IN_ALPHA", "kRedInAlpha"})
