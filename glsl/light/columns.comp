@@ -3,6 +3,7 @@
 // against it. A column that leaves the lattice on one side comes in again, empty, on the other.
 //   in   the media, the columns of one layer
 //   out  optical depth, one layer of the texture
+#include "lib/channels.glsl"
 #include "scene/light_volumes.glsl"
 
 layout(local_size_x = COLUMN_GROUP, local_size_y = COLUMN_GROUP) in;
@@ -29,7 +30,7 @@ volume_t mean_extinction(HeldMedia held, int samples, mat4 world_from_column, ve
 #ifdef VOLUME_RGB
         sum += vec3(sigma_t);
 #else
-        sum += dot(vec3(sigma_t), vec3(1.0 / 3.0));
+        sum += mean(sigma_t);
 #endif
     }
     return sum * ((end - begin) / float(samples));

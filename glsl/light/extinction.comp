@@ -1,6 +1,7 @@
 // The extinction of the marched media at the nodes of a lattice, each the mean over its cell, so that what
 // fills the other volumes fetches from one dense texture whatever the media are.
 //   out  sigma_t [1/m]; its mean over the channels unless VOLUME_RGB
+#include "lib/channels.glsl"
 #include "scene/light_volumes.glsl"
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
@@ -21,7 +22,7 @@ void main()
     }
     vec3 sigma_t = vec3(sum) / float(n * n * n);
 #ifndef VOLUME_RGB
-    sigma_t = vec3(dot(sigma_t, vec3(1.0 / 3.0)));
+    sigma_t = vec3(mean(sigma_t));
 #endif
     imageStore(u_extinction_img, node, vec4(sigma_t, 0.0));
 }

@@ -4,6 +4,7 @@
 //        of surfaces; what the media are; the cells, and what they let out
 //   out  layers: by how much the integral of radiance over the sphere is more than the length of the next; of radiance
 //        times the way to where it comes from, an axis each [W/m^2]; alpha of the first two: as they came in
+#include "lib/channels.glsl"
 #include "lib/corner_angle.glsl"
 #include "lib/fire_nodes.glsl"
 #include "light/fire_cells.glsl"
@@ -58,7 +59,7 @@ vec3 arriving(vec3 p, vec3 wi, float range)
             mix((through - after) / max(piece, vec3(0.05)), through * (1.0 - 0.5 * piece), lessThan(piece, vec3(0.05)));
         light += weight * textureLod(u_emission_tx, uvw, 0.0).rgb;
         through = after;
-        if (max(through.r, max(through.g, through.b)) < kDark)
+        if (most(through) < kDark)
             break;
     }
     return light * ds;

@@ -1,5 +1,6 @@
 // What the media are at the nodes of a lattice: means over its cells.
 //   out  extinction [1/m], one number if it is of one colour; kGlows: emission [W/m^2/sr per m]
+#include "lib/channels.glsl"
 #include "scene/light_volumes.glsl"
 
 // Variant
@@ -29,7 +30,7 @@ void main()
     }
     float share = 1.0 / float(n * n * n);
     if (kOneColor)
-        sigma_t = vec3(max(sigma_t.r, max(sigma_t.g, sigma_t.b)));
+        sigma_t = vec3(most(sigma_t));
     imageStore(u_sigma_t_img, node, vec4(sigma_t * share, 0.0));
     if (kGlows)
         imageStore(u_emission_img, node, vec4(emission * share, 0.0));

@@ -4,15 +4,13 @@
 // near to the face it does, but half of the directions around come from beyond the face, through as little of the medium
 // as lies between. They are spread evenly over the cosines to the face that are left to them, up to u_field.in_plane.
 #include "light/field.glsl"
+#include "lib/channels.glsl"
 
 // What of the light along a way is that of directions which come from beyond faces.
 struct Beyond {
     float within;  // what is left of the light that goes through the medium all along
     float open;    // what there is of the light outside
 };
-
-float mean_of(float sigma_t) { return sigma_t; }
-float mean_of(vec3 sigma_t) { return dot(sigma_t, vec3(1.0 / 3.0)); }
 
 // The mean of exp(-depth / mu) over mu in 0..1 is E2(depth), whose integral is -E3: to 2 % of 1.
 float dimmed_at(float depth) { return exp(-depth) / (1.0 + 1.5 * depth); }
@@ -24,7 +22,7 @@ float dimmed_beyond(float depth) { return exp(-depth) / (2.0 + 1.36 * depth); }
 Beyond beyond_ends(ivec3 node, FieldWay way, extinction_t sigma_t, float gone, float reach, vec4 open)
 {
     vec2 left = vec2(1.0);
-    float inverse_length = mean_of(sigma_t) + 1.0 / max(gone, 0.5 * way.metres);
+    float inverse_length = mean(sigma_t) + 1.0 / max(gone, 0.5 * way.metres);
     for (int i = 0; i < 4; ++i) {
         int axis = (way.axis + 1 + (i >> 1)) % 3;
         float nodes =

@@ -3,6 +3,7 @@
 //   out  lib/sights.glsl: an octant a layer
 #include "light/field_listed.glsl"
 #include "light/steps.glsl"
+#include "lib/channels.glsl"
 #include "lib/sights.glsl"
 
 const bool kDims = false;  // variant
@@ -20,7 +21,7 @@ void main()
     float through = 1.0;
     if (kDims) {
         vec3 sigma_t = texelFetch(u_sigma_t_tx, node, 0).rgb;
-        through = exp(-2.0 * u_field.nodes.spacing * max(sigma_t.r, max(sigma_t.g, sigma_t.b)));
+        through = exp(-2.0 * u_field.nodes.spacing * most(sigma_t));
     }
     float steps[kSteps];
     // The node lies inside of a surface if most of those around it are seen from within. What its light tells of it is

@@ -7,6 +7,7 @@
 // extinction in each frame, by far the most of the noise, and the same source function but for shadows. So after
 // a light has changed the extinction's mean stays, and the source function is learned anew: a mean weighted by
 // each frame's extinction, which is the plain mean of sources where both are worth as many frames.
+#include "lib/channels.glsl"
 #include "scene/v_buffer.glsl"
 #include "scene/in_scattering.glsl"
 #include "scene/froxel_history.glsl"
@@ -52,7 +53,7 @@ float likeness(vec3 now, vec3 before, float kept, float none)
 {
     float dim = 1e-2 * max(max(max(now.r, before.r), max(now.g, before.g)), max(max(now.b, before.b), 1e-30));
     vec3 change = abs(log((now + dim) / (before + dim)));
-    return 1.0 - smoothstep(kept, none, max(change.r, max(change.g, change.b)));
+    return 1.0 - smoothstep(kept, none, most(change));
 }
 
 // Clips what is kept to this frame's neighborhood of 3 x 3 x 3 froxels, and has it be worth the fewer frames the

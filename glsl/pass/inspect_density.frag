@@ -1,6 +1,7 @@
 // An inspection: extinction, the mean of its channels [1/m], on a plane across the media's bounds, as far as it
 // lies before the scene.
 //   in   the host's depth, the scene's media
+#include "lib/channels.glsl"
 #include "lib/depth.glsl"
 #include "lib/false_color.glsl"
 #include "scene/inspect.glsl"
@@ -30,5 +31,5 @@ void main()
         out_value = kNothing;
         return;
     }
-    out_value = dot(vec3(sample_media(p).sigma_t), vec3(1.0 / 3.0));
+    out_value = mean(sample_media(p).sigma_t);
 }

@@ -1,6 +1,7 @@
 // An inspection of the froxels, each pixel as the column that it is in.
 //   in   the source of the froxels: radiance added per slices.depth metres
 //   out  of one slice, the mean of its channels [W/m^2/sr/m]
+#include "lib/channels.glsl"
 #include "scene/froxels.glsl"
 #include "scene/inspect.glsl"
 
@@ -17,5 +18,5 @@ void main()
     for (int k = 0; kSamples && k < froxel_count().z; ++k)
         sum += texelFetch(u_froxels_tx, ivec3(column, k), 0).r;
     vec3 source = texelFetch(u_froxels_tx, ivec3(column, u_inspect.slice), 0).rgb;
-    out_value = kSamples ? sum : dot(source, vec3(1.0 / 3.0)) / u_froxels.slices.depth;
+    out_value = kSamples ? sum : mean(source) / u_froxels.slices.depth;
 }

@@ -8,6 +8,7 @@
 // this ray's. A ray's media stand for one point of it, the mean of what it sees of them (ray_march.glsl).
 // How much of what was gathered is kept is decided as by a Kalman filter (Kalman 1960): by what moving it has lost
 // beside the noise that a frame has.
+#include "lib/channels.glsl"
 #include "lib/depth.glsl"
 #include "scene/frame.glsl"
 #include "shared/march_history_params.h"
@@ -50,9 +51,6 @@ struct Sight {
 
 float square(vec3 v) { return dot(v, v); }
 float square(float v) { return v * v; }
-float most(vec3 v) { return max(v.r, max(v.g, v.b)); }
-float mean(float v) { return v; }
-float mean(vec3 v) { return dot(v, vec3(1.0 / 3.0)); }
 
 void add(inout Sight sum, float weight, Sight sight)
 {
@@ -428,8 +426,7 @@ void adapt(Around now, Sight before, inout Kept history)
     vec3 change = abs(log(brighter));
     if (kMediaChanged)
         change = max(change, vec3(abs(log(max(now.mean.transmittance, 1e-3) / max(before.transmittance, 1e-3)))));
-    float most = max(change.r, max(change.g, change.b));
-    history.frames = min(history.frames, kMostFrames) * (1.0 - smoothstep(kAlike.x, kAlike.y, most));
+    history.frames = min(history.frames, kMostFrames) * (1.0 - smoothstep(kAlike.x, kAlike.y, most(change)));
 }
 
 // Of a frame and of what was gathered, `weight` its share. What few steps err of an optical depth is of either

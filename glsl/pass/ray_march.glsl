@@ -8,6 +8,7 @@
 //                       fractions of their range of view depth; -1: there are none on its way. In the alphas,
 //                       or, kMonochrome, in the second target
 //        split layers   kSplits: the same two at the frame's depths (scene/split_depths.glsl), in tiles that ask for it
+#include "lib/channels.glsl"
 #include "lib/step_lattice.glsl"
 #include "shared/step_tile.h"
 #include "scene/in_scattering.glsl"
@@ -48,11 +49,6 @@ vec2 media_depth_of(MediaDepth sums, float farthest)
     return vec2(sums.nearest - u_frame.media_range.x + mean, spread) /
            max(u_frame.media_range.y - u_frame.media_range.x, 1e-30);
 }
-
-float mean(float v) { return v; }
-float mean(vec3 v) { return dot(v, vec3(1.0 / 3.0)); }
-float most(float v) { return v; }
-float most(vec3 v) { return max(v.r, max(v.g, v.b)); }
 
 // A step that is uniform, and what the ray has met before it.
 struct SplitStep {

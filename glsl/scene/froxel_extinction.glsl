@@ -1,15 +1,14 @@
 // How the extinction of a froxel is kept: where one number is enough for it, in the alpha of the froxel's source; else
 // as three, of which red is in that alpha where the format has one. Needs scene/froxels.glsl.
+#include "lib/channels.glsl"
+
 // Variant
 const bool kOneColor = false;  // all media's extinction has one colour; what is integrated has three numbers
 
 bool has_one_extinction() { return kExtinctionInAlpha || kOneColor; }
 
 // The number, of an extinction.
-float extinction_number(vec3 extinction)
-{
-    return kOneColor ? max(extinction.r, max(extinction.g, extinction.b)) : extinction.r;
-}
+float extinction_number(vec3 extinction) { return kOneColor ? most(extinction) : extinction.r; }
 
 vec3 extinction_of_number(float number) { return kOneColor ? u_froxels.extinction_color * number : vec3(number); }
 

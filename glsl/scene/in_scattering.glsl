@@ -1,5 +1,6 @@
 // Light that media scatter towards the eye at points of a line: every light and the world, once.
 #include "lib/aureole.glsl"
+#include "lib/channels.glsl"
 #include "lib/phase.glsl"
 #include "lib/falloff.glsl"
 #include "shared/step_tile.h"
@@ -210,9 +211,6 @@ vec3 scattered_of(LightSample light, LightLine line, LightStep step, Falloff ove
            (over.mean * light.range * light.range * phase_over(over, step.g) * exp(-step.sigma_t * over.ahead));
 }
 
-float grey(float depth) { return depth; }
-float grey(vec3 depth) { return dot(depth, vec3(1.0 / 3.0)); }
-
 // kAureole: how much of what is scattered where the media have a mean g of g is by the one with the strong lobe, if the
 // others have none.
 float peaked_share(LightLine line, float g) { return kMixedG ? clamp(g / line.peak_g, 0.0, 1.0) : 1.0; }
@@ -225,8 +223,8 @@ float aureole_at(int i, LightLine line, LightStep step, LightSample light, float
     float straight = depth * line.peak_straight;
     if (kMixedG) {  // others may dim, and scatter nothing straight on
         vec3 p = line.ray.origin + line.ray.direction * step.t;
-        float closed = grey(closed_dimming(p, light.wi, light.range));
-        straight = grey(closed_depth(p, light.wi, light.range)) - closed +
+        float closed = mean(closed_dimming(p, light.wi, light.range));
+        straight = mean(closed_depth(p, light.wi, light.range)) - closed +
                    (depth - closed) * (1.0 / max(u_media.marched_light_dimming, 1e-6) - 1.0);
     }
     float phase = aureole_phase(line.aureole[i], straight, step.to_eye);
@@ -245,13 +243,13 @@ vec3 sun_through_media(int i, LightLine line, LightStep step, LightSample light)
         return vec3(1.0);
     if (!kShadeOverStep) {
         extinction_t depth = dimming_on(i, line, step.t, light);
-        return vec3(exp(-depth)) * aureole_at(i, line, step, light, grey(depth));
+        return vec3(exp(-depth)) * aureole_at(i, line, step, light, mean(depth));
     }
     extinction_t near = light_depth(i, line.ray.origin + line.ray.direction * step.ends.x, light);
     extinction_t far = light_depth(i, line.ray.origin + line.ray.direction * step.ends.y, light);
     extinction_t own = step.sigma_t * ((step.ends.y - step.ends.x) * length(line.ray.direction));
     far += own;
-    float aureole = aureole_at(i, line, step, light, mix(grey(near), grey(far - own), step.share));
+    float aureole = aureole_at(i, line, step, light, mix(mean(near), mean(far - own), step.share));
     // From the end that is dimmed the less: the other's exp may be too large for a float.
     return vec3(exp(-min(near, far)) * slab_weight(abs(far - near)) / slab_weight(own)) * aureole;
 }
