@@ -1,6 +1,6 @@
 // The lights' own light at each node of the field, as harmonics: what is scattered first. The mean over the node's
 // cell, weighted by what there is to scatter it.
-//   in   the volumes that dim lights; kTaken: sigma_t
+//   in   the volumes that dim lights; kTaken: light/field_taken.glsl
 //   out  coefficients [W/m^2/sr]; alpha of the first: 1 if any light gets there
 #include "light/field_listed.glsl"
 #include "light/field_taken.glsl"
@@ -92,11 +92,8 @@ void main()
         add_lights(p, weight);
     }
     vec3 part = vec3(1.0 / weights);
-    if (kTaken) {
-        // It is what the node's own cell takes in, which all that stands for the node sends out.
-        vec3 own = sigma_t_of(node);
-        part *= own / max(taken_at(node, own), vec3(1e-20));
-    }
+    if (kTaken)  // it is what the node's own cell takes in, which all that stands for the node sends out
+        part *= taken_of_cell(node);
     float seen = g_seen;
     for (int i = 0; i < kCount; ++i)
         imageStore(u_light_img, node + layer_of(i), vec4(g_light[i] * part, i == 0 ? seen : 0.0));

@@ -32,8 +32,7 @@ vec3 brought(ivec3 node, vec4 way, int k)
     return u_field.ways[k].entry * open;
 }
 
-TakenLight g_taken;
-vec3 g_own_sigma_t = vec3(0.0);
+vec3 g_more = vec3(0.0);  // of the mean radiance, as some ways count more than others
 
 void gather_pair(ivec3 node, int k)
 {
@@ -41,7 +40,7 @@ void gather_pair(ivec3 node, int k)
         vec3 one = light_of_way(node, k), other = light_of_way(node, k + 1);
         add_pair(g_light, k, one, other);
         if (kTaken)
-            add_taken(g_taken, node, k, g_own_sigma_t, one + other);
+            g_more += taken_more(node, k) * (one + other);
         return;
     }
     vec4 one = radiance_of_way(node, k), other = radiance_of_way(node, k + 1);
@@ -63,13 +62,9 @@ void main()
         return;
     for (int i = 0; i < kCount; ++i)
         g_light[i] = g_dimmed[i] = vec3(0.0);
-    g_taken = TakenLight(vec3(0.0), vec3(0.0), vec3(0.0));
-    if (kTaken)
-        g_own_sigma_t = sigma_t_of(node);
     FOR_PAIRS_OF_26(GATHER, 0)
     FOR_PAIRS_OF_48(GATHER, 26)
-    if (kTaken)
-        g_light[0] += more_taken(g_taken) / kMean0;
+    g_light[0] += g_more / kMean0;
     for (int i = 0; i < kCount; ++i) {
         ivec3 at = node + layer_of(i);
         vec4 light = kAdds ? imageLoad(u_light_img, at) : vec4(0.0);

@@ -2,7 +2,7 @@
 // l-th times g^l. Light is that which comes first, and what the order before brought along all ways.
 // Where the rest is to be guessed from what there is, what is scattered alike in all directions is kept with what each
 // order changes of it, and at the end the mean of the orders is taken that would change least: see field_rest.comp.
-//   in   coefficients of the light that comes first; radiance of each way; albedo and g; kTaken: sigma_t
+//   in   coefficients of the light that comes first; radiance of each way; albedo and g; kTaken: light/field_taken.glsl
 //   out  radiance that a thick medium of this light would have, of each way [W/m^2/sr]; the light's mean radiance
 #include "light/field_pairs.glsl"
 #include "light/field_taken.glsl"
@@ -30,15 +30,14 @@ layout(binding = FIELD_ORDER_UNIT) uniform sampler3D u_before_tx;
 
 vec3 g_stored = vec3(0.0);  // the mean of what is stored, as it is rounded
 
-TakenLight g_taken;
-vec3 g_own_sigma_t = vec3(0.0);
+vec3 g_more = vec3(0.0);  // of the mean radiance, as some ways count more than others
 
 void gather_pair(ivec3 node, int k)
 {
     vec3 one = light_of_way(node, k), other = light_of_way(node, k + 1);
     add_pair(g_light, k, one, other);
     if (kTaken)
-        add_taken(g_taken, node, k, g_own_sigma_t, one + other);
+        g_more += taken_more(node, k) * (one + other);
 }
 
 void store(ivec3 at, int k, vec3 source)
@@ -103,12 +102,8 @@ void main()
     for (int i = 0; i < kCount; ++i)
         g_light[i] = kOwn ? vec3(0.0) : texelFetch(u_first_tx, node + layer_of(i), 0).rgb;
     if (!kFirst) {
-        g_taken = TakenLight(vec3(0.0), vec3(0.0), vec3(0.0));
-        if (kTaken)
-            g_own_sigma_t = sigma_t_of(node);
         FOR_PAIRS_OF_26(GATHER, 0)
-        if (kTaken)
-            g_light[0] += more_taken(g_taken) / kMean0;
+        g_light[0] += g_more / kMean0;
     }
     if (kBefore)
         add_before(node);

@@ -70,25 +70,26 @@
 #define WORLD_COEFFICIENTS_UNIT 36
 #define FIELD_LIGHT_UNIT 37
 #define FIELD_SIGMA_T_UNIT 38
-#define FIELD_ALBEDO_UNIT 39
-#define FIELD_SOURCE_UNIT 40
-#define FIELD_SUMS_UNIT 41
-#define FIELD_CROSSED_UNIT 42
-#define FIELD_WAYS_UNIT 43
-#define FIELD_EMISSION_UNIT 44
-#define FIELD_ORDER_UNIT 45
-#define FIELD_WORLD_UNIT 46
-#define FACES_UNIT 47
-#define FACE_MATERIALS_UNIT 48
-#define FACE_LIGHT_UNIT 49
-#define BEYOND_UNIT 50
+#define FIELD_TAKEN_UNIT 39
+#define FIELD_ALBEDO_UNIT 40
+#define FIELD_SOURCE_UNIT 41
+#define FIELD_SUMS_UNIT 42
+#define FIELD_CROSSED_UNIT 43
+#define FIELD_WAYS_UNIT 44
+#define FIELD_EMISSION_UNIT 45
+#define FIELD_ORDER_UNIT 46
+#define FIELD_WORLD_UNIT 47
+#define FACES_UNIT 48
+#define FACE_MATERIALS_UNIT 49
+#define FACE_LIGHT_UNIT 50
+#define BEYOND_UNIT 51
 // While probes are filtered, a frame is inspected, a window shows pictures.
-#define PROBE_SOURCE_UNIT 51
-#define INSPECTED_UNIT 52
-#define DISPLAY_A_UNIT 53
-#define DISPLAY_B_UNIT 54
+#define PROBE_SOURCE_UNIT 52
+#define INSPECTED_UNIT 53
+#define DISPLAY_A_UNIT 54
+#define DISPLAY_B_UNIT 55
 // Two for each grid of a scene: texels, and pages behind those of all grids if it has bricks.
-#define GRID_UNIT 55
+#define GRID_UNIT 56
 #define MOST_SAMPLED 10  // by one shader, besides grids and lights' filters
 
 #define EXTENT_TILES 64  // along both edges of a picture whose values' ends are looked for

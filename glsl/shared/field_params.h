@@ -16,6 +16,8 @@ FUM_SHARED_BEGIN
 #define CLEARANCE_MOST 8       // nodes without a surface that are told of
 #define FIELD_MOST_ORDERS 64   // of scattering
 #define FIELD_KEPT_ORDERS 8    // that the rest is guessed from
+#define FIELD_TAKEN 16         // numbers of a node by light/field_taken.comp, in whole texels
+#define FIELD_TAKEN_OF_CELL 13  // which of them is that of its own cell
 
 // A direction that light is carried along, from slice to slice of nodes across an axis. In a
 // lattice of cubes the step from a node leads to another along most ways, elsewhere to the node

@@ -187,6 +187,7 @@ struct RadianceField::Filling {
     bool ends = false;  ///< media end at some of the lattice's faces
     int batch = 0;      ///< ways that there is room for
     gl::Texture sigma_t, albedo, emission;
+    gl::Texture taken;           ///< light/field_taken.glsl; empty: FieldMedium::mixed_g
     gl::Buffer nodes;            ///< a FieldNodesHead and the nodes that light is scattered at
     gl::Buffer looked_up;        ///< likewise of those that surfaces look it up at; empty: any
     gl::Texture marched;         ///< sigma_t of the marched media, where there are others too
@@ -1075,7 +1076,8 @@ void RadianceField::set_batch(const Batch& batch)
 void RadianceField::gather(int bands, bool adds, Of of, const gl::Texture& ways,
                            const gl::Texture& to, Nodes nodes, const gl::Texture* dimmed)
 {
-    gl::Defines defines{{"kBands", fmt::format("{}", bands)}};
+    gl::Defines defines = extinction_defines();
+    defines.emplace_back("kBands", fmt::format("{}", bands));
     if (adds)
         defines.emplace_back("kAdds", "");
     if (of == Of::clear)
@@ -1098,12 +1100,25 @@ void RadianceField::gather(int bands, bool adds, Of of, const gl::Texture& ways,
     dispatch_at(nodes, "light/field_gather.comp", defines);
 }
 
+void RadianceField::find_taken()
+{
+    Filling& filling = *filling_;
+    const bool colored = filling.medium.colored;
+    if (filling.medium.mixed_g)
+        return;
+    filling.taken =
+        make("field: what ways count", colored ? FIELD_TAKEN_OF_CELL + 1 : FIELD_TAKEN / 4);
+    filling.sigma_t.bind(FIELD_SIGMA_T_UNIT);
+    bind_image(0, filling.taken, GL_WRITE_ONLY);
+    dispatch_listed("light/field_taken.comp", extinction_defines());
+}
+
 void RadianceField::add_taken(gl::Defines& defines) const
 {
-    if (filling_->medium.mixed_g)
+    if (!filling_->taken)
         return;
     defines.emplace_back("kTaken", "");
-    filling_->sigma_t.bind(FIELD_SIGMA_T_UNIT);
+    filling_->taken.bind(FIELD_TAKEN_UNIT);
 }
 
 void RadianceField::walk(const char* file, const gl::Defines& defines, int ways)
@@ -1316,6 +1331,7 @@ Steps RadianceField::fill(int ways, int bands, FieldOrders orders, const gl::Tex
     clear_unlisted(first);
     const Batch near{kNearWays, 0, kNearWays};
     set_batch(near);
+    find_taken();
     gl::Defines direct = medium.defines;
     direct.emplace_back("kBands", fmt::format("{}", bands));
     if (medium.dims)
@@ -1454,7 +1470,8 @@ Steps RadianceField::scatter(int bands, FieldOrders orders, const gl::Texture& f
         own = own_light();
     const auto pass_of = [&](const gl::Texture& light, const gl::Defines& what,
                              const gl::Texture& ways) {
-        gl::Defines defines{{"kBands", fmt::format("{}", bands)}};
+        gl::Defines defines = extinction_defines();
+        defines.emplace_back("kBands", fmt::format("{}", bands));
         for (const auto& [name, value] : what.entries())
             defines.emplace_back(name, value);
         if (guesses)

@@ -273,7 +273,8 @@ private:
     [[nodiscard]] gl::Texture spread(const OtherLight& scattered, int ways);
     /// How many ways the batch has, where that is one of the usual two numbers.
     void add_ways(gl::Defines& defines) const;
-    /// That each node is to send out as much light as it takes in.
+    /// What each way of a node takes in, for each node to send out as much light as it takes in.
+    void find_taken();
     void add_taken(gl::Defines& defines) const;
     void walk(const char* file, const gl::Defines& defines, int ways);
     void carry_world(const Batch& batch, bool means);

@@ -424,8 +424,11 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         variants.add(file, {});
     variants.add("light/field_sum.comp", {});
     variants.add("light/field_sum.comp", {{"kFinish", ""}});
+    for (const char* type : {"float", "vec3"})
+        variants.add("light/field_taken.comp", {{"extinction_t", type}, {"kListed", ""}});
     for (const char* bands : {"1", "3", "4"}) {
-        const Defines of_bands{{"kBands", bands}};
+        const Defines of_bands{{"kBands", bands},
+                               {"extinction_t", std::string_view(bands) == "3" ? "vec3" : "float"}};
         for (unsigned set = 0; set < 8; ++set)
             for (const char* ways : {"0", "26", "74"})
                 variants.add("light/field_gather.comp",
