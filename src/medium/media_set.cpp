@@ -537,6 +537,19 @@ double MediaSet::voxel_of(int placed) const
                      glm::length(world_from_index[2])});
 }
 
+double MediaSet::densest(const Entry& medium) const
+{
+    const glm::vec3 sigma_t(medium.params.sigma_t);
+    double density = 1;
+    if (medium.is_box)
+        density = double{medium.thickest()};
+    else if (medium.density >= 0)
+        density = double{grids_[static_cast<std::size_t>(
+                                    placed_[static_cast<std::size_t>(medium.density)].texture)]
+                             .source->max_value};
+    return density * double{std::max({sigma_t.r, sigma_t.g, sigma_t.b})};
+}
+
 double MediaSet::grid_detail(const Entry& medium) const
 {
     // Where a voxel is thicker than this a part of it hides what is behind, and the medium looks
@@ -550,12 +563,8 @@ double MediaSet::grid_detail(const Entry& medium) const
             least = std::min(least, share * voxel_of(placed));
     };
     if (medium.density >= 0 && medium.density != medium.temperature) {
-        const glm::vec3 sigma_t(medium.params.sigma_t);
-        const Grid& grid = grids_[static_cast<std::size_t>(
-            placed_[static_cast<std::size_t>(medium.density)].texture)];
-        const double most =
-            double{std::max({sigma_t.r, sigma_t.g, sigma_t.b})} * double{grid.source->max_value};
-        add(medium.density, 1 / std::max(1.0, most * voxel_of(medium.density) / kThick));
+        const double most = densest(medium) * voxel_of(medium.density);
+        add(medium.density, 1 / std::max(1.0, most / kThick));
     }
     add(medium.tint, 1);
     add(medium.emission, kOfFlame);
@@ -661,17 +670,6 @@ Bounds MediaSet::ends() const
 {
     constexpr double kFarOff = 1e30;
     constexpr double kThin = 0.2;  // of the thickest: haze around smoke
-    const auto densest = [&](const Entry& entry) {
-        const glm::vec3 sigma_t(entry.params.sigma_t);
-        double density = 1;
-        if (entry.is_box)
-            density = double{entry.thickest()};
-        else if (entry.density >= 0)
-            density = double{grids_[static_cast<std::size_t>(
-                                        placed_[static_cast<std::size_t>(entry.density)].texture)]
-                                 .source->max_value};
-        return density * double{std::max({sigma_t.r, sigma_t.g, sigma_t.b})};
-    };
     double most = 0;
     for (const Entry& entry : media_)
         most = std::max(most, densest(entry));

@@ -328,6 +328,7 @@ private:
     /// that the eye is in. 0 for others.
     [[nodiscard]] glm::dvec3 base_voxel(int placed, glm::dvec3 eye) const;
     [[nodiscard]] double box_detail(const Entry& box) const;
+    [[nodiscard]] double densest(const Entry& medium) const;  ///< its largest extinction [1/m]
     [[nodiscard]] double grid_detail(const Entry& medium) const;
     /// The least edge of a grid's voxels [m].
     [[nodiscard]] double voxel_of(int placed) const;

@@ -16,6 +16,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+study::ReferenceOptions all_bounces()
+{
+    study::ReferenceOptions options;
+    options.tolerance = 0.03;
+    options.bounces = study::kAllBounces;
+    return options;
+}
+
 class Bounces : public ImageTest {
 protected:
     /// A box of 2 m that is looked at askew, in a white world or none.
@@ -41,6 +49,21 @@ protected:
         for (const float v : picture)
             sum += v;
         return sum / static_cast<double>(picture.size());
+    }
+    /// The mean of what media scatter and emit.
+    double seen(const Scene& scene, int bounces)
+    {
+        Settings settings = plain_settings();
+        settings.bounces = bounces;
+        return mean(render(scene, settings).scattering);
+    }
+    /// By how much more of it the default has than the path tracer.
+    double bias(const char* name, const Scene& scene)
+    {
+        const double truth = mean(study::render_reference(scene, all_bounces()).scattering);
+        const double by = seen(scene, kAutomatic) / truth - 1;
+        figure(fmt::format("{}: bias", name), by);
+        return by;
     }
     Still with_bounces(const Scene& scene, Settings settings, int bounces)
     {
@@ -221,14 +244,6 @@ std::vector<Medium> slab_in_haze(float g, bool hazy)
     if (hazy)
         media.emplace_back(haze);
     return media;
-}
-
-study::ReferenceOptions all_bounces()
-{
-    study::ReferenceOptions options;
-    options.tolerance = 0.03;
-    options.bounces = study::kAllBounces;
-    return options;
 }
 
 // What smoke scatters onto a floor, which nothing else lights but what is in it and a lamp: against
@@ -436,12 +451,7 @@ TEST_F(Bounces, FewThickVoxelsSendBackAsMuchAsManyWould)
     ball.sigma_s_per_density = glm::vec3(3.6f);
     ball.sigma_a_per_density = glm::vec3(0.4f);
     scene.media = {ball};
-    const double truth = mean(study::render_reference(scene, all_bounces()).scattering);
-    Settings settings = plain_settings();
-    settings.bounces = kAutomatic;
-    const double seen = mean(render(scene, settings).scattering);
-    figure("few thick voxels: bias", seen / truth - 1);
-    EXPECT_NEAR(seen / truth, 1, 0.03);
+    EXPECT_NEAR(bias("few thick voxels", scene), 0, 0.03);
 }
 
 // The sample's flame in smoke that is thick and nearly white: an optical depth of up to 3 lies
@@ -463,12 +473,7 @@ TEST_F(Bounces, ThickSmokeLosesNoLightOfAFlame)
     smoke.sigma_a_per_density = glm::vec3(1);
     smoke.emission_per_unit = glm::vec3(3);
     scene.media = {smoke};
-    const double truth = mean(study::render_reference(scene, all_bounces()).scattering);
-    Settings settings = plain_settings();
-    settings.bounces = kAutomatic;
-    const double seen = mean(render(scene, settings).scattering);
-    figure("flame in thick smoke: bias", seen / truth - 1);
-    EXPECT_NEAR(seen / truth, 1, 0.1);
+    EXPECT_NEAR(bias("flame in thick smoke", scene), 0, 0.1);
 }
 
 // A dense box asks for more orders than the mean of it and of the haze around it.
@@ -488,13 +493,9 @@ TEST_F(Bounces, ADenseBoxInHazeIsFollowedAsOftenAsOneAlone)
     haze.max = glm::dvec3(6);
     haze.sigma_s = glm::vec3(0.005f);
     scene.media = {dense, haze};
-    Settings settings = plain_settings();
-    settings.bounces = 64;
-    const double all = mean(render(scene, settings).scattering);
-    settings.bounces = kAutomatic;
-    const double seen = mean(render(scene, settings).scattering);
-    figure("dense box in haze: less than all orders", 1 - seen / all);
-    EXPECT_NEAR(seen / all, 1, 0.02);
+    const double all = seen(scene, 64), by_default = seen(scene, kAutomatic);
+    figure("dense box in haze: less than all orders", 1 - by_default / all);
+    EXPECT_NEAR(by_default / all, 1, 0.02);
 }
 
 // Near the sun's own direction light is spread by each scattering of a strong forward lobe: taken
