@@ -9,8 +9,9 @@
 
 // Variant
 const int kBands = 1;
-const bool kTaken = false;  // each node sends out as much as it takes in
-const bool kEnds = false;   // media end at faces of a box
+const bool kTaken = false;      // each node sends out as much as it takes in
+const bool kEnds = false;       // media end at faces of a box
+const bool kLeavesOut = false;  // some points are no lights here
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
 layout(binding = 0) writeonly uniform image3D u_light_img;
@@ -54,7 +55,7 @@ vec3 dimmed(int i, vec3 p, LightSample light)
 
 void add_light(int i, vec3 p, float weight, LightSample light, float visibility)
 {
-    if (visibility == 0.0)
+    if (visibility == 0.0 || (kLeavesOut && i >= u_field.left_out.x && i < u_field.left_out.y))
         return;
     g_seen = 1.0;
     // Nearer than this a light is not told from others in the cell. What the cell gets of one within it is finite.

@@ -9,6 +9,7 @@
 const int kBands = 1;
 const bool kField = false;
 const bool kWorld = false;  // there is light of the world beside the field
+const bool kHole = false;   // nodes in a box are left out, as are those inside of surfaces
 
 layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = VOLUME_GROUP) in;
 layout(binding = 0) writeonly uniform image3D u_field_img;
@@ -39,6 +40,8 @@ void main()
         }
         seen = dot(own, vec3(1.0)) > kShine * dot(around, vec3(1.0)) ? 1.0 : 0.0;
     }
+    if (kHole && all(greaterThan(vec3(node), u_field.hole_low)) && all(lessThan(vec3(node), u_field.hole_high)))
+        seen = 0.0;
     // What is left out of the mean of eight nodes must have no light either.
     for (int i = 0; i < kCount; ++i) {
         ivec3 at = node + layer_of(i);

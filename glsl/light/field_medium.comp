@@ -1,6 +1,6 @@
 // What the media are at each node of a lattice: means over its cell.
-//   out  sigma_t [1/m], and in alpha what surfaces cross of the near ways; unless kMarched, albedo, and in alpha g; emission [W/m^2/sr per m]; sigma_t and albedo without the
-//        forward peak
+//   out  sigma_t [1/m], and in alpha what surfaces cross of the near ways; unless kMarched, albedo, and in alpha g;
+//        emission [W/m^2/sr per m]; sigma_t and albedo without the forward peak
 #include "light/field.glsl"
 #include "light/forward_peak.glsl"
 #include "scene/light_volumes.glsl"

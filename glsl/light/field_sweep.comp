@@ -1,6 +1,6 @@
 // Carries light through the lattice along each way of a batch: what came is dimmed and what is scattered or emitted on
 // the way added.
-//   in   sigma_t and emission; what scatters at each node; what surfaces cross
+//   in   sigma_t and emission; what scatters at each node; what comes in at the lattice's faces; what surfaces cross
 //   out  radiance [W/m^2/sr]
 #include "light/field.glsl"
 #include "light/field_source.glsl"
@@ -9,6 +9,7 @@
 // Variant
 const bool kEmits = false;     // the media emit
 const bool kScatters = false;  // and scatter
+const bool kComes = false;     // light comes from beyond the lattice
 const bool kMeans = false;     // out: the mean over what lies between a node and its neighbours, by what dims there. It
                                // times sigma_t is all that the medium takes in, however thick it is.
 const bool kTaken = false;     // as much as a node takes in on either side it sends out there. Were both sides to count
@@ -24,6 +25,7 @@ layout(binding = 1) writeonly uniform uimage3D u_ways_img;
 layout(binding = FIELD_SOURCE_UNIT) uniform usampler3D u_source_tx;
 layout(binding = FIELD_SIGMA_T_UNIT) uniform sampler3D u_sigma_t_tx;
 layout(binding = FIELD_EMISSION_UNIT) uniform sampler3D u_emission_tx;
+layout(binding = FIELD_LIGHT_UNIT) uniform usampler3D u_comes_tx;
 
 const bool kAround = kMeans || kLooked;  // what lies beyond a node counts too
 
@@ -67,7 +69,7 @@ void main()
         vec3 source = kScatters ? unpack_light(texelFetch(u_source_tx, node + way_of(k), 0).rg) : vec3(0.0);
         Stored stored = Stored(node, vec3(0.0), extinction_t(0.0), 1.0);
         if (chain.enters) {
-            light = vec3(0.0);
+            light = kComes ? unpack_light(texelFetch(u_comes_tx, node + way_of(k), 0).rg) : vec3(0.0);
             gone = 0.0;
         } else {
             gone += way.metres;

@@ -3,7 +3,7 @@
 // than what all that stands for the node takes in.
 #include "light/field.glsl"
 
-layout(binding = FIELD_TAKEN_UNIT) uniform sampler3D u_taken_tx;
+layout(binding = FIELD_SIGMA_T_UNIT) uniform sampler3D u_taken_tx;  // which is of that
 
 float taken_number(float of_all, ivec3 node, int i)
 {

@@ -10,6 +10,7 @@
 const bool kClear = false;     // the media don't dim it
 const bool kMarched = false;   // some dim it by their extinction at the nodes
 const bool kClosed = false;    // and some by a closed form
+const bool kAmid = false;      // and wider media around the lattice do likewise
 const bool kSurfaces = false;  // surfaces stand in the way
 const bool kShares = false;    // light/sky_share.comp tells what they let through
 const bool kEnds = false;      // media end at faces of a box
@@ -121,6 +122,8 @@ void main()
             visible = crossing.open;
             inside = false;
             tau = extinction_t(0.0);
+            if (kAmid)
+                tau = extinction_t(closed_dimming(node_position(u_field.nodes, node), way.wi, kSunRange));
             gone = 0.0;
         } else if (!kClear && kMarched) {
             tau += 0.5 * way.metres * (sigma_t + old_sigma_t);

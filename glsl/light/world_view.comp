@@ -3,7 +3,7 @@
 // Greenstein 1941). The eye is one point, so this depends on the node alone, and the march fetches once.
 //   in   coefficients of the world's light; kFades: and of that before
 //   out  the fourth root of the radiance per metre and unit of sigma_s; alpha as it was; kMixedG: the radiance
-//        itself, a layer a band, g^l left out
+//        itself, a layer a band, g^l left out; kAmidVolume: nothing, and alpha 0, where another volume tells it
 #include "shared/spherical_harmonics.h"
 #include "light/fade.glsl"
 #include "scene/light_volumes.glsl"
@@ -39,6 +39,8 @@ void main()
             band[l] += light * spherical_harmonic(i, d);
         }
     band[0].a = texelFetch(u_coefficients_tx, node, 0).a;
+    if (kAmidVolume && amid_share(p) > 0.0)
+        band[0] = band[1] = band[2] = band[3] = vec4(0.0);
     for (int l = 0; kMixedG && l < kBands; ++l)
         imageStore(u_view_img, node + layer * l, band[l]);
     if (kMixedG)

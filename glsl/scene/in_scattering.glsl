@@ -306,7 +306,7 @@ void add_point(inout vec3 sum, int i, LightLine line, LightStep step)
         arriving *= filter_in_medium(i, p);
     if (!kSeenOver)
         arriving *= volume_shadow(i, line, t, light);
-    sum += arriving;
+    sum += arriving * point_share(i, line.ray.origin + line.ray.direction * step.t);
 }
 
 // The light of a point that is far from the step: kFarPoints. 1/d^2 over the step is a parabola around its middle, by the
@@ -377,7 +377,7 @@ void add_points(inout vec3 sum, int first, int beyond, LightLine line, LightStep
                 arriving *= vec3(exp(-depth_of(p, line, light, volume_t(stored[k]))));
             else
                 arriving *= volume_shadow(i, line, step.t, light);
-            sum += arriving;
+            sum += arriving * point_share(i, p);
         }
     }
 }
@@ -406,7 +406,17 @@ vec3 world_on(LightLine line, LightStep step)
     return island_in_scattering(line.ray.origin + line.ray.direction * step.t, step.g);
 }
 #else
-vec3 world_on(LightLine line, LightStep step) { return world_in_scattering(line.world + line.dworld * step.t, step.g); }
+vec3 world_on(LightLine line, LightStep step)
+{
+    vec3 p = line.ray.origin + line.ray.direction * step.t;
+    float amid = kAmidVolume ? amid_share(p) : 0.0;
+    vec3 light = vec3(0.0);
+    if (amid < 1.0)
+        light = world_in_scattering(line.world + line.dworld * step.t, step.g);
+    if (kAmidVolume && amid > 0.0)
+        light = mix(light, amid_in_scattering(p, step.g), amid);
+    return light;
+}
 #endif
 
 // Radiance scattered towards the eye, per metre of line and unit of sigma_s.

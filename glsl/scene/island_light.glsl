@@ -21,5 +21,6 @@ vec3 island_in_scattering(vec3 p, float g)
         return vec3(0.0);
     node = clamp(node, vec3(0.0), lattice.last) + 0.5;
     node.z += lattice.first;
-    return light_towards_eye(node * u_islands.inverse_size, (lattice.last.z + 1.0) * u_islands.inverse_size.z, g);
+    return light_towards_eye(u_world_volume_tx, node * u_islands.inverse_size,
+                             (lattice.last.z + 1.0) * u_islands.inverse_size.z, g);
 }

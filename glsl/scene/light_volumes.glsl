@@ -12,9 +12,12 @@ const bool kDepthVolume = false;   // the marched media's optical depth towards 
 const bool kPackedDepths = false;  // which has those of four lights in a texel
 const bool kWorldVolume = false;   // what the media scatter of the world's light is in a volume
 const bool kWorldWalls = false;    // whose last two layers are the walls between its nodes
+const bool kAmidVolume = false;    // what is marched lies amid wider media, and has such a volume of its own
+const bool kAmidFlames = false;    // which has the light of flames too, in the place of points that stand for them
 
 layout(binding = DEPTH_VOLUME_UNIT) uniform sampler3D u_depth_volume_tx;
 layout(binding = WORLD_VOLUME_UNIT) uniform sampler3D u_world_volume_tx;
+layout(binding = AMID_VOLUME_UNIT) uniform sampler3D u_amid_volume_tx;
 
 #ifdef VOLUME_RGB
 #define volume_t vec3
@@ -158,9 +161,9 @@ vec3 light_of_root(vec3 root)
 // The world's light scattered towards the eye at `uvw` of the first layer, per metre and unit of sigma_s. Alpha is 0 in
 // nodes that no light reaches, inside of surfaces: they are left out of the mean of eight.
 //   layer  from one layer to the next, along z
-vec3 light_towards_eye(vec3 uvw, float layer, float g)
+vec3 light_towards_eye(sampler3D volume_tx, vec3 uvw, float layer, float g)
 {
-    vec4 light = textureLod(u_world_volume_tx, uvw, 0.0);
+    vec4 light = textureLod(volume_tx, uvw, 0.0);
     if (!kMixedG)
         return light_of_root(light.rgb / max(light.a, 1e-3));
     vec3 radiance = light.rgb;
@@ -168,10 +171,18 @@ vec3 light_towards_eye(vec3 uvw, float layer, float g)
     for (int l = 1; l < 4; ++l) {
         weight *= g;
         uvw.z += layer;
-        radiance += weight * textureLod(u_world_volume_tx, uvw, 0.0).rgb;
+        radiance += weight * textureLod(volume_tx, uvw, 0.0).rgb;
     }
     // What bands 0 to 3 leave of a sharp edge may dip below 0.
     return max(radiance, vec3(0.0)) / max(light.a, 1e-3);
+}
+
+// The same in the volume of a lattice.
+vec3 layer_towards_eye(sampler3D volume_tx, LatticeParams lattice, vec3 uvw, float g)
+{
+    if (kMixedG)
+        uvw = in_layer(lattice, uvw, 0);
+    return light_towards_eye(volume_tx, uvw, (lattice.last.z + 1.0) * lattice.inverse_size.z, g);
 }
 
 vec3 world_in_scattering(vec3 uvw, float g)
@@ -183,7 +194,25 @@ vec3 world_in_scattering(vec3 uvw, float g)
         uvw = on_own_side(u_world_volume_tx, first, lattice.last, uvw / lattice.inverse_size - 0.5, walls);
         uvw = (uvw + 0.5) * lattice.inverse_size;
     }
-    if (kMixedG)
-        uvw = in_layer(u_volumes.world, uvw, 0);
-    return light_towards_eye(uvw, (u_volumes.world.last.z + 1.0) * u_volumes.world.inverse_size.z, g);
+    return layer_towards_eye(u_world_volume_tx, u_volumes.world, uvw, g);
+}
+
+// How much of the light at p is that of the volume amid the media: none beyond its faces, all of it from a rim on.
+float amid_share(vec3 p)
+{
+    vec3 node = node_at(u_volumes.amid, p);
+    vec3 depth = min(node / u_volumes.amid_low_rim, (u_volumes.amid.last - node) / u_volumes.amid_high_rim);
+    return clamp(min(depth.x, min(depth.y, depth.z)), 0.0, 1.0);
+}
+
+// Of point i, where that volume has the light of flames.
+float point_share(int i, vec3 p)
+{
+    bool is_flame = kAmidFlames && i >= u_volumes.first_flame && i < u_volumes.beyond_flame;
+    return is_flame ? 1.0 - amid_share(p) : 1.0;
+}
+
+vec3 amid_in_scattering(vec3 p, float g)
+{
+    return layer_towards_eye(u_amid_volume_tx, u_volumes.amid, first_layer_at(u_volumes.amid, p), g);
 }

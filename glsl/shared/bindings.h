@@ -42,35 +42,35 @@
 #define LIGHT_FILTERS_UNIT 11
 #define DEPTH_VOLUME_UNIT 12
 #define WORLD_VOLUME_UNIT 13
-#define WORLD_ON_SURFACES_UNIT 14
-#define WALLS_UNIT 15  // of a lattice: what stands between its nodes, or how far each sees
-#define IRRADIANCE_UNIT 16
-#define ENVIRONMENT_UNIT 17
-#define LTC_UNIT 18
-#define WORLD_PROBE_UNIT 19
-#define PROBES_UNIT 20
+#define AMID_VOLUME_UNIT 14
+#define WORLD_ON_SURFACES_UNIT 15
+#define WALLS_UNIT 16  // of a lattice: what stands between its nodes, or how far each sees
+#define IRRADIANCE_UNIT 17
+#define ENVIRONMENT_UNIT 18
+#define LTC_UNIT 19
+#define WORLD_PROBE_UNIT 20
+#define PROBES_UNIT 21
 // Of the froxels.
-#define V_BUFFER_SIGMA_S_UNIT 21
-#define V_BUFFER_SIGMA_T_UNIT 22
-#define V_BUFFER_EMISSION_UNIT 23
-#define V_BUFFER_PHASE_UNIT 24
-#define FROXEL_HISTORY_UNIT 25
-#define FROXEL_HISTORY_EXTINCTION_UNIT 26
-#define FROXEL_COUNTS_UNIT 27
-#define FROXEL_SOURCE_UNIT 28
-#define FROXEL_EXTINCTION_UNIT 29
-#define INTEGRATED_SCATTERING_UNIT 30
-#define INTEGRATED_TRANSMITTANCE_UNIT 31
+#define V_BUFFER_SIGMA_S_UNIT 22
+#define V_BUFFER_SIGMA_T_UNIT 23
+#define V_BUFFER_EMISSION_UNIT 24
+#define V_BUFFER_PHASE_UNIT 25
+#define FROXEL_HISTORY_UNIT 26
+#define FROXEL_HISTORY_EXTINCTION_UNIT 27
+#define FROXEL_COUNTS_UNIT 28
+#define FROXEL_SOURCE_UNIT 29
+#define FROXEL_EXTINCTION_UNIT 30
+#define INTEGRATED_SCATTERING_UNIT 31
+#define INTEGRATED_TRANSMITTANCE_UNIT 32
 // Of transparents.
-#define TRANSPARENT_IMAGE_UNIT 32
-#define PICTURE_UNIT 33
-#define PANE_LAYER_UNIT 34
+#define TRANSPARENT_IMAGE_UNIT 33
+#define PICTURE_UNIT 34
+#define PANE_LAYER_UNIT 35
 // While the volumes of light and the field are filled.
-#define EXTINCTION_VOLUME_UNIT 35
-#define WORLD_COEFFICIENTS_UNIT 36
-#define FIELD_LIGHT_UNIT 37
-#define FIELD_SIGMA_T_UNIT 38
-#define FIELD_TAKEN_UNIT 39
+#define EXTINCTION_VOLUME_UNIT 36
+#define WORLD_COEFFICIENTS_UNIT 37
+#define FIELD_LIGHT_UNIT 38
+#define FIELD_SIGMA_T_UNIT 39
 #define FIELD_ALBEDO_UNIT 40
 #define FIELD_SOURCE_UNIT 41
 #define FIELD_SUMS_UNIT 42
@@ -90,7 +90,7 @@
 #define DISPLAY_B_UNIT 55
 // Two for each grid of a scene: texels, and pages behind those of all grids if it has bricks.
 #define GRID_UNIT 56
-#define MOST_SAMPLED 10  // by one shader, besides grids and lights' filters
+#define MOST_SAMPLED 11  // by one shader, besides grids and lights' filters
 
 #define EXTENT_TILES 64  // along both edges of a picture whose values' ends are looked for
 

@@ -54,6 +54,11 @@ struct FUM_STD140 FieldParams {
     int slots;          // of orders that are kept
     float straight_on;  // share of the extinction that is scattered straight on: taken for none
     int apart;          // pixels from the first line of a way to that of the next beside it
+    ivec2 left_out;     // points that are no lights here: the first, and the one after the last
+    vec3 hole_low;      // nodes: of a box whose light is told elsewhere
+    float unused_1;
+    vec3 hole_high;
+    float unused_2;
 };
 
 FUM_SHARED_END

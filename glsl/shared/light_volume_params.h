@@ -77,13 +77,18 @@ struct FUM_STD140 LightVolumesParams {
     int layer;               // that is filled
     int first_slice;  // of nodes along z, or of columns along their second axis, that is filled
     int samples;  // of the media along an edge of a node's cell, or from node to node of a column
-    int unused_1;
-    int unused_2;
+    int first_flame;             // of the points that stand for the flames whose light `amid` has
+    int beyond_flame;            // and the one after the last
     SunColumns filled;           // the sun's whose layer is filled
     vec3 period_size;            // of the columns, in texture coordinates
     float packed_period_z;       // of kPackedDepths
     SunLookup suns[MAX_LIGHTS];  // each sun's
     FireParams fire;
+    LatticeParams amid;  // of the world's light, where what is marched lies amid wider media
+    vec3 amid_low_rim;   // nodes, along each axis, from its lower faces on in which it takes over
+    float unused_1;
+    vec3 amid_high_rim;  // likewise of the upper ones
+    float unused_2;
 };
 
 FUM_SHARED_END

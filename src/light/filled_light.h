@@ -31,6 +31,7 @@ struct WorldLight {
     /// for them.
     gl::Texture coefficients;
     gl::Texture field_coefficients;  ///< coefficients of all light that is not direct
+    gl::Texture of_media;            ///< of it what media scatter and emit, for WorldPlan::amid
     gl::Texture bounced;             ///< light that surfaces send on, at their nodes
     std::vector<gl::Texture>
         bounced_means;  ///< its mean at the nodes after each of the turns that were noted

@@ -309,7 +309,7 @@ void LightDepths::bind_block(glm::dvec3 eye) const
 {
     if (extinction_)
         extinction_.write_params(eye);
-    write_params(eye);
+    write_params(tools_.params, eye);
     tools_.bind_block();
 }
 
@@ -327,9 +327,8 @@ shared::SunColumns LightDepths::columns_of(const LightPosition& sun) const
     return columns;
 }
 
-void LightDepths::write_params(glm::dvec3 eye) const
+void LightDepths::write_params(shared::LightVolumesParams& params, glm::dvec3 eye) const
 {
-    shared::LightVolumesParams& params = tools_.params;
     params.depth = to_shared(lattice_, 1, eye);
     params.depth_period = glm::vec3(lattice_.count + kBeyondLattice - 1);
     const glm::ivec3 texels = lattice_.count + kBeyondLattice;
@@ -339,15 +338,15 @@ void LightDepths::write_params(glm::dvec3 eye) const
     params.packed_scale = 1.0f / static_cast<float>(texels.z * std::max(packed, 1));
     for (std::size_t i = 0; i < std::min<std::size_t>(lights_.size(), MAX_LIGHTS); ++i)
         if (lights_[i].far)
-            params.suns[i] = lookup_of(columns_of(lights_[i]), static_cast<int>(i), eye);
+            params.suns[i] = lookup_of(params, columns_of(lights_[i]), static_cast<int>(i), eye);
     params.period_size = params.depth_period * params.depth.inverse_size;
     params.packed_period_z = params.depth_period.z * params.packed_scale;
 }
 
-shared::SunLookup LightDepths::lookup_of(const shared::SunColumns& columns, int layer,
+shared::SunLookup LightDepths::lookup_of(const shared::LightVolumesParams& params,
+                                         const shared::SunColumns& columns, int layer,
                                          glm::dvec3 eye) const
 {
-    const shared::LightVolumesParams& params = tools_.params;
     constexpr double kLeastShear = 1e-6;  // of the lattice's width: far less than a float shows
     const int axis = columns.axis;
     const double towards = columns.to_last != 0 ? 1 : -1;

@@ -41,8 +41,8 @@ public:
     explicit operator bool() const { return static_cast<bool>(depths_); }
     /// The lines that glsl/scene/light_volumes.glsl needs.
     [[nodiscard]] gl::Defines defines() const;
-    /// Puts what looks them up into the block.
-    void write_params(glm::dvec3 eye) const;
+    /// Puts what looks them up into a block.
+    void write_params(shared::LightVolumesParams& params, glm::dvec3 eye) const;
     void bind() const { depths_.bind(DEPTH_VOLUME_UNIT); }
 
     /// Puts four lights' depths into a texel too where that saves fetches, if it isn't done.
@@ -101,7 +101,8 @@ private:
               int slices, glm::dvec3 eye);
     void bind_block(glm::dvec3 eye) const;
     [[nodiscard]] shared::SunColumns columns_of(const LightPosition& sun) const;
-    [[nodiscard]] shared::SunLookup lookup_of(const shared::SunColumns& columns, int layer,
+    [[nodiscard]] shared::SunLookup lookup_of(const shared::LightVolumesParams& params,
+                                              const shared::SunColumns& columns, int layer,
                                               glm::dvec3 eye) const;
     /// The first light of each layer of packed depths, and how many it has; none where a fetch
     /// would have one alone, or where depths are coloured.

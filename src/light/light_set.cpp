@@ -95,6 +95,17 @@ void LightSet::set_filters(const Scene& scene, std::span<const Caster> casters, 
                  std::min(map_size, device_.capabilities().max_texture_2d), of_grids);
 }
 
+glm::ivec2 LightSet::flame_points() const
+{
+    // Suns and points come first, with a point each.
+    const auto beyond = std::find_if(lights_.begin(), lights_.end(), [](const Light& light) {
+        return !std::holds_alternative<SunLight>(light) &&
+               !std::holds_alternative<PointLight>(light);
+    });
+    const auto end = static_cast<int>(beyond - lights_.begin());
+    return {end - flames_, end};
+}
+
 void LightSet::set(const Scene& scene, const surface::SurfaceSet& surfaces, const Bounds& media,
                    int map_size, bool detailed, bool through_gaps,
                    std::span<const FlameLight> flames)

@@ -73,6 +73,8 @@ public:
     [[nodiscard]] int suns() const { return suns_; }
     /// Those of them that stand for flames.
     [[nodiscard]] int flames() const { return flames_; }
+    /// Their points: the first, and the one after the last.
+    [[nodiscard]] glm::ivec2 flame_points() const;
     /// The points that stand for them, in their order.
     [[nodiscard]] std::span<const LightPosition> points() const { return points_; }
     [[nodiscard]] int count() const { return static_cast<int>(points_.size()); }

@@ -22,7 +22,31 @@ constexpr int kMostCycles = 6, kFewerCycles = 3;
 /// against those with 4. What is cut off by a box, as of haze in a hall, is 0.5 % less with them.
 constexpr int kMostSamplesOnSurfaces = 2;
 
+constexpr float kLeastRim = 1e-3f;  ///< nodes: where a lattice's face is one of all media
+
 constexpr int kWallLayers = 2;  ///< layers of a texture of walls between nodes
+
+/// While it lives no medium's glow is left out because flames stand for it, if they are not to.
+class CarriedFlames {
+public:
+    CarriedFlames(medium::MediaSet& media, bool carried)
+        : media_{media}, before_{carried ? media.split_off() : std::vector<bool>()}
+    {
+        if (!before_.empty())
+            media_.split_off({});
+    }
+    ~CarriedFlames()
+    {
+        if (!before_.empty())
+            media_.split_off(before_);
+    }
+    CarriedFlames(const CarriedFlames&) = delete;
+    CarriedFlames& operator=(const CarriedFlames&) = delete;
+
+private:
+    medium::MediaSet& media_;
+    std::vector<bool> before_;
+};
 
 /// A field that was filled by one plan, as another's takes it.
 OtherLight field_at(const gl::Texture& field, const WorldPlan& of, const WorldPlan& from)
@@ -72,6 +96,7 @@ void LightVolumes::clear()
     drop_world();
     islands_.clear();
     island_light_.drop();
+    amid_.reset();
 }
 
 void LightVolumes::drop_world()
@@ -96,7 +121,31 @@ void LightVolumes::set(const Scene& scene, const SceneSettings& settings, medium
 {
     set_volumes(scene, settings, media, surfaces, lights);
     set_islands(scene, settings, media, surfaces, lights);
-    media.split_forward_peaks(splits_forward_peaks());
+    set_amid(scene, settings, media, surfaces, lights);
+    scatter_as_shown(media);
+}
+
+void LightVolumes::set_amid(const Scene& scene, const SceneSettings& settings,
+                            medium::MediaSet& media, const surface::SurfaceSet& surfaces,
+                            LightSet& lights)
+{
+    const WorldPlan& plan = !fill_ ? light_.plan : fill_->outdated ? wanted_ : fill_->to.plan;
+    const std::optional<MediaPart>& part = plan.amid;
+    if (!part || !world_) {
+        turned_ &= amid_ == nullptr;
+        amid_.reset();
+        return;
+    }
+    if (!amid_) {
+        amid_ = std::make_unique<LightVolumes>(device_, programs_, timers_);
+        turned_ = false;
+    }
+    amid_->part_ = part;
+    amid_->whole_ = this;
+    const CarriedFlames carried(media, part->has_flames);
+    amid_->set_volumes(scene, settings, media, surfaces, lights);
+    if (!amid_->world_)
+        amid_.reset();
 }
 
 void LightVolumes::set_islands(const Scene& scene, const SceneSettings& settings,
@@ -144,9 +193,10 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
 {
     const medium::MediaTraits& traits = media.traits();
     extinction_.set_color(media);
+    flames_ = lights.flame_points();
     const bool depth = settings.volume_shadows && settings.shadow_volume_size != 0 &&
                        settings.shadow_range == SceneSettings::ShadowRange::media &&
-                       traits.marched > 0 && traits.islands == 0 && lights.count() > 0;
+                       traits.marched > 0 && traits.islands == 0 && !part_ && lights.count() > 0;
     if (depth) {
         depths_.set(settings, frame_of(media), media, lights);
     } else {
@@ -157,9 +207,10 @@ void LightVolumes::set_volumes(const Scene& scene, const SceneSettings& settings
     field_from_before_ = settings.field_from_before;
     const SurfaceTurns& turns = turns_.of(surface_turns_key(scene, settings),
                                           [&] { return surface_turns(scene, settings); });
-    std::optional<WorldPlan> plan = plan_world(
-        {scene, settings, media, surfaces, lights, depths_, part_ ? &*part_ : nullptr, turns.turns},
-        device_, orders_why_);
+    std::optional<WorldPlan> plan =
+        plan_world({scene, settings, media, surfaces, lights, depths_of_all(),
+                    part_ ? &*part_ : nullptr, turns.turns, fills_around()},
+                   device_, orders_why_);
     if (plan) {
         plan->world.sky_in_parts = lights.world_radiance() != glm::vec3(0.0f) && !part_ &&
                                    is_sky_in_parts(scene, media.bounds());
@@ -181,17 +232,32 @@ bool LightVolumes::go_on(medium::MediaSet& media, const surface::SurfaceSet& sur
                          LightSet& lights)
 {
     const FieldScene scene{media, surfaces, lights};
+    const int shown = fields_shown_;
     const bool has_depths = depths_.go_on(media);
-    const WorldPlan& last = fill_ ? fill_->to.plan : light_.plan;
-    if (has_depths && last.field != FieldKey()) {  // which dims what it is filled from
-        WorldPlan plan = fill_ && fill_->outdated ? wanted_ : last;
-        plan.field.depths = depths_.refills();
-        set_plan(std::move(plan), scene);
-    }
+    if (has_depths)
+        fill_again(scene);
     if (fill_)
         go_on_filling(scene);
-    const bool fades = go_on_fading();
-    return has_depths || fades;
+    bool changes = go_on_fading() || has_depths;
+    if (!amid_)
+        return changes;
+    const CarriedFlames carried(media, amid_->part_->has_flames);
+    if (has_depths || shown != fields_shown_)
+        amid_->fill_again(scene);
+    if (amid_->has_more())
+        changes |= amid_->go_on(media, surfaces, lights);
+    return changes;
+}
+
+void LightVolumes::fill_again(const FieldScene& scene)
+{
+    const WorldPlan& last = fill_ ? fill_->to.plan : light_.plan;
+    if (last.field == FieldKey())
+        return;
+    WorldPlan plan = fill_ && fill_->outdated ? wanted_ : last;
+    plan.field.depths = depths_of_all().refills();
+    plan.field.around = fills_around();
+    set_plan(std::move(plan), scene);
 }
 
 gl::Texture LightVolumes::make_coefficients(const char* label, const WorldPlan& plan) const
@@ -203,8 +269,8 @@ bool LightVolumes::may_spread(const medium::MediaSet& media) const
 {
     const medium::MediaTraits& traits = media.traits();
     // The extinction that lights are marched through is not kept from frame to frame.
-    const bool has_depths = depths_ || traits.marched == 0;
-    return field_frames_ > 1 && !part_ && traits.islands == 0 && has_depths;
+    const bool has_depths = depths_of_all() || traits.marched == 0;
+    return field_frames_ > 1 && (!part_ || part_->is_amid) && traits.islands == 0 && has_depths;
 }
 
 void LightVolumes::set_plan(WorldPlan plan, const FieldScene& scene)
@@ -291,10 +357,10 @@ void LightVolumes::go_on_filling(const FieldScene& scene)
         }
     } catch (...) {  // what was shown before is shown still
         stop_filling();
-        scene.media.split_forward_peaks(splits_forward_peaks());
+        scatter_as_shown(scene.media);
         throw;
     }
-    scene.media.split_forward_peaks(splits_forward_peaks());
+    scatter_as_shown(scene.media);
 }
 
 void LightVolumes::stop_filling()
@@ -361,6 +427,10 @@ void LightVolumes::plan_fill(WorldFill& fill)
         keeps_world_ = true;
     if (!field.filled)
         to.field_coefficients = {};
+    if (!field.filled || !plan.amid)
+        to.of_media = {};
+    else if (fill.of_media && !to.of_media)
+        to.of_media = make_coefficients("light of the media", plan);
     if (fill.of_media && !to.field_coefficients)
         to.field_coefficients = make_coefficients("light that is not direct", plan);
     if (fill.on_surfaces) {
@@ -415,8 +485,10 @@ void LightVolumes::show(WorldFill& fill)
     if (fill.is_spread && !fill.anew) {  // what was not filled stays
         if (!to.coefficients)
             to.coefficients = std::move(light_.coefficients);
-        if (!fill.of_media && field.filled)
+        if (!fill.of_media && field.filled) {
             to.field_coefficients = std::move(light_.field_coefficients);
+            to.of_media = std::move(light_.of_media);
+        }
         if (!fill.of_media && !fill.world)
             to.world_walls = std::move(light_.world_walls);
         if (!fill.on_surfaces) {
@@ -430,6 +502,8 @@ void LightVolumes::show(WorldFill& fill)
             to.fire = std::move(light_.fire);
         }
     }
+    if (fill.of_media)
+        ++fields_shown_;
     begin_fades(fill);
     light_ = std::move(to);
     if (light_.fire)
@@ -534,13 +608,44 @@ OtherLight LightVolumes::light_of_surfaces(const WorldFill& fill) const
             kSurfaceBands};
 }
 
+std::optional<OtherLight> LightVolumes::light_from_beyond(const WorldFill& fill) const
+{
+    if (!part_ || !part_->is_amid || !whole_->light_.of_media)
+        return {};
+    // Near what is marched the wider lattice's nodes have that within their cells: what comes to it
+    // is taken where they have none of it.
+    constexpr double kFarther = 2;  // nodes
+    const WorldPlan& from = whole_->light_.plan;
+    const Lattice& own = fill.to.plan.in_media;
+    const LatticePlace place = place_of(own);
+    glm::dmat3 axes(1.0);
+    glm::dvec3 farther(1);
+    for (int i = 0; i < 3; ++i) {
+        const double edge = glm::length(place.edges[i]);
+        axes[i] = place.edges[i] / edge;
+        farther[i] += kFarther * spacing_of(place_of(from.in_media)) /
+                      (0.5 * edge * static_cast<double>(place.count[i] - 1));
+    }
+    OtherLight light{&whole_->light_.of_media, nullptr,
+                     to_shared(from.in_media, from.bands * from.bands, centre_of(own)), from.bands};
+    const glm::dmat3 out =
+        axes * glm::dmat3(glm::scale(glm::dmat4(1.0), farther)) * glm::inverse(axes);
+    light.at.node_from_world *= glm::mat4(glm::dmat4(out));
+    return light;
+}
+
 Steps LightVolumes::fill_lattice(WorldFill& fill, int ways, FieldOrders orders,
                                  const gl::Texture* world, const gl::Texture& to,
-                                 gl::Texture* scattered)
+                                 gl::Texture* scattered, const gl::Texture* of_media)
 {
     const OtherLight bounced = light_of_surfaces(fill);
-    co_await field_.fill(ways, fill.to.plan.bands, orders, world, to, scattered,
-                         fill.to.plan.field.turns > 0 ? &bounced : nullptr, fill.start);
+    const std::optional<OtherLight> beyond = light_from_beyond(fill);
+    co_await field_.fill(ways, fill.to.plan.bands, orders,
+                         {.world = world,
+                          .bounced = fill.to.plan.field.turns > 0 ? &bounced : nullptr,
+                          .beyond = beyond ? &*beyond : nullptr,
+                          .start = fill.start},
+                         {.field = to, .scattered = scattered, .of_media = of_media});
 }
 
 Steps LightVolumes::guess_coarsely(WorldFill& fill)
@@ -561,7 +666,7 @@ Steps LightVolumes::guess_coarsely(WorldFill& fill)
                      .orders = plan.field.orders});
         gl::Texture finer;
         co_await fill_lattice(fill, kNearWays, {FIELD_KEPT_ORDERS, cycles, true}, nullptr, light,
-                              &finer);
+                              &finer, nullptr);
         field_.end();
         fill.started_from = std::move(finer);
         fill.start = {OrdersStart::From::scattered,
@@ -575,7 +680,7 @@ Steps LightVolumes::fill_media(WorldFill& fill)
     const FieldScene& scene = fill.scene;
     const WorldPlan& plan = fill.to.plan;
     const medium::MediaTraits& traits = scene.media.traits();
-    if (fill.of_media && traits.marched > 0 && plan.world.dims && !depths_ && !extinction_)
+    if (fill.of_media && traits.marched > 0 && plan.world.dims && !depths_of_all() && !extinction_)
         extinction_.fill(frame_of(scene.media), scene.media, scene.lights);
     if (fill.of_media && plan.field.orders.coarse_first)
         co_await guess_coarsely(fill);
@@ -604,7 +709,8 @@ Steps LightVolumes::fill_field(WorldFill& fill)
     const FieldOrders orders = orders_to_go(plan.field.orders, fill.start.from);
     co_await fill_lattice(fill, fill.shines ? plan.world.ways : kNearWays, orders,
                           fill.shines ? fill.of_world : nullptr, fill.to.field_coefficients,
-                          plan.field.on_surfaces ? &fill.scattered : nullptr);
+                          plan.field.on_surfaces ? &fill.scattered : nullptr,
+                          fill.to.of_media ? &fill.to.of_media : nullptr);
     fill.started_from = {};
     if (fill.scattered)
         field_.make_whole(plan.bands, fill.scattered);
@@ -733,11 +839,21 @@ void LightVolumes::write_block(glm::dvec3 eye, const WorldLight& surfaces)
 {
     if (extinction_)
         extinction_.write_params(eye);
-    if (depths_)
-        depths_.write_params(eye);
+    if (depths_of_all())
+        depths_of_all().write_params(tools_.params, eye);
     if (world_ && light_.in_media())
         tools_.params.world =
             to_shared(light_.plan.in_media, world_.size().z / light_.plan.in_media.count.z, eye);
+    if (amid_) {
+        const Lattice& lattice = amid_->light_.plan.in_media;
+        const glm::ivec2 flames = amid_->part_->has_flames ? flames_ : glm::ivec2(0);
+        tools_.params.amid = to_shared(lattice, amid_->world_.size().z / lattice.count.z, eye);
+        const Bounds& rim = amid_->part_->rim;
+        tools_.params.amid_low_rim = glm::max(glm::vec3(rim.min), glm::vec3(kLeastRim));
+        tools_.params.amid_high_rim = glm::max(glm::vec3(rim.max), glm::vec3(kLeastRim));
+        tools_.params.first_flame = flames.x;
+        tools_.params.beyond_flame = flames.y;
+    }
     if (surfaces.on_surfaces)
         tools_.params.surfaces =
             to_shared(surfaces.plan.on_surfaces, kSurfaceBands * kSurfaceBands, eye);
@@ -749,7 +865,7 @@ void LightVolumes::write_block(glm::dvec3 eye, const WorldLight& surfaces)
 gl::Defines LightVolumes::field_defines(const FieldScene& scene) const
 {
     gl::Defines defines = extinction_.fill_defines(scene.media, scene.lights.defines());
-    defines += depths_.defines();
+    defines += depths_of_all().defines();
     return defines;
 }
 
@@ -769,35 +885,39 @@ void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice, con
         &field == &field_on_surfaces_ && in_voxels ? kMostSamplesOnSurfaces : kMostSamples;
     tools_.params.samples = std::clamp(static_cast<int>(std::round(voxels / 2)), 2, most);
     write_block(eye, fill.to);
-    depths_.bind();
-    const bool marches = task.scatters && key.dims && extinction_ && !depths_;
-    field.begin({to_shared(lattice, 1, eye), eye,
-                 lattice.node_from_world * glm::translate(glm::dmat4(1.0), eye), lattice.count},
-                {.defines = field_defines(fill.scene),
-                 .colored = traits.colored_extinction,
-                 .ways = task.ways,
-                 .albedo = media.mean_albedo(),
-                 .mixed_g = traits.mixed_g,
-                 .scatters = task.scatters,
-                 .glows = task.scatters && &field == &field_ && media.carries_glow(),
-                 .dims = key.dims,
-                 .marched = traits.marched > 0,
-                 .closed = traits.media > traits.marched,
-                 .scatters_again = task.scatters && task.orders.count > 0,
-                 .straight_on = task.scatters ? task.orders.straight_on : 0,
-                 .sights = &field == &field_on_surfaces_,
-                 .thick = task.orders.coarse_first,
-                 .bounds = media.bounds(),
-                 .ends = media.ends(),
-                 .world = task.world ? &key.world : nullptr,
-                 .extinction = marches ? &extinction_.volume() : nullptr,
-                 .sky_box = key.sky_in_parts ? task.sky_box : Bounds(),
-                 .bind_again =
-                     [this, eye, &fill] {
-                         begin_fill(eye, fill);
-                         depths_.bind();
-                     }},
-                fill.scene.surfaces, task.bounces);
+    depths_of_all().bind();
+    const bool marches = task.scatters && key.dims && extinction_ && !depths_of_all();
+    field.begin(
+        {to_shared(lattice, 1, eye), eye,
+         lattice.node_from_world * glm::translate(glm::dmat4(1.0), eye), lattice.count},
+        {.defines = field_defines(fill.scene),
+         .colored = traits.colored_extinction,
+         .ways = task.ways,
+         .albedo = media.mean_albedo(),
+         .mixed_g = traits.mixed_g,
+         .scatters = task.scatters,
+         .glows = task.scatters && &field == &field_ && media.carries_glow(),
+         .dims = key.dims,
+         .marched = traits.marched > 0,
+         .closed = traits.media > traits.marched,
+         .amid = part_ && part_->is_amid,
+         .scatters_again = task.scatters && task.orders.count > 0,
+         .straight_on = task.scatters ? task.orders.straight_on : 0,
+         .sights = &field == &field_on_surfaces_,
+         .thick = task.orders.coarse_first,
+         .left_out = part_ && part_->has_flames ? flames_ : glm::ivec2(0),
+         .hole = &field == &field_ && fill.to.plan.amid ? fill.to.plan.amid->bounds : Bounds(),
+         .bounds = media.bounds(),
+         .ends = media.ends(),
+         .world = task.world ? &key.world : nullptr,
+         .extinction = marches ? &extinction_.volume() : nullptr,
+         .sky_box = key.sky_in_parts ? task.sky_box : Bounds(),
+         .bind_again =
+             [this, eye, &fill] {
+                 begin_fill(eye, fill);
+                 depths_of_all().bind();
+             }},
+        fill.scene.surfaces, task.bounces);
 }
 
 gl::Defines LightVolumes::view_defines(const medium::MediaSet& media, int bands) const
@@ -823,6 +943,8 @@ void LightVolumes::project_to_view(const medium::MediaSet& media)
 {
     gl::Defines defines = view_defines(media, light_.plan.bands);
     light_.in_media().bind(WORLD_COEFFICIENTS_UNIT);
+    if (amid_)
+        defines.emplace_back("kAmidVolume", "");
     if (fade_in_media_.is_on()) {
         defines.emplace_back("kFades", "");
         defines += fade_in_media_.bind({light_.in_media(), light_.plan.in_media});
@@ -836,6 +958,11 @@ void LightVolumes::bind(glm::dvec3 eye, glm::dvec3 forward, bool perspective,
 {
     if (!depths_ && !has_world())
         return;
+    if (amid_) {
+        const int turns = amid_->turns_to_eye_;
+        amid_->bind(eye, forward, perspective, media);
+        turned_ &= turns == amid_->turns_to_eye_;  // of its nodes' light ours is without
+    }
     tools_.params.view_axis = perspective ? glm::vec3(0) : glm::vec3(forward);
     tools_.params.orthographic = perspective ? 0.0f : 1.0f;
     write_block(eye);
@@ -849,6 +976,8 @@ void LightVolumes::bind(glm::dvec3 eye, glm::dvec3 forward, bool perspective,
     depths_.pack(eye);
     depths_.bind();
     world_.bind(WORLD_VOLUME_UNIT);
+    if (amid_)
+        amid_->world_.bind(AMID_VOLUME_UNIT);
     if (!island_light_)
         return;
     for (const auto& island : islands_)
@@ -897,6 +1026,10 @@ gl::Defines LightVolumes::defines() const
         defines.emplace_back("ISLAND_VOLUMES", "");
     if (world_ && light_.world_walls)
         defines.emplace_back("kWorldWalls", "");
+    if (amid_)
+        defines.emplace_back("kAmidVolume", "");
+    if (amid_ && amid_->part_->has_flames)
+        defines.emplace_back("kAmidFlames", "");
     return defines;
 }
 
@@ -910,6 +1043,7 @@ std::optional<Bounds> LightVolumes::lit_on_surfaces() const
 bool LightVolumes::splits_forward_peaks() const
 {
     return (light_.field_coefficients && light_.plan.field.orders.straight_on > 0) ||
+           (amid_ && amid_->splits_forward_peaks()) ||
            std::any_of(islands_.begin(), islands_.end(),
                        [](const auto& island) { return island->splits_forward_peaks(); });
 }
@@ -920,15 +1054,19 @@ LightVolumeFills LightVolumes::fills() const
     sum.extinction = extinction_.fills();
     sum.depth_layers = depths_.layers_filled();
     sum.lattices = field_.drawings() + field_on_surfaces_.drawings();
-    for (const auto& island : islands_) {
-        const LightVolumeFills own = island->fills();
+    const auto add = [&](const LightVolumes& part) {
+        const LightVolumeFills own = part.fills();
         sum.extinction += own.extinction;
         sum.depth_layers += own.depth_layers;
         sum.world += own.world;
         sum.field += own.field;
         sum.lattices += own.lattices;
         sum.fires += own.fires;
-    }
+    };
+    for (const auto& island : islands_)
+        add(*island);
+    if (amid_)
+        add(*amid_);
     return sum;
 }
 
@@ -948,6 +1086,11 @@ std::vector<std::string> LightVolumes::describe() const
         lines.push_back(depths_.describe());
     for (std::string& line : light_.describe({sky_.last().why, turns_.last().why, orders_why_}))
         lines.push_back(std::move(line));
+    if (amid_)
+        lines.push_back(fmt::format("world's light in what lies amid wider media: {}{}",
+                                    size_of(amid_->light_.in_media(),
+                                            amid_->light_.plan.bands * amid_->light_.plan.bands, 8),
+                                    filled_in(amid_->light_.ms)));
     if (light_.field_coefficients && !fill_)
         lines.push_back(
             describe_orders(field_, light_.goes_on || light_.plan.field.orders.coarse_first));

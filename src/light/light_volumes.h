@@ -53,6 +53,10 @@ struct LightVolumeFills {
 /// Of media whose parts lie far apart one lattice has no node to spare for any of them. Each part
 /// then has volumes of the world's light of its own, in which the media's other parts throw shadows
 /// of lights but are not seen otherwise. Depths towards lights are marched.
+///
+/// What is marched amid wider media, as smoke in fog, has volumes of the world's light of its own
+/// too (WorldPlan::amid). Depths are those of all media, and what these scatter comes in at its
+/// faces.
 class LightVolumes {
 public:
     LightVolumes(const gl::Device& device, gl::ProgramCache& programs,
@@ -86,7 +90,7 @@ public:
     [[nodiscard]] bool has_more() const
     {
         return depths_.has_more() || fill_ || fade_in_media_.is_on() || fade_on_surfaces_.is_on() ||
-               fade_dimmed_.is_on();
+               fade_dimmed_.is_on() || (amid_ && amid_->has_more());
     }
 
     /// Binds the world's light on surfaces instead of that in the media.
@@ -105,22 +109,43 @@ public:
     bool is_sky_in_parts(const Scene& scene, const Bounds& media);
 
 private:
-    /// Of all media, or of our part.
-    [[nodiscard]] medium::VoxelFrame frame_of(const medium::MediaSet& media) const;
-    /// Whether the field, or that of a part, is without what is scattered straight on.
-    [[nodiscard]] bool splits_forward_peaks() const;
-    void set_volumes(const Scene& scene, const SceneSettings& settings, medium::MediaSet& media,
-                     const surface::SurfaceSet& surfaces, LightSet& lights);
-    void set_islands(const Scene& scene, const SceneSettings& settings, medium::MediaSet& media,
-                     const surface::SurfaceSet& surfaces, LightSet& lights);
-    /// Of each island, and ours last.
-    [[nodiscard]] std::vector<IslandLight::Part> parts_with_light() const;
     struct FieldScene {
         medium::MediaSet& media;
         const surface::SurfaceSet& surfaces;
         LightSet& lights;
     };
     struct WorldFill;
+    /// Of all media, or of our part.
+    [[nodiscard]] medium::VoxelFrame frame_of(const medium::MediaSet& media) const;
+    /// Whether the field, or that of a part, is without what is scattered straight on.
+    [[nodiscard]] bool splits_forward_peaks() const;
+    /// Has media scatter as what frames look up was filled.
+    void scatter_as_shown(medium::MediaSet& media) const
+    {
+        media.split_forward_peaks((part_ ? whole_ : this)->splits_forward_peaks());
+    }
+    void set_volumes(const Scene& scene, const SceneSettings& settings, medium::MediaSet& media,
+                     const surface::SurfaceSet& surfaces, LightSet& lights);
+    void set_amid(const Scene& scene, const SceneSettings& settings, medium::MediaSet& media,
+                  const surface::SurfaceSet& surfaces, LightSet& lights);
+    /// Of wider media's light that comes to our part; 0: none does.
+    [[nodiscard]] int fills_around() const
+    {
+        return part_ && part_->is_amid ? whole_->fields_shown_ : 0;
+    }
+    /// Depths have come since, or wider media's light: what is filled from them is filled anew.
+    void fill_again(const FieldScene& scene);
+    /// Of all media.
+    [[nodiscard]] const LightDepths& depths_of_all() const
+    {
+        return part_ ? whole_->depths_ : depths_;
+    }
+    /// What media beyond our part send into it. Null: nothing.
+    [[nodiscard]] std::optional<OtherLight> light_from_beyond(const WorldFill& fill) const;
+    void set_islands(const Scene& scene, const SceneSettings& settings, medium::MediaSet& media,
+                     const surface::SurfaceSet& surfaces, LightSet& lights);
+    /// Of each island, and ours last.
+    [[nodiscard]] std::vector<IslandLight::Part> parts_with_light() const;
     /// Fills it by the plan, at once or over frames, or has what is being filled be filled again.
     void set_plan(WorldPlan plan, const FieldScene& scene);
     /// Has what is shown be where the scene has moved to as a whole, if that is all that its
@@ -148,7 +173,7 @@ private:
     /// What surfaces send on, for the media's lattice.
     [[nodiscard]] OtherLight light_of_surfaces(const WorldFill& fill) const;
     Steps fill_lattice(WorldFill& fill, int ways, FieldOrders orders, const gl::Texture* world,
-                       const gl::Texture& to, gl::Texture* scattered);
+                       const gl::Texture& to, gl::Texture* scattered, const gl::Texture* of_media);
     Steps guess_coarsely(WorldFill& fill);
     /// Fills the media's lattice with the world's light, and with theirs. It is open then.
     Steps fill_media(WorldFill& fill);
@@ -214,7 +239,10 @@ private:
     const LightVolumes* whole_ = nullptr;  ///< those of all media, which have the surfaces' light
     std::vector<std::unique_ptr<LightVolumes>> islands_;
     IslandLight island_light_;
-    int turns_to_eye_ = 0;  ///< number of times that world_ was turned to the eye
+    std::unique_ptr<LightVolumes> amid_;  ///< by WorldPlan::amid; null: there is none
+    glm::ivec2 flames_{0};                ///< LightSet's
+    int fields_shown_ = 0;                ///< number of times that light of the media came
+    int turns_to_eye_ = 0;                ///< number of times that world_ was turned to the eye
     LightVolumeFills fills_;
 };
 

@@ -411,6 +411,13 @@ void RadianceField::begin(const FieldLattice& lattice, FieldMedium medium,
     params_.nodes = lattice.params;
     params_.albedo = filling_->medium.albedo;
     params_.straight_on = filling_->medium.straight_on;
+    params_.left_out = filling_->medium.left_out;
+    if (!filling_->medium.hole.empty()) {
+        const Bounds hole = filling_->medium.hole.transformed(
+            lattice.node_from_eye * glm::translate(glm::dmat4(1.0), -lattice.eye));
+        params_.hole_low = glm::vec3(hole.min);
+        params_.hole_high = glm::vec3(hole.max);
+    }
     const Bounds media = filling_->medium.bounds.transformed(
         lattice.node_from_eye * glm::translate(glm::dmat4(1.0), -lattice.eye));
     params_.media_low = glm::vec3(media.min);
@@ -1118,7 +1125,7 @@ void RadianceField::add_taken(gl::Defines& defines) const
     if (!filling_->taken)
         return;
     defines.emplace_back("kTaken", "");
-    filling_->taken.bind(FIELD_TAKEN_UNIT);
+    filling_->taken.bind(FIELD_SIGMA_T_UNIT);
 }
 
 void RadianceField::walk(const char* file, const gl::Defines& defines, int ways)
@@ -1144,6 +1151,7 @@ void RadianceField::carry_world(const Batch& batch, bool means)
     const bool alike = medium.scatters_again;
     add(medium.dims && (medium.marched || alike), "kMarched");
     add(medium.dims && medium.closed && !alike, "kClosed");
+    add(medium.dims && medium.amid && alike, "kAmid");
     add(static_cast<bool>(drawn_->crossed), "kSurfaces");
     add(means, "kMeans");
     add(means && !medium.mixed_g, "kTaken");
@@ -1170,7 +1178,7 @@ Steps RadianceField::add(const FieldLight& light, int bands, const gl::Texture& 
         set_batch(batch);
         const gl::Texture source =
             spread({light.scattered, nullptr, light.at, light.bands}, batch.count);
-        sweep(false, &source, false);
+        sweep({.source = &source});
         gather(bands, true, Of::field, filling_->light_ways, to, Nodes::looked_up);
         if (co_await Pause{})
             bind_again();
@@ -1195,16 +1203,16 @@ Steps RadianceField::add_along_rays(const FieldLight& light, int bands, const gl
         bind_again();
 }
 
-gl::Texture RadianceField::spread(const OtherLight& scattered, int ways)
+gl::Texture RadianceField::spread(const OtherLight& light, int ways, Nodes nodes)
 {
-    params_.other = scattered.at;
+    params_.other = light.at;
     write_block();
     gl::Texture source = make_sources(ways);
-    scattered.light->bind(FIELD_LIGHT_UNIT);
+    light.light->bind(FIELD_LIGHT_UNIT);
     bind_image(0, source, GL_WRITE_ONLY, light_format());
-    gl::Defines defines{{"kBands", fmt::format("{}", scattered.bands)}};
+    gl::Defines defines{{"kBands", fmt::format("{}", light.bands)}};
     add_ways(defines);
-    dispatch_listed("light/field_spread.comp", defines);
+    dispatch_at(nodes, "light/field_spread.comp", defines);
     return source;
 }
 
@@ -1269,7 +1277,7 @@ gl::Defines RadianceField::extinction_defines() const
     return {{"extinction_t", filling_->medium.colored ? "vec3" : "float"}};
 }
 
-void RadianceField::sweep(bool emits, const gl::Texture* source, bool means, bool looked)
+void RadianceField::sweep(const Sweep& what)
 {
     const Filling& filling = *filling_;
     gl::Defines defines = extinction_defines();
@@ -1277,23 +1285,26 @@ void RadianceField::sweep(bool emits, const gl::Texture* source, bool means, boo
         if (asked)
             defines.emplace_back(name, "");
     };
-    add(emits, "kEmits");
-    add(source != nullptr, "kScatters");
-    add(means, "kMeans");
-    add(means && !filling.medium.mixed_g, "kTaken");
+    add(what.emits, "kEmits");
+    add(what.source != nullptr, "kScatters");
+    add(what.comes != nullptr, "kComes");
+    add(what.means, "kMeans");
+    add(what.means && !filling.medium.mixed_g, "kTaken");
     add(filling.ends, "kEnds");
-    add(filling.ends && !means && looked, "kLooked");
+    add(filling.ends && !what.means && what.looked, "kLooked");
     add(static_cast<bool>(drawn_->crossed), "kSurfaces");
     add(drawn_->crossed && params_.count == kNearWays && params_.first == 0, "kNear");
     filling.emission.bind(FIELD_EMISSION_UNIT);
     filling.sigma_t.bind(FIELD_SIGMA_T_UNIT);
-    if (source != nullptr)
-        source->bind(FIELD_SOURCE_UNIT);
+    if (what.source != nullptr)
+        what.source->bind(FIELD_SOURCE_UNIT);
+    if (what.comes != nullptr)
+        what.comes->bind(FIELD_LIGHT_UNIT);
     walk("light/field_sweep.comp", defines, params_.count);
 }
 
 void RadianceField::finish(int bands, const gl::Texture& light, const gl::Texture* world,
-                           const gl::Texture* total, const gl::Texture& to, Nodes nodes)
+                           const gl::Texture* total, const gl::Texture& to, Nodes nodes, bool holed)
 {
     gl::Defines defines{{"kBands", fmt::format("{}", bands)}};
     if (nodes == Nodes::listed)
@@ -1306,6 +1317,8 @@ void RadianceField::finish(int bands, const gl::Texture& light, const gl::Textur
         defines.emplace_back("kWorld", "");
         world->bind(FIELD_WORLD_UNIT);
     }
+    if (holed)
+        defines.emplace_back("kHole", "");
     if (total != nullptr) {
         defines.emplace_back("kField", "");
         total->bind(FIELD_ORDER_UNIT);
@@ -1315,11 +1328,10 @@ void RadianceField::finish(int bands, const gl::Texture& light, const gl::Textur
     dispatch_at(nodes, "light/field_finish.comp", defines);
 }
 
-Steps RadianceField::fill(int ways, int bands, FieldOrders orders, const gl::Texture* world,
-                          const gl::Texture& field, gl::Texture* given, const OtherLight* bounced,
-                          OrdersStart start)
+Steps RadianceField::fill(int ways, int bands, FieldOrders orders, FieldInput from, FieldOutput to)
 {
     using From = OrdersStart::From;
+    const OrdersStart& start = from.start;
     const bool has_arrived = start.from == From::arrived || start.from == From::arrived_here;
     guess_ = {};
     if (start.from != From::arrived_here) {
@@ -1338,6 +1350,8 @@ Steps RadianceField::fill(int ways, int bands, FieldOrders orders, const gl::Tex
         direct.emplace_back("kDims", "");
     if (filling_->ends)
         direct.emplace_back("kEnds", "");
+    if (medium.left_out.x < medium.left_out.y)
+        direct.emplace_back("kLeavesOut", "");
     if (medium.extinction != nullptr) {
         direct.emplace_back("kMarched", "");
         medium.extinction->bind(EXTINCTION_VOLUME_UNIT);
@@ -1357,16 +1371,17 @@ Steps RadianceField::fill(int ways, int bands, FieldOrders orders, const gl::Tex
         gather(bands, true, Of::means, filling_->light_ways, first, Nodes::listed);
     }
     set_batch(near);
-    if (medium.glows) {
-        sweep(true, nullptr, true);
+    if (medium.glows || from.beyond != nullptr) {
+        const gl::Texture comes = come_in(from.beyond, kNearWays);
+        sweep({.emits = medium.glows, .comes = comes ? &comes : nullptr, .means = true});
         gather(bands, true, Of::means, filling_->light_ways, first, Nodes::listed);
     }
-    if (bounced != nullptr)
-        take_over(*bounced, bands, first);
+    if (from.bounced != nullptr)
+        take_over(*from.bounced, bands, first);
     gl::Texture source, scattered;
     if (orders.count > 0)
         co_await scatter(bands, orders, first, direct_alone, start, source);
-    if (source && (given != nullptr || ways != kNearWays)) {
+    if (source && (to.scattered != nullptr || ways != kNearWays)) {
         scattered = make("field: what is scattered", bands * bands);
         const std::array<GLfloat, 4> none{};
         scattered.clear(GL_RGBA, GL_FLOAT, none.data());
@@ -1383,16 +1398,29 @@ Steps RadianceField::fill(int ways, int bands, FieldOrders orders, const gl::Tex
         gl::Texture spread_out;
         if (source && ways != kNearWays)
             spread_out = spread({&scattered, nullptr, own, bands}, batch.count);
-        sweep(medium.glows, spread_out ? &spread_out : source ? &source : nullptr, false, true);
+        const gl::Texture comes = come_in(from.beyond, batch.count);
+        sweep({.emits = medium.glows,
+               .source = spread_out ? &spread_out
+                         : source   ? &source
+                                    : nullptr,
+               .comes = comes ? &comes : nullptr,
+               .looked = true});
         gather(bands, batch.first > 0, Of::field, filling_->light_ways, light, Nodes::listed);
         if (co_await Pause{})
             bind_again();
     }
-    if (bounced != nullptr)
-        take_over(*bounced, bands, light);
-    finish(bands, light, world, &first, field, Nodes::listed);
-    if (given != nullptr)
-        *given = std::move(scattered);
+    if (to.of_media != nullptr)
+        finish(bands, light, nullptr, &first, *to.of_media, Nodes::listed, true);
+    if (from.bounced != nullptr)
+        take_over(*from.bounced, bands, light);
+    finish(bands, light, from.world, &first, to.field, Nodes::listed);
+    if (to.scattered != nullptr)
+        *to.scattered = std::move(scattered);
+}
+
+gl::Texture RadianceField::come_in(const OtherLight* beyond, int ways)
+{
+    return beyond != nullptr ? spread(*beyond, ways, Nodes::all) : gl::Texture();
 }
 
 void RadianceField::make_whole(int bands, const gl::Texture& scattered)
@@ -1527,7 +1555,7 @@ Steps RadianceField::scatter(int bands, FieldOrders orders, const gl::Texture& f
         if (ahead)
             defines.emplace_back("kAhead", "");
         write_block();
-        sweep(false, &source, true);
+        sweep({.source = &source, .means = true});
         pass(defines, filling.light_ways);
         sum(order);
         if (ends) {

@@ -40,14 +40,18 @@ struct FieldMedium {
     bool dims = true;      ///< media dim light
     bool marched = true;   ///< some medium's optical depth has no closed form
     bool closed = false;   ///< some medium's has
+    bool amid = false;     ///< those reach beyond the lattice
     bool scatters_again = false;  ///< light that the media scatter is followed: then they scatter
     /// Share of the extinction that is scattered straight on, and is taken for none:
     /// glsl/light/forward_peak.glsl.
     float straight_on = 0;
     bool sights = false;  ///< how far nodes see is asked for: take_sights()
     bool thick = false;   ///< light hardly gets from node to node: it is kept with more digits
-    Bounds bounds;        ///< metres, world: of all of them
-    Bounds ends;          ///< metres, world: MediaSet::ends()
+    /// Points that are no lights here: the first of them, and the one after the last.
+    glm::ivec2 left_out{0};
+    Bounds hole;    ///< metres, world: what FieldOutput::of_media is without; empty: nothing
+    Bounds bounds;  ///< metres, world: of all of them
+    Bounds ends;    ///< metres, world: MediaSet::ends()
     const World* world = nullptr;  ///< the world whose light comes in
     const gl::Texture* extinction =
         nullptr;  ///< extinction of the marched media, where no volume dims lights
@@ -104,6 +108,24 @@ struct FieldLight {
     int bands = 0;               ///< number of bands that it was filled for
 };
 
+/// What comes to a lattice's media besides lights and their own.
+struct FieldInput {
+    const gl::Texture* world = nullptr;   ///< coefficients of the world's light; null: none
+    const OtherLight* bounced = nullptr;  ///< what surfaces send on
+    /// What media beyond the lattice's faces send in, as nodes of another have it that holds them.
+    const OtherLight* beyond = nullptr;
+    OrdersStart start = {};
+};
+
+/// What is filled: coefficients at the nodes.
+struct FieldOutput {
+    const gl::Texture& field;  ///< all light that is not direct
+    /// What is scattered, of the radiance that a thick medium would have; empty where no order is
+    /// followed.
+    gl::Texture* scattered = nullptr;
+    const gl::Texture* of_media = nullptr;  ///< of the field what media scatter and emit
+};
+
 /// Discrete ordinates (Chandrasekhar 1950): each order of scattering is carried along a few
 /// directions through the whole lattice at once, and gathered at the nodes as spherical harmonics,
 /// whose bands the phase function weighs for the next order. The lattice is of cubes, and the
@@ -155,16 +177,10 @@ public:
     /// Between begin() and end().
     [[nodiscard]] bool is_open() const { return filling_ != nullptr; }
 
-    /// Coefficients, bands^2 layers of `field`, of the world's light, whose own are `world` if
-    /// there is any, of what media emit, and of what they scatter again, and of `bounced`, what
-    /// surfaces send on. Gives as `given`, unless null, what they scatter at the nodes, as
-    /// coefficients of the radiance that a thick medium would have; empty where no order is
-    /// followed. It is gathered along `ways`, kNearWays or
-    /// kAllWays, directions, as the world's was: what a set of them takes from the one is what it
-    /// gives to the other.
-    Steps fill(int ways, int bands, FieldOrders orders, const gl::Texture* world,
-               const gl::Texture& field, gl::Texture* given, const OtherLight* bounced = nullptr,
-               OrdersStart start = {});
+    /// Coefficients, bands^2 layers of them, of light that is not direct. What media emit and
+    /// scatter again is gathered along `ways`, kNearWays or kAllWays, directions, as the world's
+    /// was: what a set of them takes from the one is what it gives to the other.
+    Steps fill(int ways, int bands, FieldOrders orders, FieldInput from, FieldOutput to);
 
     /// Makes what fill() gave of what is scattered that of the whole phase function and extinction,
     /// where it was without what is scattered straight on. Before end().
@@ -269,8 +285,11 @@ private:
     Steps add(const FieldLight& light, int bands, const gl::Texture& to);
     /// The same along rays from each node through all of the media.
     Steps add_along_rays(const FieldLight& light, int bands, const gl::Texture& to);
-    /// What is scattered there into each way of the batch.
-    [[nodiscard]] gl::Texture spread(const OtherLight& scattered, int ways);
+    /// What is scattered, or arrives, there along each way of the batch.
+    [[nodiscard]] gl::Texture spread(const OtherLight& light, int ways,
+                                     Nodes nodes = Nodes::listed);
+    /// What comes in along each way of the batch; empty: nothing does.
+    [[nodiscard]] gl::Texture come_in(const OtherLight* beyond, int ways);
     /// How many ways the batch has, where that is one of the usual two numbers.
     void add_ways(gl::Defines& defines) const;
     /// What each way of a node takes in, for each node to send out as much light as it takes in.
@@ -279,7 +298,15 @@ private:
     void walk(const char* file, const gl::Defines& defines, int ways);
     void carry_world(const Batch& batch, bool means);
     [[nodiscard]] gl::Defines extinction_defines() const;
-    void sweep(bool emits, const gl::Texture* source, bool means, bool looked = false);
+    /// What a sweep carries, and what it tells of it.
+    struct Sweep {
+        bool emits = false;                   ///< what media emit
+        const gl::Texture* source = nullptr;  ///< what they scatter; null: nothing
+        const gl::Texture* comes = nullptr;   ///< what comes in at the faces; null: nothing
+        bool means = false;                   ///< means between nodes, for what is scattered next
+        bool looked = false;                  ///< for places between nodes
+    };
+    void sweep(const Sweep& what);
     /// What is scattered into each of the kNearWays directions once `orders` have been followed.
     /// @param direct what comes straight from lights, where orders start from what arrived before
     Steps scatter(int bands, FieldOrders orders, const gl::Texture& first,
@@ -288,7 +315,8 @@ private:
     /// Weights of the orders that are kept, as light/field_rest.comp gives them.
     void weigh(const gl::Texture& kept, int orders);
     void finish(int bands, const gl::Texture& light, const gl::Texture* world,
-                const gl::Texture* total, const gl::Texture& to, Nodes nodes = Nodes::all);
+                const gl::Texture* total, const gl::Texture& to, Nodes nodes = Nodes::all,
+                bool holed = false);
     void write_block();
     void bind_image(GLuint unit, const gl::Texture& texture, GLenum access,
                     GLenum format = GL_RGBA32F) const;

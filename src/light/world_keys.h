@@ -53,6 +53,7 @@ struct FieldKey {
     std::vector<Transparent> casters;  ///< transparents that filter the lights
     glm::ivec3 depth_nodes{0};         ///< of the depths to lights, if there are any
     int depths = 0;  ///< number of times that depths to moved lights came over several frames
+    int around = 0;  ///< and of times that light of wider media came
     bool operator==(const FieldKey&) const = default;
     /// Whether there is any such light.
     [[nodiscard]] bool has_any() const { return filled || on_surfaces || turns > 0; }

@@ -153,7 +153,7 @@ bool takes_light(const PlannedScene& from, const FieldKey& field)
 /// What the media send on, and how often it is followed.
 FieldKey field_key(const PlannedScene& from, std::string& orders_why)
 {
-    const auto& [scene, settings, media, surfaces, lights, depths, part, turns] = from;
+    const auto& [scene, settings, media, surfaces, lights, depths, part, turns, around] = from;
     const medium::MediaTraits& traits = media.traits();
     FieldKey field;
     field.turns = turns;
@@ -242,6 +242,49 @@ double voxels_per_node(const medium::MediaSet& media, const medium::VoxelFrame& 
     return apart;
 }
 
+/// What is marched, if by itself it would have nodes that are much closer together. One lattice for
+/// smoke of 3 m in 120 m of fog has a node in it, and its lit side is a third too dark.
+std::optional<MediaPart> part_amid(const PlannedScene& from)
+{
+    constexpr double kCloser = 2;  // times
+    constexpr double kRim = 2;     // nodes in which the one light becomes the other
+    const medium::MediaSet& media = from.media;
+    const medium::MediaTraits& traits = media.traits();
+    if (from.part != nullptr || traits.islands > 0 || traits.marched == 0 ||
+        traits.marched == traits.media)
+        return {};
+    const int most = from.settings.ambient_volume_size == kAutomatic
+                         ? kAutoWorldNodes
+                         : from.settings.ambient_volume_size;
+    const auto longest = [](const Bounds& box) {
+        const glm::dvec3 size = box.max - box.min;
+        return std::max({size.x, size.y, size.z});
+    };
+    MediaPart part{.frame = media.voxel_frame(), .bounds = {}, .is_amid = true};
+    medium::VoxelFrame& frame = part.frame;
+    const glm::dmat4 world_from_voxel = glm::inverse(frame.voxel_from_world);
+    const Bounds marched = frame.marched.transformed(world_from_voxel);
+    const double apart = std::max(longest(frame.marched) / std::max(most - 1 - 2 * kRim, 1.0),
+                                  voxels_per_node(media, frame, &marched));
+    if (longest(frame.scattering) <= kCloser * apart * (most - 1))
+        return {};
+    const Bounds all = frame.scattering;
+    frame.scattering = frame.marched;
+    frame.scattering.min -= kRim * apart;
+    frame.scattering.max += kRim * apart;
+    frame.scattering = frame.scattering.common(all);
+    part.rim.min = (frame.marched.min - frame.scattering.min) / apart;
+    part.rim.max = (frame.scattering.max - frame.marched.max) / apart;
+    part.bounds = frame.scattering.transformed(world_from_voxel);
+    const glm::ivec2 flames = from.lights.flame_points();
+    part.has_flames = flames.x < flames.y;
+    for (int i = flames.x; i < flames.y; ++i) {
+        const glm::dvec3 at = from.lights.points()[static_cast<std::size_t>(i)].at;
+        part.has_flames &= glm::clamp(at, part.bounds.min, part.bounds.max) == at;
+    }
+    return part;
+}
+
 /// The nodes, and where they lie.
 void place_lattices(WorldPlan& plan, const PlannedScene& from, const gl::Device& device)
 {
@@ -303,6 +346,7 @@ std::optional<WorldPlan> plan_world(const PlannedScene& from, const gl::Device& 
     if (field.has_any()) {
         field.depth_nodes = from.depths.nodes();
         field.depths = from.depths.refills();
+        field.around = from.around;
     } else {
         field = {};
     }
@@ -313,6 +357,8 @@ std::optional<WorldPlan> plan_world(const PlannedScene& from, const gl::Device& 
     }
     plan.places = take_places(field, from.scene.time);
     place_lattices(plan, from, device);
+    if (scatters)
+        plan.amid = part_amid(from);
     return plan;
 }
 

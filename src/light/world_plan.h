@@ -23,6 +23,17 @@ constexpr int kSurfaceBands = 3;  ///< bands of light on surfaces
 /// bring a quarter more or less of what smoke scatters of it, which is less than half of it.
 constexpr double kGlowIsSeen = 0.1;
 
+/// A part of the media that has a lattice of its own.
+struct MediaPart {
+    medium::VoxelFrame frame;
+    Bounds bounds;       ///< metres, world
+    std::size_t of = 1;  ///< number of parts
+    /// Wider media are around it, whose light it takes: else it lies apart from others.
+    bool is_amid = false;
+    bool has_flames = false;  ///< the light of flames is carried through it: they are no points
+    Bounds rim = {};          ///< nodes that lie around what is marched, below and above
+};
+
 /// What light that is not direct is filled from, and at which nodes.
 struct WorldPlan {
     WorldKey world;
@@ -34,13 +45,8 @@ struct WorldPlan {
     bool one_box = false;  ///< a box is all that stands where surfaces are lit
     /// Of the light that reaches surfaces near media, about how much is of what glows.
     double glow_on_surfaces = 0;
-};
-
-/// One of the parts of media that lie far apart.
-struct MediaPart {
-    medium::VoxelFrame frame;
-    Bounds bounds;       ///< metres, world
-    std::size_t of = 1;  ///< number of parts
+    /// What is marched, where wider media around it set the nodes too far apart for it.
+    std::optional<MediaPart> amid;
 };
 
 /// What a plan is made of.
@@ -53,6 +59,7 @@ struct PlannedScene {
     const LightDepths& depths;
     const MediaPart* part = nullptr;  ///< null: of all media
     int turns = 0;                    ///< number of times that surfaces send light on
+    int around = 0;                   ///< FieldKey's
 };
 
 /// None where there is no such light, or it isn't asked for. The media scatter from then on as the

@@ -443,6 +443,10 @@ TEST_F(ParamLayout, LightVolumes)
                      MEMBER(LightVolumesParams, layer),
                      MEMBER(LightVolumesParams, first_slice),
                      MEMBER(LightVolumesParams, samples),
+                     MEMBER(LightVolumesParams, first_flame),
+                     MEMBER(LightVolumesParams, beyond_flame),
+                     MEMBER(LightVolumesParams, amid_low_rim),
+                     MEMBER(LightVolumesParams, amid_high_rim),
                      MEMBER(LightVolumesParams, unused_1),
                      MEMBER(LightVolumesParams, unused_2),
                      MEMBER(LightVolumesParams, period_size),
@@ -451,6 +455,7 @@ TEST_F(ParamLayout, LightVolumes)
     add_struct(expected, "depth", offsetof(LightVolumesParams, depth), kLattice);
     add_struct(expected, "world", offsetof(LightVolumesParams, world), kLattice);
     add_struct(expected, "surfaces", offsetof(LightVolumesParams, surfaces), kLattice);
+    add_struct(expected, "amid", offsetof(LightVolumesParams, amid), kLattice);
     add_struct(expected, "filled", offsetof(LightVolumesParams, filled), kColumns);
     add_struct(expected, "fire", offsetof(LightVolumesParams, fire), kFire);
     expected["fire.points[0]"] = offsetof(LightVolumesParams, fire.points);
@@ -486,7 +491,9 @@ TEST_F(ParamLayout, Field)
                      MEMBER(FieldParams, ends_high),  MEMBER(FieldParams, slot),
                      MEMBER(FieldParams, lines),      MEMBER(FieldParams, tilt),
                      MEMBER(FieldParams, slots),      MEMBER(FieldParams, straight_on),
-                     MEMBER(FieldParams, apart)};
+                     MEMBER(FieldParams, apart),      MEMBER(FieldParams, left_out),
+                     MEMBER(FieldParams, hole_low),   MEMBER(FieldParams, hole_high),
+                     MEMBER(FieldParams, unused_1),   MEMBER(FieldParams, unused_2)};
     add_struct(expected, "nodes", offsetof(FieldParams, nodes), kLattice);
     add_struct(expected, "other", offsetof(FieldParams, other), kLattice);
     add_array<FieldWay>(expected, "ways", offsetof(FieldParams, ways), FIELD_BATCH, way);

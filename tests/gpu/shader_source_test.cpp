@@ -358,11 +358,12 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
             const Defines of_bands = media + kLights[0] + stored + Defines{{"kBands", bands}};
             variants.add("light/world_view.comp", of_bands);
             variants.add("light/world_view.comp", of_bands + Defines{{"kFades", ""}});
+            variants.add("light/world_view.comp", of_bands + Defines{{"kAmidVolume", ""}});
             variants.add("light/field_direct.comp",
                          media + kLights[set % kLights.size()] + stored +
                              Defines{{"kBands", bands}} +
                              flags(set >> 1, {"kDims", "kMarched", "kDepthVolume"}) +
-                             flags(set, {"kListed", "kEnds", "kTaken"}));
+                             flags(set, {"kListed", "kEnds", "kTaken", "kLeavesOut"}));
         }
         variants.add("light/field_medium.comp",
                      media + kLights[0] + stored +
@@ -387,7 +388,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         variants.add("light/world.comp",
                      media + kLights[0] + stored +
                          flags(set >> 1, {"kMarched", "kSurfaces", "kMeans", "kClear", "kClosed"}) +
-                         flags(set >> 2, {"kShares", "kEnds", "kLooked", "kTaken"}));
+                         flags(set >> 2, {"kShares", "kEnds", "kLooked", "kTaken", "kAmid"}));
     };
     for (const Defines& source : {Defines{}, Defines{{"kSamples", "3"}}, Defines{{"FACES", ""}}})
         variants.add("probe/resolve.comp", source);
@@ -455,15 +456,16 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         for (unsigned set = 0; set < 2; ++set)
             variants.add("light/field_finish.comp", of_bands +
                                                         Defines{{"kField", ""}, {"kListed", ""}} +
-                                                        flags(set, {"kWorld"}));
+                                                        flags(set, {"kWorld", "kHole"}));
         for (unsigned set = 0; set < 2; ++set)
             variants.add("light/field_finish.comp", of_bands + flags(set, {"kListed"}));
         variants.add("light/field_scatter.comp", of_bands);
         variants.add("light/field_whole.comp", of_bands + Defines{{"kListed", ""}});
         variants.add("light/field_scatter.comp", of_bands + Defines{{"kListed", ""}});
-        for (const char* ways : {"0", "26", "74"})
-            variants.add("light/field_spread.comp",
-                         of_bands + Defines{{"kWays", ways}, {"kListed", ""}});
+        for (unsigned set = 0; set < 2; ++set)
+            for (const char* ways : {"0", "26", "74"})
+                variants.add("light/field_spread.comp",
+                             of_bands + Defines{{"kWays", ways}} + flags(set, {"kListed"}));
     }
     variants.add("light/field_rest.comp", {});
     variants.add("light/field_rest.comp", {{"kFinish", ""}});
@@ -476,7 +478,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         for (const char* type : {"float", "vec3"})
             variants.add("light/field_sweep.comp",
                          flags(set, {"kEmits", "kScatters", "kMeans", "kSurfaces", "kNear"}) +
-                             flags(set >> 1, {"kEnds", "kLooked", "kTaken"}) +
+                             flags(set >> 1, {"kEnds", "kLooked", "kTaken", "kComes"}) +
                              Defines{{"extinction_t", type}});
 
     for (const char* extinction : {"EXTINCTION_IN_ALPHA", "kRedInAlpha"})
@@ -560,9 +562,11 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
     const auto froxels = [&](const Defines& media, const Defines& lights, unsigned set) {
         const bool colored = *media.value_of("extinction_t") == "vec3";
         const char* extinction = colored ? "kOneColor" : "EXTINCTION_IN_ALPHA";
-        Defines sampling = flags(set, {"kVolumeShadows", "kWorldLight", extinction, "kCameraRange",
-                                       "kShadowToLight", "kMinExtinction"}) +
-                           flags(set >> 3, {"kWorldVolume", "kDepthVolume", "kWorldWalls"});
+        Defines sampling =
+            flags(set, {"kVolumeShadows", "kWorldLight", extinction, "kCameraRange",
+                        "kShadowToLight", "kMinExtinction"}) +
+            flags(set >> 3, {"kWorldVolume", "kDepthVolume", "kWorldWalls", "kAmidVolume"}) +
+            flags(set >> 2, {"kAmidFlames"});
         if (colored)
             sampling += flags(set >> 1, {"kRedInAlpha"});
         variants.add("pass/v_buffer.comp", media + lights + sampling);
@@ -589,7 +593,8 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                         "kShadowToLight", "kMinExtinction", "kMonochrome", "kCountSamples",
                         "kDepthVolume", "kWorldVolume"}) +
             flags(set ^ set >> 3, {"kExactFalloff", "kMediaDepth", "kDepthAtPoint"}) +
-            flags(set >> 2, {"kSplits", "kWorldWalls"}) +
+            flags(set >> 2, {"kSplits", "kWorldWalls", "kAmidVolume"}) +
+            flags(set >> 1, {"kAmidFlames"}) +
             flags(set >> 1, {"kFarPoints", "kPackedDepths", "kShadedPoints"}) +
             Defines{
                 {"kLayerScale", "2"}, {"kShadowTaps", "4"}, {"kPanes", set % 3 == 0 ? "4" : "0"}};

@@ -65,6 +65,47 @@ protected:
         figure(fmt::format("{}: bias", name), by);
         return by;
     }
+    /// A ball of white smoke, 3.5 m wide and an optical depth of some 5, and 120 m of fog.
+    static Scene foggy_scene(int size)
+    {
+        Scene scene = empty_scene(size);
+        scene.camera.position = {3, -14, 4};
+        scene.camera.look_at = {0, 0, 0};
+        scene.camera.vfov_deg = 12;
+        GridMedium ball;
+        ball.density = make_grid(glm::ivec3(2), study::voxels(0.25, {-1.875, -1.875, -1.875}),
+                                 [](glm::ivec3 at) {
+                                     const double off = glm::length(glm::dvec3(at) - 7.5);
+                                     return std::clamp(7 - off, 0.0, 1.0);
+                                 });
+        ball.sigma_s_per_density = glm::vec3(1.5f);
+        BoxMedium fog;
+        fog.min = {-60, -60, -20};
+        fog.max = {60, 60, 20};
+        fog.sigma_s = glm::vec3(0.01f);
+        scene.media = {ball, fog};
+        return scene;
+    }
+    /// The sample's fire, looked at from near by.
+    static Scene fire_scene(int size, float sigma_s, float sigma_a, float emission)
+    {
+        const fs::path file = fs::path(FUM_TEST_DATA) / "fire_plume.vdb";
+        const auto grid = [&](const char* name) {
+            return std::make_shared<const VoxelGrid>(asset::load_grid(file, name).grid);
+        };
+        Scene scene = empty_scene(size);
+        scene.camera.position = {1.5, -14.5, 1.7};
+        scene.camera.look_at = {-0.05, 0, 1.6};
+        scene.camera.vfov_deg = 8;
+        GridMedium smoke;
+        smoke.density = grid("density");
+        smoke.emission = grid("flame");
+        smoke.sigma_s_per_density = glm::vec3(sigma_s);
+        smoke.sigma_a_per_density = glm::vec3(sigma_a);
+        smoke.emission_per_unit = glm::vec3(emission);
+        scene.media = {smoke};
+        return scene;
+    }
     Still with_bounces(const Scene& scene, Settings settings, int bounces)
     {
         settings.bounces = bounces;
@@ -458,21 +499,7 @@ TEST_F(Bounces, FewThickVoxelsSendBackAsMuchAsManyWould)
 // between two nodes, and what they take in of each order they are to send out in the next.
 TEST_F(Bounces, ThickSmokeLosesNoLightOfAFlame)
 {
-    const fs::path file = fs::path(FUM_TEST_DATA) / "fire_plume.vdb";
-    const auto grid = [&](const char* name) {
-        return std::make_shared<const VoxelGrid>(asset::load_grid(file, name).grid);
-    };
-    Scene scene = empty_scene(4);
-    scene.camera.position = {1.5, -14.5, 1.7};
-    scene.camera.look_at = {-0.05, 0, 1.6};
-    scene.camera.vfov_deg = 8;
-    GridMedium smoke;
-    smoke.density = grid("density");
-    smoke.emission = grid("flame");
-    smoke.sigma_s_per_density = glm::vec3(20);
-    smoke.sigma_a_per_density = glm::vec3(1);
-    smoke.emission_per_unit = glm::vec3(3);
-    scene.media = {smoke};
+    const Scene scene = fire_scene(4, 20, 1, 3);
     EXPECT_NEAR(bias("flame in thick smoke", scene), 0, 0.1);
 }
 
@@ -496,6 +523,49 @@ TEST_F(Bounces, ADenseBoxInHazeIsFollowedAsOftenAsOneAlone)
     const double all = seen(scene, 64), by_default = seen(scene, kAutomatic);
     figure("dense box in haze: less than all orders", 1 - by_default / all);
     EXPECT_NEAR(by_default / all, 1, 0.02);
+}
+
+// Smoke in fog that is forty times as wide: nodes of one lattice for both would have nothing of it
+// but its mean, and its lit side would be a third too dark.
+TEST_F(Bounces, SmokeAmidWideFogIsLitAsSmokeAlone)
+{
+    Scene scene = foggy_scene(6);
+    scene.camera.vfov_deg = 8;
+    scene.lights = {SunLight{glm::normalize(glm::dvec3(0.7, -0.5, 0.5)), glm::vec3(3)}};
+    EXPECT_NEAR(bias("smoke amid wide fog", scene), 0, 0.04);
+}
+
+// What fog sends into smoke amid it is what it scatters away of a white world. It is known of four
+// bands at nodes that stand farther apart than the smoke is wide, some of whose light comes out of
+// the smoke: 1 % too much.
+TEST_F(Bounces, WhiteFurnaceOfSmokeAmidWideFog)
+{
+    Scene scene = foggy_scene(16);
+    scene.world.radiance = glm::vec3(1);
+    for (Settings settings : {plain_settings(), plain_froxels(4)}) {
+        settings.bounces = kAutomatic;
+        const Still still = render(scene, settings);
+        const auto [low, high] =
+            std::minmax_element(still.composite.begin(), still.composite.end());
+        const std::string name(mode_name(settings.mode));
+        figure("furnace amid fog, mean error, " + name, mean(still.composite) - 1);
+        figure("furnace amid fog, worst error, " + name, std::max(1.0 - *low, *high - 1.0));
+        EXPECT_NEAR(mean(still.composite), 1, 0.012) << name;
+        EXPECT_GT(*low, 0.99) << name;
+        EXPECT_LT(*high, 1.02) << name;
+    }
+}
+
+// A fire in fog is a few points of light to the fog, and to its own smoke what glows in it.
+TEST_F(Bounces, FireAmidWideFogLightsItsOwnSmoke)
+{
+    Scene scene = fire_scene(4, 12, 6, 3);
+    BoxMedium fog;
+    fog.min = {-15, -15, -3};
+    fog.max = {15, 15, 12};
+    fog.sigma_s = glm::vec3(0.02f);
+    scene.media.emplace_back(fog);
+    EXPECT_NEAR(bias("fire amid fog", scene), 0, 0.07);
 }
 
 // Near the sun's own direction light is spread by each scattering of a strong forward lobe: taken

@@ -778,6 +778,39 @@ TEST_F(LightVolume, TheFieldKnowsShadowsThatCameOverFrames)
     }
 }
 
+// Smoke in wide fog has nodes of its own, which take what the fog's send: that comes a turn later,
+// and in the end they have it.
+TEST_F(LightVolume, SmokeAmidWideFogHasAllOfItsLightInTheEnd)
+{
+    Filming filming(gl(), get_proc(), plain_settings(), 3);
+    BoxMedium fog;
+    fog.min = glm::dvec3(-40);
+    fog.max = glm::dvec3(40);
+    fog.sigma_s = glm::vec3(0.02f);
+    filming.scene.media.emplace_back(fog);
+    Renderer renderer(get_proc());
+    filming.set(renderer);
+    filming.draw(renderer);
+    std::get<SunLight>(filming.scene.lights[0]).irradiance = {1, 3, 8};
+    filming.set(renderer);
+    const Image last = filming.draw_fresh();
+    Image seen = filming.draw(renderer);
+    EXPECT_GT(mean_difference(seen, last), 1e-3);
+    // Of the fog, then of the smoke, of which each is filled and then fades.
+    for (int i = 0; i < 20; ++i)
+        seen = filming.draw(renderer);
+    EXPECT_TRUE(images_near(seen, last, 0, 0, "a change of the light"));
+    renderer.take_report();
+    filming.draw(renderer);
+    EXPECT_EQ(renderer.take_report().work, SceneWork{}) << "nothing is left to be done";
+    // The smoke alone moves.
+    std::get<GridMedium>(filming.scene.media[0]).translate.x += 1;
+    filming.set(renderer);
+    for (int i = 0; i < 20; ++i)
+        seen = filming.draw(renderer);
+    EXPECT_TRUE(images_near(seen, filming.draw_fresh(), 0, 0, "smoke that has moved"));
+}
+
 TEST_F(LightVolume, MovesWithItsMediumWhileItIsFilled)
 {
     Scene scene = empty_scene(16);
