@@ -39,7 +39,7 @@ void main()
             band[l] += light * spherical_harmonic(i, d);
         }
     band[0].a = texelFetch(u_coefficients_tx, node, 0).a;
-    if (kAmidVolume && amid_share(p) > 0.0)
+    if (kAmidVolume && amid_share(node_at(u_volumes.amid, p)) > 0.0)
         band[0] = band[1] = band[2] = band[3] = vec4(0.0);
     for (int l = 0; kMixedG && l < kBands; ++l)
         imageStore(u_view_img, node + layer * l, band[l]);

@@ -39,6 +39,7 @@ struct LightLine {
     extinction_t dimming;                                         // of what is stored there
     vec3 depth, ddepth;                                           // of others: in nodes of that volume
     vec3 world, dworld;                                           // and of the world's
+    vec3 amid, damid;                                             // in nodes of the volume amid the media
     vec3 point[max(kPointCount, 1)], power[max(kPointCount, 1)];  // points: where they are [m], and their intensity
     vec2 placed[max(kPlacedCount, 1)];  // kExactFalloff: t nearest to a light that has a place, and how far it is [m]
 };
@@ -97,6 +98,10 @@ LightLine light_line(Ray ray, vec3 wo, vec2 spread)
     if (kWorldVolume) {
         line.world = first_layer_at(u_volumes.world, ray.origin);
         line.dworld = first_layer_way(u_volumes.world, ray.direction);
+    }
+    if (kAmidVolume) {
+        line.amid = node_at(u_volumes.amid, ray.origin);
+        line.damid = node_way(u_volumes.amid, ray.direction);
     }
     for (int i = 0; i < kPointCount; ++i) {
         line.point[i] = u_lights.lights[kSunCount + i].position;
@@ -306,7 +311,7 @@ void add_point(inout vec3 sum, int i, LightLine line, LightStep step)
         arriving *= filter_in_medium(i, p);
     if (!kSeenOver)
         arriving *= volume_shadow(i, line, t, light);
-    sum += arriving * point_share(i, line.ray.origin + line.ray.direction * step.t);
+    sum += arriving * point_share(i, line.amid + line.damid * step.t);
 }
 
 // The light of a point that is far from the step: kFarPoints. 1/d^2 over the step is a parabola around its middle, by the
@@ -377,7 +382,7 @@ void add_points(inout vec3 sum, int first, int beyond, LightLine line, LightStep
                 arriving *= vec3(exp(-depth_of(p, line, light, volume_t(stored[k]))));
             else
                 arriving *= volume_shadow(i, line, step.t, light);
-            sum += arriving * point_share(i, p);
+            sum += arriving * point_share(i, line.amid + line.damid * step.t);
         }
     }
 }
@@ -408,13 +413,13 @@ vec3 world_on(LightLine line, LightStep step)
 #else
 vec3 world_on(LightLine line, LightStep step)
 {
-    vec3 p = line.ray.origin + line.ray.direction * step.t;
-    float amid = kAmidVolume ? amid_share(p) : 0.0;
+    vec3 node = line.amid + line.damid * step.t;
+    float amid = kAmidVolume ? amid_share(node) : 0.0;
     vec3 light = vec3(0.0);
     if (amid < 1.0)
         light = world_in_scattering(line.world + line.dworld * step.t, step.g);
     if (kAmidVolume && amid > 0.0)
-        light = mix(light, amid_in_scattering(p, step.g), amid);
+        light = mix(light, amid_in_scattering(node, step.g), amid);
     return light;
 }
 #endif

@@ -197,22 +197,22 @@ vec3 world_in_scattering(vec3 uvw, float g)
     return layer_towards_eye(u_world_volume_tx, u_volumes.world, uvw, g);
 }
 
-// How much of the light at p is that of the volume amid the media: none beyond its faces, all of it from a rim on.
-float amid_share(vec3 p)
+// How much of the light is that of the volume amid the media: none beyond its faces, all of it from a rim on.
+//   node  where, in nodes of that volume
+float amid_share(vec3 node)
 {
-    vec3 node = node_at(u_volumes.amid, p);
-    vec3 depth = min(node / u_volumes.amid_low_rim, (u_volumes.amid.last - node) / u_volumes.amid_high_rim);
+    vec3 depth = min(node * u_volumes.amid_per_low_rim, (u_volumes.amid.last - node) * u_volumes.amid_per_high_rim);
     return clamp(min(depth.x, min(depth.y, depth.z)), 0.0, 1.0);
 }
 
 // Of point i, where that volume has the light of flames.
-float point_share(int i, vec3 p)
+float point_share(int i, vec3 node)
 {
     bool is_flame = kAmidFlames && i >= u_volumes.first_flame && i < u_volumes.beyond_flame;
-    return is_flame ? 1.0 - amid_share(p) : 1.0;
+    return is_flame ? 1.0 - amid_share(node) : 1.0;
 }
 
-vec3 amid_in_scattering(vec3 p, float g)
+vec3 amid_in_scattering(vec3 node, float g)
 {
-    return layer_towards_eye(u_amid_volume_tx, u_volumes.amid, first_layer_at(u_volumes.amid, p), g);
+    return layer_towards_eye(u_amid_volume_tx, u_volumes.amid, (node + 0.5) * u_volumes.amid.inverse_size, g);
 }

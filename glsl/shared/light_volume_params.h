@@ -84,10 +84,11 @@ struct FUM_STD140 LightVolumesParams {
     float packed_period_z;       // of kPackedDepths
     SunLookup suns[MAX_LIGHTS];  // each sun's
     FireParams fire;
-    LatticeParams amid;  // of the world's light, where what is marched lies amid wider media
-    vec3 amid_low_rim;   // nodes, along each axis, from its lower faces on in which it takes over
+    LatticeParams amid;     // of the world's light, where what is marched lies amid wider media
+    vec3 amid_per_low_rim;  // 1 / nodes, along each axis, from its lower faces on in which it takes
+                            // over
     float unused_1;
-    vec3 amid_high_rim;  // likewise of the upper ones
+    vec3 amid_per_high_rim;  // likewise of the upper ones
     float unused_2;
 };
 

@@ -849,8 +849,8 @@ void LightVolumes::write_block(glm::dvec3 eye, const WorldLight& surfaces)
         const glm::ivec2 flames = amid_->part_->has_flames ? flames_ : glm::ivec2(0);
         tools_.params.amid = to_shared(lattice, amid_->world_.size().z / lattice.count.z, eye);
         const Bounds& rim = amid_->part_->rim;
-        tools_.params.amid_low_rim = glm::max(glm::vec3(rim.min), glm::vec3(kLeastRim));
-        tools_.params.amid_high_rim = glm::max(glm::vec3(rim.max), glm::vec3(kLeastRim));
+        tools_.params.amid_per_low_rim = 1.0F / glm::max(glm::vec3(rim.min), kLeastRim);
+        tools_.params.amid_per_high_rim = 1.0F / glm::max(glm::vec3(rim.max), kLeastRim);
         tools_.params.first_flame = flames.x;
         tools_.params.beyond_flame = flames.y;
     }
