@@ -14,6 +14,7 @@ FUM_SHARED_BEGIN
 #define FIELD_CROSSED_WORDS 3  // of 32 ways each that surfaces cross
 #define FACE_PARTS 4           // along each edge of what a face stands for
 #define CLEARANCE_MOST 8       // nodes without a surface that are told of
+#define FIELD_FARTHER 2        // nodes beyond a hole's faces at which what lies in it takes light
 #define FIELD_MOST_ORDERS 64   // of scattering
 #define FIELD_KEPT_ORDERS 8    // that the rest is guessed from
 #define FIELD_TAKEN 16         // numbers of a node by light/field_taken.comp, in whole texels

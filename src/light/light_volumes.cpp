@@ -614,7 +614,6 @@ std::optional<OtherLight> LightVolumes::light_from_beyond(const WorldFill& fill)
         return {};
     // Near what is marched the wider lattice's nodes have that within their cells: what comes to it
     // is taken where they have none of it.
-    constexpr double kFarther = 2;  // nodes
     const WorldPlan& from = whole_->light_.plan;
     const Lattice& own = fill.to.plan.in_media;
     const LatticePlace place = place_of(own);
@@ -623,7 +622,7 @@ std::optional<OtherLight> LightVolumes::light_from_beyond(const WorldFill& fill)
     for (int i = 0; i < 3; ++i) {
         const double edge = glm::length(place.edges[i]);
         axes[i] = place.edges[i] / edge;
-        farther[i] += kFarther * spacing_of(place_of(from.in_media)) /
+        farther[i] += FIELD_FARTHER * spacing_of(place_of(from.in_media)) /
                       (0.5 * edge * static_cast<double>(place.count[i] - 1));
     }
     OtherLight light{&whole_->light_.of_media, nullptr,

@@ -316,7 +316,10 @@ void RadianceField::list_nodes()
                        words.data()};
     device_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, FIELD_NODES_BUFFER, filling_->nodes.id());
     filling_->sigma_t.bind(FIELD_SIGMA_T_UNIT);
-    dispatch_nodes("light/field_list.comp", {});
+    gl::Defines defines;
+    if (!filling_->medium.hole.empty())
+        defines.emplace_back("kHole", "");
+    dispatch_nodes("light/field_list.comp", defines);
     device_->MemoryBarrier(GL_COMMAND_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT);
 }
 

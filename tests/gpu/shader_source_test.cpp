@@ -423,6 +423,7 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
         variants.add("light/field_other.comp", {{"kBands", bands}});
     for (const char* file : {"light/field_list.comp", "light/crossings.comp"})
         variants.add(file, {});
+    variants.add("light/field_list.comp", {{"kHole", ""}});
     variants.add("light/field_sum.comp", {});
     variants.add("light/field_sum.comp", {{"kFinish", ""}});
     for (const char* type : {"float", "vec3"})

@@ -65,6 +65,20 @@ protected:
         figure(fmt::format("{}: bias", name), by);
         return by;
     }
+    /// A ball of white smoke, of so many bricks along an edge.
+    static GridMedium white_ball(int bricks, double voxel, glm::dvec3 middle, float sigma_s)
+    {
+        const int voxels = 8 * bricks;
+        GridMedium ball;
+        ball.density =
+            make_grid(glm::ivec3(bricks), study::voxels(voxel, middle - 0.5 * voxel * (voxels - 1)),
+                      [&](glm::ivec3 at) {
+                          const glm::dvec3 off = glm::dvec3(at) - 0.5 * (voxels - 1);
+                          return std::clamp(0.5 * voxels - 1 - glm::length(off), 0.0, 1.0);
+                      });
+        ball.sigma_s_per_density = glm::vec3(sigma_s);
+        return ball;
+    }
     /// A ball of white smoke, 3.5 m wide and an optical depth of some 5, and 120 m of fog.
     static Scene foggy_scene(int size)
     {
@@ -72,18 +86,11 @@ protected:
         scene.camera.position = {3, -14, 4};
         scene.camera.look_at = {0, 0, 0};
         scene.camera.vfov_deg = 12;
-        GridMedium ball;
-        ball.density = make_grid(glm::ivec3(2), study::voxels(0.25, {-1.875, -1.875, -1.875}),
-                                 [](glm::ivec3 at) {
-                                     const double off = glm::length(glm::dvec3(at) - 7.5);
-                                     return std::clamp(7 - off, 0.0, 1.0);
-                                 });
-        ball.sigma_s_per_density = glm::vec3(1.5f);
         BoxMedium fog;
         fog.min = {-60, -60, -20};
         fog.max = {60, 60, 20};
         fog.sigma_s = glm::vec3(0.01f);
-        scene.media = {ball, fog};
+        scene.media = {white_ball(2, 0.25, {0, 0, 0}, 1.5f), fog};
         return scene;
     }
     /// The sample's fire, looked at from near by.
@@ -533,6 +540,28 @@ TEST_F(Bounces, SmokeAmidWideFogIsLitAsSmokeAlone)
     scene.camera.vfov_deg = 8;
     scene.lights = {SunLight{glm::normalize(glm::dvec3(0.7, -0.5, 0.5)), glm::vec3(3)}};
     EXPECT_NEAR(bias("smoke amid wide fog", scene), 0, 0.04);
+}
+
+// Smoke over a thin mist, with the sun behind it: much of what is seen of it is light of the mist,
+// which leaves nodes of the wide lattice that have no medium near them.
+TEST_F(Bounces, SmokeOverWideMistIsLitByIt)
+{
+    Scene scene = foggy_scene(6);
+    scene.camera.position.z = 0;
+    scene.camera.vfov_deg = 8;
+    scene.media[0] = white_ball(6, 0.08, {0, 0, 0}, 1.5f);
+    auto& mist = std::get<BoxMedium>(scene.media[1]);
+    mist.min = {-20, -20, -5};
+    mist.max = {20, 20, -4};
+    mist.sigma_s = glm::vec3(2);
+    scene.lights = {SunLight{glm::normalize(glm::dvec3(0.1, 0.6, 1)), glm::vec3(3)}};
+    const double over_mist = seen(scene, kAutomatic);
+    // Its nodes stand farther apart than it is thick.
+    EXPECT_NEAR(bias("smoke over mist", scene), 0, 0.25);
+    scene.media.pop_back();
+    const double part = 1 - seen(scene, kAutomatic) / over_mist;
+    figure("smoke over mist: part of its light that is the mist's", part);
+    EXPECT_GT(part, 0.15);
 }
 
 // What fog sends into smoke amid it is what it scatters away of a white world. It is known of four
