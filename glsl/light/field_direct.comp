@@ -2,6 +2,8 @@
 // cell, weighted by what there is to scatter it.
 //   in   the volumes that dim lights; kTaken: light/field_taken.glsl
 //   out  coefficients [W/m^2/sr]; alpha of the first: 1 if any light gets there
+#include "lib/channels.glsl"
+#include "lib/phase.glsl"
 #include "light/field_listed.glsl"
 #include "light/field_taken.glsl"
 #include "shared/spherical_harmonics.h"
@@ -17,7 +19,11 @@ layout(local_size_x = VOLUME_GROUP, local_size_y = VOLUME_GROUP, local_size_z = 
 layout(binding = 0) writeonly uniform image3D u_light_img;
 
 const int kCount = kHarmonics[kBands - 1];
+const int kSamples = 2;  // along each edge of a cell
+const int kCellSamples = kSamples * kSamples * kSamples;
+const int kPlaced = kLightPoints - kSunCount;
 
+float g_own[max(kPlaced, 1)];  // of each light that has a place: own_light()
 vec3 g_light[kCount];
 float g_seen = 0.0;
 vec3 g_part;  // half of a cell's part that a sample stands for, in nodes
@@ -53,15 +59,59 @@ vec3 dimmed(int i, vec3 p, LightSample light)
     return exp(-near) * slab_weight(max(far - near, vec3(0.0)));
 }
 
+// What of a light arrives at a sample. Nearer than `least` it is not told from others in the cell: what that gets of one
+// within it is finite.
+vec3 arriving_at(int i, vec3 p, LightSample light)
+{
+    float least = 0.25 * u_field.nodes.spacing;
+    float near = min(light.range / least, 1.0);
+    return light.irradiance * dimmed(i, p, light) * (near * near);
+}
+
+vec3 sample_place(int k, vec3 low, vec3 high)
+{
+    vec3 in_cell = (vec3(k & 1, k >> 1 & 1, k >> 2) + 0.5) / float(kSamples);
+    return place_of(mix(low, high, in_cell));
+}
+
+// Of a light that stands in the node's own cell samples have too little, as 1/d^2 has no bound, and a thick cell takes
+// nearly all of it in: this many times as much lies on the ways from the light to the cell's faces, of directions that
+// are spread evenly.
+float own_light(int i, vec3 low, vec3 high)
+{
+    vec3 position = u_lights.lights[i].position;
+    vec3 at = node_at(u_field.nodes, position);
+    bool is_own = all(greaterThanEqual(at, low)) && all(lessThan(at, high));
+    int samples = is_own ? kCellSamples : 0;
+    float sampled = 0.0, sigma_t = 0.0;
+    for (int k = 0; k < samples; ++k) {
+        vec3 p = sample_place(k, low, high);
+        LightSample light = sample_of(position, vec3(1.0), flame_radius(i), p);
+        sampled += mean(arriving_at(i, p, light)) / float(kCellSamples);
+        if (kDims)
+            sigma_t += mean(dimming_at(i, p, light)) / (light.range * float(kCellSamples));
+    }
+    const int kDirections = 32;
+    float held = 0.0;  // of the light's intensity, over the cell [m sr]
+    for (int k = 0; k < (is_own ? kDirections : 0); ++k) {
+        float z = 1.0 - (2.0 * float(k) + 1.0) / float(kDirections), turn = 2.0 * kPi * fract(float(k) * 0.61803399);
+        vec3 course = vec3(sqrt(1.0 - z * z) * vec2(cos(turn), sin(turn)), z);
+        vec3 room = mix(at - low, high - at, step(0.0, course)) / max(abs(course), vec3(1e-9));
+        float metres = min(room.x, min(room.y, room.z)) * u_field.nodes.spacing;
+        held += 4.0 * kPi / float(kDirections) * metres * slab_weight(sigma_t * metres);
+    }
+    vec3 edges = (high - low) * u_field.nodes.spacing;
+    return is_own ? held / (edges.x * edges.y * edges.z * max(sampled, 1e-20)) : 1.0;
+}
+
 void add_light(int i, vec3 p, float weight, LightSample light, float visibility)
 {
     if (visibility == 0.0 || (kLeavesOut && i >= u_field.left_out.x && i < u_field.left_out.y))
         return;
     g_seen = 1.0;
-    // Nearer than this a light is not told from others in the cell. What the cell gets of one within it is finite.
-    float least = 0.25 * u_field.nodes.spacing;
-    float near = light.range < least ? light.range / least : 1.0;
-    vec3 arriving = light.irradiance * dimmed(i, p, light) * (weight * visibility * near * near);
+    vec3 arriving = arriving_at(i, p, light) * (weight * visibility);
+    if (!light.is_sun)
+        arriving *= g_own[i - kSunCount];
     if (kLightFilters)
         arriving *= filter_in_medium(i, p);
     for (int j = 0; j < kCount; ++j)
@@ -72,7 +122,6 @@ void add_light(int i, vec3 p, float weight, LightSample light, float visibility)
 
 void main()
 {
-    const int kSamples = 2;  // along each edge of a cell
     ivec3 node = own_node();
     if (any(greaterThanEqual(node, node_count())))
         return;
@@ -84,9 +133,10 @@ void main()
     vec3 high = min(vec3(node) + 0.5, u_field.nodes.last);
     g_part = (high - low) / float(2 * kSamples);
     HeldMedia held = held_media();
-    for (int k = 0; k < kSamples * kSamples * kSamples; ++k) {
-        vec3 in_cell = (vec3(k & 1, k >> 1 & 1, k >> 2) + 0.5) / float(kSamples);
-        vec3 p = place_of(mix(low, high, in_cell));
+    for (int i = 0; i < kPlaced; ++i)
+        g_own[i] = own_light(kSunCount + i, low, high);
+    for (int k = 0; k < kCellSamples; ++k) {
+        vec3 p = sample_place(k, low, high);
         vec3 sigma_s = sample_media(media_point(p, held)).sigma_s;
         float weight = dot(sigma_s, vec3(1.0)) + 1e-9;
         weights += weight;

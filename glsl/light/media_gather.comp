@@ -85,7 +85,7 @@ vec3 arriving(ivec3 from, vec3 wi, vec2 range, float shift)
 
 void main()
 {
-    const float kParts = 8.0, kPartsAfar = 1.0;  // along the box's longest edge, far from surfaces that look nodes up
+    const float kParts = 8.0, kPartsAfar = 3.0;  // along the box's longest edge, far from surfaces that look nodes up
     const int kAfar = 3;                         // nodes
     ivec3 node = own_node();
     if (any(greaterThanEqual(node, node_count())))

@@ -7,6 +7,17 @@ const bool kFireOnSurfaces = false;  // variant: there is some
 layout(binding = FIELD_ORDER_UNIT) uniform sampler3D u_fire_tx;       // no field is finished meanwhile
 layout(binding = FIELD_WORLD_UNIT) uniform sampler3D u_fire_seen_tx;  // likewise
 
+// The mean over a cone of directions of their cosines to a normal, of those that are above its surface.
+//   along  the cosine of its axis
+//   sine   of its half angle
+float cosine_of_cone(float along, float sine)
+{
+    if (along >= sine)  // all of it is above the surface: exact
+        return along;
+    float part = max(1.0 + along / max(sine, 1e-6), 0.0);
+    return 0.25 * sine * part * part;
+}
+
 // Irradiance of light that comes from a cone of directions alone.
 //   way   its integral, each times its direction
 //   rest  by how much the integral without is more than the length of that
@@ -17,11 +28,7 @@ float irradiance_of_cone(vec3 way, float rest, vec3 n)
         return 0.0;
     // Of even light in a cone, size / (size + rest) is (1 + cos) / 2 of its half angle.
     float sine = rest < size ? 2.0 * sqrt(size * rest) / (size + rest) : 1.0;
-    float along = dot(way, n) / size;
-    if (along >= sine)  // all of it is above the surface: exact
-        return size * along;
-    float part = max(1.0 + along / max(sine, 1e-6), 0.0);
-    return 0.25 * size * sine * part * part;
+    return size * cosine_of_cone(dot(way, n) / size, sine);
 }
 
 // Of what is seen times `outside`, and of that.

@@ -9,8 +9,10 @@
 
 #include "scene/fire_irradiance.glsl"
 
-// Variant. A box is all that stands in the volume: nothing hides a node in front of one of its sides.
-const bool kOneBox = false;
+// Variant
+const bool kOneBox = false;     // a box is all that stands in the volume: nothing hides a node before one of its sides
+const bool kLitBeyond = false;  // beyond the volume places have light of the media too: nodes at its rim have it
+const bool kAllBeyond = false;  // all places are there
 
 layout(binding = WORLD_ON_SURFACES_UNIT) uniform sampler3D u_world_on_surfaces_tx;
 layout(binding = WALLS_UNIT) uniform usampler3D u_sights_tx;
@@ -157,11 +159,34 @@ Lookup lookup_above(vec3 q, vec3 way, vec3 n, vec3 heights)
                   sum.open * inverse);
 }
 
-// [W/m^2]; n: the normal at p. open: what arrives where nothing hides or dims, which is taken outside.
+const float kFewest = 0.05;  // of the nodes
+
+// Beyond the volume what arrives for the media's sake, beside what does where nothing hides or dims, falls off as a ball
+// of their size fills ever less of what is seen: from where the way to its middle comes into the volume.
+//   q  the place, in nodes
+vec3 beyond_volume(vec3 q, vec3 n, vec3 open)
+{
+    if (!kLitBeyond)
+        return open;
+    LatticeParams lattice = u_volumes.surfaces;
+    vec3 middle = node_at(lattice, u_volumes.media_middle);
+    vec3 way = q - middle;
+    vec3 room =
+        mix(middle - SURFACES_RIM * lattice.last, (1.0 - SURFACES_RIM) * lattice.last - middle, step(0.0, way)) /
+        max(abs(way), vec3(1e-6));
+    float nearer = clamp(min(room.x, min(room.y, room.z)), 0.0, 1.0);
+    vec4 light = sum_of_nodes(middle + nearer * way, n);
+    vec3 to_middle = u_volumes.media_middle - (lattice.world_from_node * vec4(q, 1.0)).xyz;
+    float range = max(length(to_middle), 1e-20), along = dot(to_middle, n) / range;
+    float sine = min(u_volumes.media_radius / range, 1.0), nearer_sine = min(sine / max(nearer, 1e-6), 1.0);
+    float falls = nearer * nearer * clamp(light.a / kFewest, 0.0, 1.0);
+    falls *= cosine_of_cone(along, sine) / max(cosine_of_cone(along, nearer_sine), 1e-6);
+    return max(open + falls * (light.rgb / max(light.a, 1e-3) - open), vec3(0.0));
+}
+
+// [W/m^2]; n: the normal at p. open: what arrives where nothing hides or dims.
 vec3 world_irradiance(vec3 p, vec3 n, vec3 open)
 {
-    const float kFade = 0.15;        // of the volume's edge, towards its faces
-    const float kFewest = 0.05;      // of the nodes
     const float kFewSeen = 0.25;     // of those above the surface
     const float kHardlySeen = 5e-3;  // and so few that they tell nothing
     const float kFewestClear = 0.01;
@@ -170,11 +195,13 @@ vec3 world_irradiance(vec3 p, vec3 n, vec3 open)
                                   vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, -1.0), vec3(0.0, 0.0, 1.0));
     LatticeParams lattice = u_volumes.surfaces;
     vec3 q = node_at(lattice, p);
-    vec3 margin = min(q / lattice.last, 1.0 - q / lattice.last) / kFade;
+    if (kAllBeyond)
+        return beyond_volume(q, n, open);
+    vec3 margin = min(q / lattice.last, 1.0 - q / lattice.last) / SURFACES_RIM;
     float inside = clamp(min(margin.x, min(margin.y, margin.z)), 0.0, 1.0);
     vec3 way = node_way(lattice, n) * lattice.spacing;  // a node's length
     if (inside == 0.0)
-        return open + fire_irradiance(p, n, clamp(q + way, vec3(0.0), lattice.last), inside);
+        return beyond_volume(q, n, open) + fire_irradiance(p, n, clamp(q + way, vec3(0.0), lattice.last), inside);
     vec3 heights = (vec4(n, 0.0) * lattice.world_from_node).xyz / lattice.spacing;
     Lookup above = lookup_above(q, way, n, heights);
     // Where few nodes count, as under a ball, what stands around the place does too, and not what lies behind the surface.
@@ -214,5 +241,8 @@ vec3 world_irradiance(vec3 p, vec3 n, vec3 open)
     light = mix(beside, light, hardly);
     // Past a corner a node may be in the dark, as under a roof beside a gap in it, where the place itself is not.
     light = mix(max(light, beside), light, clear);
-    return mix(open, max(light, vec3(0.0)), inside) + fire_irradiance(p, n, above.at, inside);
+    light = max(light, vec3(0.0));
+    if (inside < 1.0)
+        light = mix(beyond_volume(q, n, open), light, inside);
+    return light + fire_irradiance(p, n, above.at, inside);
 }

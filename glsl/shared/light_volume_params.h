@@ -63,6 +63,10 @@ struct FUM_STD140 FireParams {
     float unused;
 };
 
+// Of the edge of the volume for surfaces: in so much of it towards its faces its light becomes that
+// beyond.
+#define SURFACES_RIM 0.15f
+
 struct FUM_STD140 LightVolumesParams {
     LatticeParams extinction;  // of the marched media: there while the others are filled
     LatticeParams depth;       // a layer a light; its texture has more than its nodes
@@ -90,6 +94,8 @@ struct FUM_STD140 LightVolumesParams {
     float unused_1;
     vec3 amid_per_high_rim;  // likewise of the upper ones
     float unused_2;
+    vec3 media_middle;   // of a box that holds all of them [m]
+    float media_radius;  // of a ball about as large [m]
 };
 
 FUM_SHARED_END

@@ -80,13 +80,13 @@ std::vector<std::string> WorldLight::describe(const PlanReasons& why) const
             plan.world.sky_in_parts ? fmt::format(", of each what {} see ({})", SKY_MAPS, why.sky)
                                     : "",
             filled_in(ms)));
-    if (fire && field_coefficients && plan.field.turns == 0)
+    if (plan.glow_on_surfaces > 0 && field_coefficients && plan.field.turns == 0)
         lines.push_back(fmt::format(
-            "what media scatter onto surfaces: along {} (of what reaches those, {:.1g} is of what "
-            "glows)",
-            plan.glow_on_surfaces >= kGlowIsSeen ? "rays to all of them"
-                                                 : fmt::format("{} directions", kNearWays),
-            plan.glow_on_surfaces));
+            "what media scatter onto surfaces: along {} (of what reaches those, {:.1g} comes from "
+            "media){}",
+            plan.along_rays() ? "rays to all of them" : fmt::format("{} directions", kNearWays),
+            plan.glow_on_surfaces,
+            plan.world.lit_beyond ? ", and beyond the nodes as from the media's middle" : ""));
     if (bounced)
         lines.push_back(fmt::format("light that surfaces send on: {} turn{} ({}){}{}",
                                     plan.field.turns, plan.field.turns == 1 ? "" : "s", why.turns,

@@ -22,6 +22,11 @@ double range_from(glm::dvec3 p, const Bounds& bounds)
     return 1.01 * far;
 }
 
+double sum_of(glm::vec3 rgb)
+{
+    return static_cast<double>(rgb.r + rgb.g + rgb.b);
+}
+
 constexpr double kNoEdge = std::numeric_limits<double>::infinity();
 
 template <typename Own> void set_own(shared::LightParams& light, const Own& own)
@@ -84,6 +89,11 @@ constexpr double edge_angle(const SunLight&)
     return kNoEdge;
 }
 
+constexpr double mean_intensity(const SunLight&)
+{
+    return 0;
+}
+
 // ---------------------------------------------------------------------------------------- points
 
 std::vector<LightPosition> points(const PointLight& point)
@@ -106,6 +116,11 @@ void write(const PointLight&, const LightSlot& slot, std::span<shared::LightPara
 constexpr double edge_angle(const PointLight&)
 {
     return kNoEdge;
+}
+
+double mean_intensity(const PointLight& point)
+{
+    return sum_of(point.radiant_intensity);
 }
 
 // ----------------------------------------------------------------------------------------- spots
@@ -137,6 +152,11 @@ double edge_angle(const SpotLight& spot)
 {
     const double half = glm::radians(spot.cone_deg) / 2;
     return (1 - std::cos(half)) * spot.blend / std::sin(half);  // across a cosine's blend
+}
+
+double mean_intensity(const SpotLight& spot)
+{
+    return sum_of(spot.radiant_intensity) * (1 - std::cos(glm::radians(spot.cone_deg) / 2)) / 2;
 }
 
 // -------------------------------------------------------------------------- rectangles and disks
@@ -177,6 +197,12 @@ Area area_of(const DiskLight& disk)
             glm::pi<double>() * r * r,
             disk.two_sided,
             true};
+}
+
+/// Each side sends it by the cosine.
+double mean_intensity(const Area& area, glm::vec3 radiance)
+{
+    return sum_of(radiance) * area.size / (area.two_sided ? 2 : 4);
 }
 
 /// Where a point of the square from -1 to 1 is put in the unit disk, areas kept: Shirley and Chiu
@@ -254,6 +280,11 @@ constexpr double edge_angle(const RectLight&)
     return kNoEdge;
 }
 
+double mean_intensity(const RectLight& rect)
+{
+    return mean_intensity(area_of(rect), rect.radiance);
+}
+
 std::vector<LightPosition> points(const DiskLight& disk)
 {
     return points_on(area_of(disk));
@@ -272,6 +303,11 @@ void write(const DiskLight& disk, const LightSlot& slot, std::span<shared::Light
 constexpr double edge_angle(const DiskLight&)
 {
     return kNoEdge;
+}
+
+double mean_intensity(const DiskLight& disk)
+{
+    return mean_intensity(area_of(disk), disk.radiance);
 }
 
 // ------------------------------------------------------------------------------------------ GLSL
@@ -359,6 +395,11 @@ void write_own(const Light& light, const LightSlot& slot, std::span<shared::Ligh
 double edge_angle_of(const Light& light)
 {
     return std::visit([](const auto& one) { return edge_angle(one); }, light);
+}
+
+double mean_intensity_of(const Light& light)
+{
+    return std::visit([](const auto& one) { return mean_intensity(one); }, light);
 }
 
 gl::Defines write_lights(std::span<const Light> lights)

@@ -50,6 +50,9 @@ void write_own(const Light& light, const LightSlot& slot, std::span<shared::Ligh
 /// none.
 double edge_angle_of(const Light& light);
 
+/// The mean over all directions, summed over the channels [W/sr]; none of a sun.
+double mean_intensity_of(const Light& light);
+
 /// What glsl/scene/lights.glsl needs: written/scattering.glsl and written/irradiance.glsl, which
 /// call the functions of each light's type.
 /// @param lights each type's in a row, in the order of Light's types

@@ -724,9 +724,9 @@ Steps LightVolumes::fill_surfaces(WorldFill& fill)
     const gl::Texture* dimmed = to.on_surfaces_dimmed ? &to.on_surfaces_dimmed : nullptr;
     const auto light = [&] {
         FieldLight of_media;
-        // Smoke is bright where a fire is in it: along few ways it would throw a star. What
-        // surfaces send on is gathered along many in the end.
-        of_media.along_rays = field.turns == 0 && plan.glow_on_surfaces >= kGlowIsSeen;
+        // Smoke is bright where a fire is in it: along few ways it would throw a star.
+        // What surfaces send on is gathered along many in the end.
+        of_media.along_rays = plan.along_rays();
         of_media.ways = field.turns > 0 && field.glows ? kAllWays : kNearWays;
         of_media.at = to_shared(plan.in_media, plan.bands * plan.bands, eye);
         of_media.bands = plan.bands;
@@ -853,9 +853,15 @@ void LightVolumes::write_block(glm::dvec3 eye, const WorldLight& surfaces)
         tools_.params.first_flame = flames.x;
         tools_.params.beyond_flame = flames.y;
     }
-    if (surfaces.on_surfaces)
+    if (surfaces.on_surfaces) {
+        const Bounds& media = surfaces.plan.media;
+        const glm::dvec3 edges = media.max - media.min;
         tools_.params.surfaces =
             to_shared(surfaces.plan.on_surfaces, kSurfaceBands * kSurfaceBands, eye);
+        tools_.params.media_middle = glm::vec3(0.5 * (media.min + media.max) - eye);
+        tools_.params.media_radius =
+            static_cast<float>(0.5 * std::cbrt(edges.x * edges.y * edges.z));
+    }
     if (surfaces.fire)
         tools_.params.fire = surfaces.fire->params(eye);
     tools_.bind_block();
@@ -903,6 +909,7 @@ void LightVolumes::begin_field(RadianceField& field, const Lattice& lattice, con
          .scatters_again = task.scatters && task.orders.count > 0,
          .straight_on = task.scatters ? task.orders.straight_on : 0,
          .sights = &field == &field_on_surfaces_,
+         .rim = &field == &field_on_surfaces_ && key.lit_beyond,
          .thick = task.orders.coarse_first,
          .left_out = part_ && part_->has_flames ? flames_ : glm::ivec2(0),
          .hole = &field == &field_ && fill.to.plan.amid ? fill.to.plan.amid->bounds : Bounds(),
@@ -1011,9 +1018,18 @@ gl::Defines LightVolumes::surface_defines() const
         defines.emplace_back("kWorldIrradiance", "");
     if (light_.on_surfaces && light_.plan.one_box)
         defines.emplace_back("kOneBox", "");
+    if (light_.on_surfaces && light_.plan.world.lit_beyond)
+        defines.emplace_back("kLitBeyond", "");
     if (light_.on_surfaces && light_.fire)
         defines.emplace_back("kFireOnSurfaces", "");
     return defines;
+}
+
+gl::Defines LightVolumes::beyond_defines() const
+{
+    if (!light_.on_surfaces || !light_.plan.world.lit_beyond)
+        return {};
+    return {{"kWorldIrradiance", ""}, {"kLitBeyond", ""}, {"kAllBeyond", ""}};
 }
 
 gl::Defines LightVolumes::defines() const

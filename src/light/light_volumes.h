@@ -97,8 +97,9 @@ public:
     void bind_for_surfaces(glm::dvec3 eye, bool through_media);
     /// Likewise for glsl/pass/surface.frag.
     [[nodiscard]] gl::Defines surface_defines() const;
-    /// Beyond it they have what is open to them, and surface_defines() change nothing; metres,
-    /// world. None: they have not, or no light is bound.
+    [[nodiscard]] gl::Defines beyond_defines() const;
+    /// Of surfaces that lie beyond it beyond_defines() do as well, which ask for less; metres,
+    /// world. None: theirs would not, or no light is bound.
     [[nodiscard]] std::optional<Bounds> lit_on_surfaces() const;
 
     [[nodiscard]] LightVolumeFills fills() const;

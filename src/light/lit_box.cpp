@@ -23,9 +23,9 @@ Bounds lit_box(const Bounds& around, const Bounds& media,
     const surface::SurfaceSet::Instance* alone = lone_box(around, surfaces);
     if (alone == nullptr)
         return around;
-    // With so much beyond the ground, in parts of what is lit, it lies clear of the 0.15 of the
-    // volume in which light fades towards its faces, and with so many nodes a lookup over it has
-    // its eight.
+    // With so much beyond the ground, in parts of what is lit, it lies clear of SURFACES_RIM, in
+    // which light fades towards the volume's faces, and with so many nodes a lookup over it has its
+    // eight.
     constexpr double kFadingRoom = 0.25, kNodes = 2;
     const Bounds ground = alone->bounds.common(around);
     Bounds lit = media;

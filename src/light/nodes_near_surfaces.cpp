@@ -4,6 +4,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "shared/field_nodes.h"
+#include "shared/light_volume_params.h"
 
 namespace fumarole::light {
 
@@ -17,6 +18,10 @@ constexpr double kDepth = 1;
 
 struct Range {
     glm::ivec3 first{0}, end{0};
+    [[nodiscard]] bool holds(glm::ivec3 node) const
+    {
+        return glm::all(glm::greaterThanEqual(node, first)) && glm::all(glm::lessThan(node, end));
+    }
 };
 
 /// Nodes whose places are at least `low` and at most `high`.
@@ -27,11 +32,27 @@ Range nodes_from(glm::dvec3 low, glm::dvec3 high, glm::ivec3 count)
             glm::ivec3(glm::clamp(glm::floor(high) + 1.0, glm::dvec3(0), all))};
 }
 
+/// Nodes around the faces of the box that lies within a lattice by SURFACES_RIM of its edges.
+void add_rim(std::vector<char>& is_near, glm::ivec3 count)
+{
+    const glm::dvec3 last(count - 1), rim = double{SURFACES_RIM} * last;
+    const Range around = nodes_from(rim - 1.0, last - rim + 1.0, count);
+    const Range within = nodes_from(rim + 1.0, last - rim - 1.0, count);
+    std::size_t i = 0;
+    for (int z = 0; z < count.z; ++z)
+        for (int y = 0; y < count.y; ++y)
+            for (int x = 0; x < count.x; ++x, ++i) {
+                const glm::ivec3 node(x, y, z);
+                if (around.holds(node) && !within.holds(node))
+                    is_near[i] = 1;
+            }
+}
+
 }  // namespace
 
 std::vector<std::uint32_t>
 nodes_near_surfaces(const FieldLattice& lattice,
-                    std::span<const surface::SurfaceSet::Instance> surfaces)
+                    std::span<const surface::SurfaceSet::Instance> surfaces, bool rim)
 {
     constexpr double kNearlyAll = 0.7;
     const glm::dmat4 node_from_world =
@@ -60,6 +81,8 @@ nodes_near_surfaces(const FieldLattice& lattice,
                     fill(within.end.x, near.end.x);
             }
     }
+    if (rim)
+        add_rim(is_near, count);
     const auto nodes = std::count(is_near.begin(), is_near.end(), 1);
     std::vector<std::uint32_t> words;
     if (double(nodes) > kNearlyAll * double(is_near.size()))

@@ -291,7 +291,7 @@ void RadianceField::dispatch_at(Nodes nodes, const char* file, const gl::Defines
 void RadianceField::list_looked_up(const surface::SurfaceSet& surfaces)
 {
     const std::vector<std::uint32_t> near =
-        nodes_near_surfaces(filling_->lattice, surfaces.instances());
+        nodes_near_surfaces(filling_->lattice, surfaces.instances(), filling_->medium.rim);
     if (near.empty())
         return;
     const auto count = static_cast<std::uint32_t>(near.size());

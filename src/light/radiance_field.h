@@ -46,6 +46,7 @@ struct FieldMedium {
     /// glsl/light/forward_peak.glsl.
     float straight_on = 0;
     bool sights = false;  ///< how far nodes see is asked for: take_sights()
+    bool rim = false;     ///< besides near surfaces light is looked up at SURFACES_RIM
     bool thick = false;   ///< light hardly gets from node to node: it is kept with more digits
     /// Points that are no lights here: the first of them, and the one after the last.
     glm::ivec2 left_out{0};

@@ -100,7 +100,8 @@ bool is_moved(const WorldKey& then, const WorldKey& now)
         then.ways_on_surfaces != now.ways_on_surfaces || then.bands != now.bands ||
         then.dims != now.dims || then.scatters_again != now.scatters_again ||
         then.straight_on != now.straight_on || then.sky_in_parts != now.sky_in_parts ||
-        !is_moved(then.in_media, now.in_media) || !is_moved(then.on_surfaces, now.on_surfaces))
+        then.lit_beyond != now.lit_beyond || !is_moved(then.in_media, now.in_media) ||
+        !is_moved(then.on_surfaces, now.on_surfaces))
         return false;
     const glm::dvec3 moved = now.lattice().origin - then.lattice().origin;
     const double tolerance = tolerance_of(now.lattice());

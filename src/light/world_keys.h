@@ -32,6 +32,7 @@ struct WorldKey {
     bool scatters_again = false;         ///< what they scatter is followed
     float straight_on = 0;               ///< FieldMedium's
     bool thick = false;                  ///< light hardly gets from node to node
+    bool lit_beyond = false;             ///< surfaces beyond their lattice have light of the media
     bool sky_in_parts = false;           ///< each way sees a part of what of the sky it stands for
     LatticePlace in_media, on_surfaces;  ///< their lattices
 

@@ -7,6 +7,7 @@
 
 #include "light/lattice_ways.h"
 #include "light/light_filters.h"
+#include "light/light_source.h"
 #include "light/lit_box.h"
 
 namespace fumarole::light {
@@ -35,6 +36,25 @@ constexpr double kSurfaceMargin = 0.5;
 /// What flames throw on surfaces is all that is there at night.
 constexpr double kSurfaceMarginOfFire = 1;
 
+double longest_edge(const Bounds& box)
+{
+    const glm::dvec3 size = box.max - box.min;
+    return std::max({size.x, size.y, size.z});
+}
+
+/// Whether a light has a place, in a box.
+bool is_within(const Bounds& box, const Light& light)
+{
+    const LightPosition middle = points_of(light).front();
+    return !middle.far && glm::clamp(middle.at, box.min, box.max) == middle.at;
+}
+
+bool any_within(const Bounds& box, const LightSet& lights)
+{
+    return std::any_of(lights.lights().begin(), lights.lights().end(),
+                       [&](const Light& light) { return is_within(box, light); });
+}
+
 /// Orders that media ask for.
 struct AskedOrders {
     double orders = 0;  ///< 0: what scatters a second time is not seen
@@ -43,10 +63,19 @@ struct AskedOrders {
 
 /// A slab's light is scattered again by what of it does not get out: on the mean over where it
 /// starts, 1 - (1 - exp(-tau)) / tau of it meets the medium.
+/// From which the best guess at the rest leaves out no more than a part of it, if that falls by
+/// `ratio` from order to order (Saad 2003, "Iterative Methods for Sparse Linear Systems",
+/// sec. 6.11).
+double orders_of_guess(double ratio)
+{
+    constexpr double kLeftOut = 0.005;
+    const double root = std::sqrt(1 - std::min(ratio, 0.9999));
+    return std::log(kLeftOut) / std::log((1 - root) / (1 + root));
+}
+
 AskedOrders orders_asked_by(const medium::MediaSet::Thickness& media)
 {
-    constexpr double kUnseen = 0.01;    // of a white picture
-    constexpr double kLeftOut = 0.005;  // of what the first orders left out
+    constexpr double kUnseen = 0.01;  // of a white picture
     const double albedo = std::max({media.albedo.r, media.albedo.g, media.albedo.b});
     const double tau = std::max(media.optical_depth, 1e-9);
     const double ratio = albedo * (1 + std::expm1(-tau) / tau);
@@ -58,33 +87,38 @@ AskedOrders orders_asked_by(const medium::MediaSet::Thickness& media)
                     tau, albedo, added);
     if (added < kUnseen)
         return asked;
-    // The best guess from so many orders falls short by this a further one, if what is left out
-    // falls by no more than `ratio` from order to order (Saad 2003, "Iterative Methods for Sparse
-    // Linear Systems", sec. 6.11).
-    const double root = std::sqrt(1 - std::min(ratio, 0.9999));
-    asked.orders = std::log(kLeftOut) / std::log((1 - root) / (1 + root));
+    asked.orders = orders_of_guess(ratio);
     return asked;
+}
+
+/// Cycles of orders that light from within a thick medium asks for: it leaves by diffusion alone,
+/// by as much less from order to order as in a cube of so many mean free paths that ends 0.71 of
+/// them beyond its faces. Guesses from FIELD_KEPT_ORDERS at a time take twice as many as one from
+/// all.
+int cycles_within(const medium::MediaSet::Thickness& media)
+{
+    constexpr double kMost = 6;
+    const double edge = media.optical_depth + 2 * 0.71;
+    const double slowest = std::max(1 - std::pow(std::numbers::pi / edge, 2), 0.0);
+    const double orders = orders_of_guess(double{media.albedo.g} * slowest);
+    return static_cast<int>(std::clamp(std::ceil(2 * orders / FIELD_KEPT_ORDERS), 1.0, kMost));
 }
 
 /// How often light that scatters is followed, and why so often: as often as any of the media asks
 /// for, or all of them.
 /// part: of the media that is asked about, or null.
 FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& media,
-                       const Bounds* part, std::string& why)
+                       const Bounds* part, const LightSet& lights, std::string& why)
 {
     why = "as asked";
     if (settings.bounces != kAutomatic)
         return {settings.bounces};
-    constexpr int kFewest = 3, kCyclesOfThick = 1;
+    constexpr int kFewest = 3;
     // What a guess from more orders is out by is seen where little light gets: by 11 % behind a
     // slab of optical depth 6, from 7 of them.
     constexpr double kMostOfOneCycle = 6;
     // Edges of a medium, of those of all, from which on it is there on the coarser lattices too.
     constexpr double kWide = 0.5;
-    const auto longest = [](const Bounds& bounds) {
-        const glm::dvec3 size = bounds.max - bounds.min;
-        return std::max({size.x, size.y, size.z});
-    };
     const std::vector<medium::MediaSet::Thickness> all = media.thicknesses(part);
     AskedOrders most = orders_asked_by(all.front());
     bool wide = true;
@@ -93,13 +127,15 @@ FieldOrders orders_for(const SceneSettings& settings, const medium::MediaSet& me
         if (asked.orders <= most.orders)
             continue;
         most = {asked.orders, "one of the media by itself: " + asked.why};
-        wide = longest(all[i].bounds) >= kWide * longest(all.front().bounds);
+        wide = longest_edge(all[i].bounds) >= kWide * longest_edge(all.front().bounds);
     }
     why = most.why;
     if (most.orders == 0)
         return {};
-    if (most.orders > FIELD_KEPT_ORDERS && wide)
-        return {FIELD_KEPT_ORDERS, kCyclesOfThick, true};
+    if (most.orders > FIELD_KEPT_ORDERS && wide) {
+        const bool from_within = media.carries_glow() || any_within(all.front().bounds, lights);
+        return {FIELD_KEPT_ORDERS, from_within ? cycles_within(all.front()) : 1, true};
+    }
     return {std::clamp(static_cast<int>(std::ceil(most.orders)), kFewest, FIELD_KEPT_ORDERS),
             most.orders > kMostOfOneCycle ? 2 : 1};
 }
@@ -120,19 +156,33 @@ bool suns_outshine_the_sky(const Scene& scene)
     return kFewTimes * (sky.r + sky.g + sky.b) <= suns.r + suns.g + suns.b;
 }
 
-double glow_on_surfaces(const Scene& scene, glm::vec3 world, medium::MediaSet& media)
+/// Of the light that reaches surfaces as far off as what shines is large, about how much comes from
+/// media: of flames that are carried, and what they scatter of lamps that stand in them.
+double glow_on_surfaces(const PlannedScene& from)
 {
     const auto sum = [](glm::dvec3 rgb) { return rgb.r + rgb.g + rgb.b; };
-    const medium::MediaSet::CarriedGlow& glow = media.carried_glow();
-    if (glow.bounds.empty())
-        return 0;
-    const glm::dvec3 size = glow.bounds.max - glow.bounds.min;
-    const double edge = std::max({size.x, size.y, size.z, 1e-9});
-    const double own = sum(glow.glow.power) / (edge * edge);
-    double others = std::numbers::pi * sum(glm::dvec3(world));
-    for (const Light& light : scene.lights)
-        if (const auto* sun = std::get_if<SunLight>(&light))
+    const auto over = [](double intensity, const Bounds& box) {
+        const double edge = std::max(longest_edge(box), 1e-9);
+        return intensity / (edge * edge);
+    };
+    double own = 0, others = std::numbers::pi * sum(glm::dvec3(from.lights.world_radiance()));
+    if (from.media.carries_glow()) {
+        const medium::MediaSet::CarriedGlow& glow = from.media.carried_glow();
+        own = over(sum(glow.glow.power), glow.bounds);
+    }
+    const medium::MediaSet::Thickness media = from.media.thicknesses().front();
+    const double scattered = from.media.traits().scatters
+                                 ? double{media.albedo.g} * -std::expm1(-media.optical_depth)
+                                 : 0;
+    for (const Light& light : from.lights.lights()) {
+        if (const auto* sun = std::get_if<SunLight>(&light)) {
             others += sum(glm::dvec3(sun->irradiance));
+        } else if (is_within(media.bounds, light)) {
+            const double lamp = over(mean_intensity_of(light), media.bounds);
+            own += scattered * lamp;
+            others += (1 - scattered) * lamp;
+        }
+    }
     return own > 0 ? own / (own + others) : 0;
 }
 
@@ -165,8 +215,8 @@ FieldKey field_key(const PlannedScene& from, std::string& orders_why)
     if (settings.ambient_volume_size == 0 || !(traits.scatters || glows))
         return field;
     if (traits.scatters)
-        field.orders =
-            orders_for(settings, media, part != nullptr ? &part->bounds : nullptr, orders_why);
+        field.orders = orders_for(settings, media, part != nullptr ? &part->bounds : nullptr,
+                                  lights, orders_why);
     // Orders that are counted are the media's own.
     const float straight_on = media.straight_on();
     if (field.orders.cycles > 0 && straight_on > kLeastStraightOn)
@@ -256,17 +306,13 @@ std::optional<MediaPart> part_amid(const PlannedScene& from)
     const int most = from.settings.ambient_volume_size == kAutomatic
                          ? kAutoWorldNodes
                          : from.settings.ambient_volume_size;
-    const auto longest = [](const Bounds& box) {
-        const glm::dvec3 size = box.max - box.min;
-        return std::max({size.x, size.y, size.z});
-    };
     MediaPart part{.frame = media.voxel_frame(), .bounds = {}, .is_amid = true};
     medium::VoxelFrame& frame = part.frame;
     const glm::dmat4 world_from_voxel = glm::inverse(frame.voxel_from_world);
     const Bounds marched = frame.marched.transformed(world_from_voxel);
-    const double apart = std::max(longest(frame.marched) / std::max(most - 1 - 2 * kRim, 1.0),
+    const double apart = std::max(longest_edge(frame.marched) / std::max(most - 1 - 2 * kRim, 1.0),
                                   voxels_per_node(media, frame, &marched));
-    if (longest(frame.scattering) <= kCloser * apart * (most - 1))
+    if (longest_edge(frame.scattering) <= kCloser * apart * (most - 1))
         return {};
     const Bounds all = frame.scattering;
     frame.scattering = frame.marched;
@@ -283,6 +329,12 @@ std::optional<MediaPart> part_amid(const PlannedScene& from)
         part.has_flames &= glm::clamp(at, part.bounds.min, part.bounds.max) == at;
     }
     return part;
+}
+
+bool any_beyond(const Bounds& box, const surface::SurfaceSet& surfaces)
+{
+    return std::any_of(surfaces.instances().begin(), surfaces.instances().end(),
+                       [&](const auto& instance) { return !box.contains(instance.bounds); });
 }
 
 /// The nodes, and where they lie.
@@ -317,12 +369,15 @@ void place_lattices(WorldPlan& plan, const PlannedScene& from, const gl::Device&
         around.min -= margin;
         around.max += margin;
         const int most = clamp_to(nodes, kSurfaceBands * kSurfaceBands, device);
-        const glm::dvec3 size = around.max - around.min;
-        const double spacing = std::max({size.x, size.y, size.z}) / (most - 1);
+        const double spacing = longest_edge(around) / (most - 1);
         plan.one_box = lone_box(around, from.surfaces.instances()) != nullptr;
         if (!fire && plan.field.turns == 0)
             around = lit_box(around, media.bounds(), from.surfaces.instances(), spacing);
         plan.on_surfaces = make_cubes(glm::dmat4(1.0), around, spacing, most);
+        // What suns have media throw that far is not seen beside the suns' own light there.
+        key.lit_beyond = plan.glow_on_surfaces >= kGlowIsSeen &&
+                         any_beyond(bounds_of(plan.on_surfaces), from.surfaces);
+        plan.media = media.bounds();
         key.on_surfaces = place_of(plan.on_surfaces);
     }
     plan.places.origin = key.lattice().origin;
@@ -350,11 +405,10 @@ std::optional<WorldPlan> plan_world(const PlannedScene& from, const gl::Device& 
     } else {
         field = {};
     }
-    if (field.on_surfaces && field.glows) {
+    if (field.on_surfaces)
+        plan.glow_on_surfaces = glow_on_surfaces(from);
+    if (field.on_surfaces && field.glows)
         plan.fire = fire_key(from.scene, from.media);
-        plan.glow_on_surfaces =
-            glow_on_surfaces(from.scene, from.lights.world_radiance(), from.media);
-    }
     plan.places = take_places(field, from.scene.time);
     place_lattices(plan, from, device);
     if (scatters)
@@ -370,21 +424,20 @@ FlameScale flame_scale(const SceneSettings& settings, const medium::MediaSet& me
     if (nodes == 0 || media.traits().islands > 0)
         return scale;
     const int most = nodes == kAutomatic ? kAutoWorldNodes : nodes;
-    const auto longest = [](glm::dvec3 size) { return std::max({size.x, size.y, size.z}); };
     scale.scatters = media.traits().scatters;
     if (scale.scatters) {
         const medium::VoxelFrame frame = media.voxel_frame();
         const double voxel =
             1 / std::cbrt(std::abs(glm::determinant(glm::dmat3(frame.voxel_from_world))));
-        const double voxels = longest(frame.scattering.max - frame.scattering.min) / (most - 1);
+        const double voxels = longest_edge(frame.scattering) / (most - 1);
         scale.node =
             voxel * (nodes == kAutomatic ? std::max(voxels, voxels_per_node(media, frame, nullptr))
                                          : voxels);
     }
     if (!surfaces.empty()) {
         const Bounds around = with_details(media.bounds(), surfaces);
-        scale.node = std::max(scale.node, (1 + 2 * kSurfaceMarginOfFire) *
-                                              longest(around.max - around.min) / (most - 1));
+        scale.node = std::max(scale.node,
+                              (1 + 2 * kSurfaceMarginOfFire) * longest_edge(around) / (most - 1));
     }
     return scale;
 }

@@ -41,10 +41,17 @@ struct WorldPlan {
     FieldKey field;
     FieldPlaces places;
     Lattice in_media, on_surfaces;
+    Bounds media;          ///< metres, world: from where they light surfaces beyond that lattice
     int bands = 1;         ///< number of bands of the light in the media
     bool one_box = false;  ///< a box is all that stands where surfaces are lit
-    /// Of the light that reaches surfaces near media, about how much is of what glows.
+    /// Of the light that reaches surfaces near media, about how much comes from these: of what
+    /// glows, or of lamps that stand in them.
     double glow_on_surfaces = 0;
+    /// What media scatter onto surfaces is gathered along rays.
+    [[nodiscard]] bool along_rays() const
+    {
+        return field.turns == 0 && field.glows && glow_on_surfaces >= kGlowIsSeen;
+    }
     /// What is marched, where wider media around it set the nodes too far apart for it.
     std::optional<MediaPart> amid;
 };

@@ -96,6 +96,7 @@ void SurfacePainter::prepare(const Toolbox& tools, const SurfaceSet& surfaces)
         return;
     gl::Defines plain = lit_by(tools);
     plain += tools.probes.defines();
+    plain += tools.volumes.beyond_defines();
     for (const auto& instance : surfaces.instances())
         program_of(tools, instance, plain);
 }
@@ -147,9 +148,11 @@ std::vector<SurfacePainter::Share> SurfacePainter::shares_of(const Toolbox& tool
         add(near, [&](const Bounds& surface) {
             return box->contains(surface) ? std::nullopt : part_within(frame, *box, surface);
         });
-    const bool is_all = std::none_of(is_left.begin(), is_left.end(), std::identity{});
-    if (!is_all)
-        add(volumes.lit_on_surfaces() ? plain : near, [](const Bounds&) { return Bands(); });
+    if (std::none_of(is_left.begin(), is_left.end(), std::identity{}))
+        return shares;
+    gl::Defines beyond = plain;
+    beyond += volumes.beyond_defines();
+    add(volumes.lit_on_surfaces() ? beyond : near, [](const Bounds&) { return Bands(); });
     return shares;
 }
 

@@ -7,6 +7,7 @@
 
 #include "light/nodes_near_surfaces.h"
 #include "shared/field_nodes.h"
+#include "shared/light_volume_params.h"
 
 namespace fumarole::light {
 namespace {
@@ -33,9 +34,10 @@ surface::SurfaceSet::Instance solid(glm::dvec3 low, glm::dvec3 high, bool is_box
     return instance;
 }
 
-std::set<std::uint32_t> listed(const std::vector<surface::SurfaceSet::Instance>& surfaces)
+std::set<std::uint32_t> listed(const std::vector<surface::SurfaceSet::Instance>& surfaces,
+                               bool rim = false)
 {
-    const auto words = nodes_near_surfaces(lattice(), surfaces);
+    const auto words = nodes_near_surfaces(lattice(), surfaces, rim);
     std::set<std::uint32_t> set(words.begin(), words.end());
     EXPECT_EQ(set.size(), words.size()) << "a node is listed twice";
     return set;
@@ -91,6 +93,25 @@ TEST(NodesNearSurfaces, AreAllThatAPlaceOnOneAsksFor)
         const glm::dvec3 n = glm::normalize(glm::dvec3(bell(random), bell(random), bell(random)));
         ASSERT_EQ(missing_at(of_ball, middle + radius * n, n), 0) << i;
     }
+}
+
+TEST(NodesNearSurfaces, HaveARimWhereItIsAskedFor)
+{
+    const auto ground = solid({-1e4, -1e4, -7}, {1e4, 1e4, 4.1}, true);
+    const auto list = listed({ground}, true);
+    const double last = kNodes - 1, rim = double{SURFACES_RIM} * last;
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> even(rim, last - rim);
+    for (int i = 0; i < 6000; ++i) {
+        glm::dvec3 q(even(random), even(random), even(random));
+        q[i % 3] = i % 2 == 0 ? rim : last - rim;
+        for (int k = 0; k < 8; ++k) {
+            const glm::ivec3 node = glm::ivec3(q) + glm::ivec3(k & 1, k >> 1 & 1, k >> 2);
+            ASSERT_EQ(list.count(shared::node_word(node)), 1u) << i;
+        }
+    }
+    EXPECT_EQ(list.count(shared::node_word(glm::ivec3(kNodes / 2, kNodes / 2, 12))), 0u)
+        << "in the middle, far above the ground";
 }
 
 TEST(NodesNearSurfaces, AreFewOverAGround)

@@ -449,6 +449,8 @@ TEST_F(ParamLayout, LightVolumes)
                      MEMBER(LightVolumesParams, amid_per_high_rim),
                      MEMBER(LightVolumesParams, unused_1),
                      MEMBER(LightVolumesParams, unused_2),
+                     MEMBER(LightVolumesParams, media_middle),
+                     MEMBER(LightVolumesParams, media_radius),
                      MEMBER(LightVolumesParams, period_size),
                      MEMBER(LightVolumesParams, packed_period_z)};
     add_struct(expected, "extinction", offsetof(LightVolumesParams, extinction), kLattice);

@@ -339,7 +339,11 @@ TEST_F(ShaderVariants, AllPassGlslangValidator)
                                    flags(set, {"kWorldIrradiance"});
             variants.add("pass/surface.frag", of_set);
             variants.add("pass/surface.frag",
-                         of_set + Defines{{"kWorldIrradiance", ""}, {"kFireOnSurfaces", ""}});
+                         of_set + Defines{{"kWorldIrradiance", ""}, {"kFireOnSurfaces", ""}} +
+                             flags(set, {"kLitBeyond"}));
+            variants.add("pass/surface.frag",
+                         of_set + Defines{{"kWorldIrradiance", ""}, {"kLitBeyond", ""}} +
+                             flags(set, {"kAllBeyond", "kOneBox"}));
             for (const char* probes : {"kProbes", "kProbeIrradiance"})
                 variants.add("pass/surface.frag", of_set + Defines{{"kProbes", ""}, {probes, ""}});
         }
