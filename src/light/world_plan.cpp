@@ -42,6 +42,16 @@ double longest_edge(const Bounds& box)
     return std::max({size.x, size.y, size.z});
 }
 
+/// Nodes along the longest edge of a lattice that is chosen: `least`, and up to twice as many in a
+/// flat or a long box, which has as many in all as a plume that is three quarters as wide as high.
+int automatic_nodes(const Bounds& box, int least)
+{
+    constexpr double kPlume = 0.75 * 0.75;  // of the cube around it
+    const glm::dvec3 edges = (box.max - box.min) / std::max(longest_edge(box), 1e-300);
+    const double share = std::max(edges.x * edges.y * edges.z, 1e-9);
+    return static_cast<int>(least * std::clamp(std::cbrt(kPlume / share), 1.0, 2.0));
+}
+
 /// Whether a light has a place, in a box.
 bool is_within(const Bounds& box, const Light& light)
 {
@@ -303,16 +313,19 @@ std::optional<MediaPart> part_amid(const PlannedScene& from)
     if (from.part != nullptr || traits.islands > 0 || traits.marched == 0 ||
         traits.marched == traits.media)
         return {};
-    const int most = from.settings.ambient_volume_size == kAutomatic
-                         ? kAutoWorldNodes
+    const bool automatic = from.settings.ambient_volume_size == kAutomatic;
+    const auto nodes_along = [&](const Bounds& box) {
+        return automatic ? automatic_nodes(box, kAutoWorldNodes)
                          : from.settings.ambient_volume_size;
+    };
     MediaPart part{.frame = media.voxel_frame(), .bounds = {}, .is_amid = true};
     medium::VoxelFrame& frame = part.frame;
     const glm::dmat4 world_from_voxel = glm::inverse(frame.voxel_from_world);
     const Bounds marched = frame.marched.transformed(world_from_voxel);
-    const double apart = std::max(longest_edge(frame.marched) / std::max(most - 1 - 2 * kRim, 1.0),
+    const double apart = std::max(longest_edge(frame.marched) /
+                                      std::max(nodes_along(frame.marched) - 1 - 2 * kRim, 1.0),
                                   voxels_per_node(media, frame, &marched));
-    if (longest_edge(frame.scattering) <= kCloser * apart * (most - 1))
+    if (longest_edge(frame.scattering) <= kCloser * apart * (nodes_along(frame.scattering) - 1))
         return {};
     const Bounds all = frame.scattering;
     frame.scattering = frame.marched;
@@ -348,7 +361,10 @@ void place_lattices(WorldPlan& plan, const PlannedScene& from, const gl::Device&
         plan.bands = key.bands;
         const medium::VoxelFrame frame =
             from.part != nullptr ? from.part->frame : media.voxel_frame();
-        int in_media = automatic && key.thick ? kAutoWorldNodesOfThick : nodes;
+        // Of wide media what lies in them takes light from the nodes that are two farther out.
+        const int least = key.thick ? kAutoWorldNodesOfThick : kAutoWorldNodes;
+        const int chosen = plan.amid ? least : automatic_nodes(frame.scattering, least);
+        int in_media = automatic ? chosen : nodes;
         int layers = plan.bands * plan.bands;
         if (from.part != nullptr) {  // as much in all as of a few parts, and in one texture
             const double share = std::cbrt(std::min(1.0, kPartsOfFullSize / double(from.part->of)));
@@ -410,9 +426,9 @@ std::optional<WorldPlan> plan_world(const PlannedScene& from, const gl::Device& 
     if (field.on_surfaces && field.glows)
         plan.fire = fire_key(from.scene, from.media);
     plan.places = take_places(field, from.scene.time);
-    place_lattices(plan, from, device);
     if (scatters)
         plan.amid = part_amid(from);
+    place_lattices(plan, from, device);
     return plan;
 }
 
@@ -423,19 +439,20 @@ FlameScale flame_scale(const SceneSettings& settings, const medium::MediaSet& me
     const int nodes = settings.ambient_volume_size;
     if (nodes == 0 || media.traits().islands > 0)
         return scale;
-    const int most = nodes == kAutomatic ? kAutoWorldNodes : nodes;
+    const bool automatic = nodes == kAutomatic;
     scale.scatters = media.traits().scatters;
     if (scale.scatters) {
         const medium::VoxelFrame frame = media.voxel_frame();
         const double voxel =
             1 / std::cbrt(std::abs(glm::determinant(glm::dmat3(frame.voxel_from_world))));
+        const int most = automatic ? automatic_nodes(frame.scattering, kAutoWorldNodes) : nodes;
         const double voxels = longest_edge(frame.scattering) / (most - 1);
         scale.node =
-            voxel * (nodes == kAutomatic ? std::max(voxels, voxels_per_node(media, frame, nullptr))
-                                         : voxels);
+            voxel * (automatic ? std::max(voxels, voxels_per_node(media, frame, nullptr)) : voxels);
     }
     if (!surfaces.empty()) {
         const Bounds around = with_details(media.bounds(), surfaces);
+        const int most = automatic ? kAutoWorldNodes : nodes;
         scale.node = std::max(scale.node,
                               (1 + 2 * kSurfaceMarginOfFire) * longest_edge(around) / (most - 1));
     }
